@@ -64,7 +64,7 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
         if way == "silent":
             assert sensor.read().validity is Validity.STALE
             bench.ticks(70)
-        with pytest.raises(DeviceError, match="sent nothing for" if way == "silent" else "network is unreachable"):
+        with pytest.raises(DeviceError, match="nothing new for" if way == "silent" else "network is unreachable"):
             sensor.read()
         assert sensor.life is Life.FAULTED
         bench.ticks(200)

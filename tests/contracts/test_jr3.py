@@ -132,17 +132,6 @@ def test_board_that_restarts_in_mid_run_latches_a_fault(desk):
         assert sensor.read().validity is Validity.VALID
 
 
-def test_zero_that_another_client_sets_in_mid_run_latches_a_fault(desk):
-    load = Load()
-    load.push_N(1.0, -2.0, 9.0)
-    with reading(desk, load) as (sensor, _, bus):
-        bus.send(0x301, b"")
-        desk.clock.sleep(0.04)
-        with pytest.raises(DeviceError, match=r"went to 0 at once .*: another client has set its zero"):
-            sensor.read()
-        assert sensor.life is Life.FAULTED
-
-
 def test_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(desk):
     with reading(desk, Load()) as (sensor, node, _):
         node.firmware.silent = True

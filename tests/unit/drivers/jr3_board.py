@@ -6,7 +6,7 @@ import struct
 
 from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings
+from palpate.drivers.jr3 import Jr3
 from palpate.drivers.jr3.phases import Jr3Phase
 
 MS = 1_000_000
@@ -60,9 +60,9 @@ class FakeCanLink:
 class Bench:
     """A sensor on a fake link, with a clock of its own."""
 
-    def __init__(self, settings=None):
+    def __init__(self, cutoff_Hz=50.0):
         self.link = FakeCanLink()
-        self.device = Jr3(CanTransport(self.link), settings or Jr3Settings(cutoff_Hz=50.0, period_us=10_000))
+        self.device = Jr3(self.link, 1, cutoff_Hz=cutoff_Hz, period_us=10_000)
         self.now_ns = 1_000 * MS
         self.counter = 0
 

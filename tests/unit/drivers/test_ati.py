@@ -98,17 +98,17 @@ def fed(*datagrams):
     ("sent", "taken", "errors"),
     [
         ([record(n) for n in (1, 2, 3)], [1, 2, 3], {}),
-        ([record(n) for n in (1, 4, 5)], [1, 4, 5], {"lost": 2}),
-        ([record(n) for n in (1, 2, 2, 3)], [1, 2, 3], {"old": 1}),
-        ([record(n) for n in (1, 3, 2, 4)], [1, 3, 4], {"lost": 1, "old": 1}),
-        ([record(n) for n in (2**32 - 2, 2**32 - 1, 0, 2, 1)], [1, 2, 3, 5], {"lost": 1, "old": 1}),
-        ([record(n) for n in (5, 5 + 10_000)], [1, 10_001], {"lost": 9_999}),
+        ([record(n) for n in (1, 4, 5)], [1, 4, 5], {"lost records": 2}),
+        ([record(n) for n in (1, 2, 2, 3)], [1, 2, 3], {"old records": 1}),
+        ([record(n) for n in (1, 3, 2, 4)], [1, 3, 4], {"lost records": 1, "old records": 1}),
+        ([record(n) for n in (2**32 - 2, 2**32 - 1, 0, 2, 1)], [1, 2, 3, 5], {"lost records": 1, "old records": 1}),
+        ([record(n) for n in (5, 5 + 10_000)], [1, 10_001], {"lost records": 9_999}),
         # An old sample under a new number is no news.
         ([record(1, ft=70), record(2, ft=70), record(3, ft=77), bytes(35)], [1, 3],
-         {"lost": 1, "old": 1, "malformed": 1}),
+         {"lost records": 1, "old records": 1, "malformed datagrams": 1}),
         # Asked again the box counts records from one, its samples continue.
         ([record(900, ft=6300), *(record(n, ft=6300 + 7 * n) for n in (1, 2, 3)), record(2, ft=6314)], [1, 2, 3, 4],
-         {"old": 1}),
+         {"old records": 1}),
     ],
 )  # fmt: skip
 def test_lost_and_old_records_are_counted(sent, taken, errors):
@@ -120,8 +120,8 @@ def test_lost_and_old_records_are_counted(sent, taken, errors):
 def test_samples_go_forward_whatever_the_network_does(sent):
     numbers, device = fed(*map(record, sent))
     assert numbers == sorted(set(numbers))
-    assert device.received + device.errors["old"] == len(sent)
-    assert device.received + device.errors["lost"] == (max(sent) - sent[0] + 1 if sent else 0)
+    assert device.received + device.errors["old records"] == len(sent)
+    assert device.received + device.errors["lost records"] == (max(sent) - sent[0] + 1 if sent else 0)
 
 
 def test_sample_has_scales_marks_and_range():
@@ -177,10 +177,10 @@ def test_dead_network_is_an_error_and_not_silence():
 @pytest.mark.parametrize(
     ("datagrams", "told"),
     [
-        ([], "has sent nothing for 199 ms"),
-        ([record(1)], r"nothing new for 199 ms, but records: old \(1\)"),
-        ([record(501, ft=3500)], r"but records: old \(1\)"),
-        ([bytes(35)], r"but records: malformed \(1\)"),
+        ([], "nothing new for 199 ms;"),
+        ([record(1)], r"nothing new for 199 ms, but old records \(1\)"),
+        ([record(501, ft=3500)], r"but old records \(1\)"),
+        ([bytes(35)], r"but malformed datagrams \(1\)"),
     ],
 )
 def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams, told):
@@ -200,7 +200,7 @@ def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams, 
 def test_no_datagram_raises(datagrams):
     numbers, device = fed(*datagrams)
     assert numbers == sorted(set(numbers))
-    assert device.errors["malformed"] == sum(not data or len(data) % 36 > 0 for data in datagrams)
+    assert device.errors["malformed datagrams"] == sum(not data or len(data) % 36 > 0 for data in datagrams)
 
 
 @pytest.mark.parametrize(

@@ -8,20 +8,11 @@ from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.can_table import CanBusTable
-from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range
 from palpate.drivers.can import CanLink, open_bus
-from palpate.drivers.jr3 import (
-    LEFT_HANDED,
-    RIGHT_HANDED,
-    CanTransport,
-    Jr3,
-    Jr3Settings,
-    shut_down,
-    start_up,
-)
+from palpate.drivers.jr3 import LEFT_HANDED, RIGHT_HANDED, Jr3, shut_down, start_up
 
 _NAME: Final = "JR3"
 _LEAVE_S: Final = 5.0
@@ -40,10 +31,10 @@ class Jr3CanTable(CanBusTable):
     """The board's node."""
     canopen_nodes: tuple[int, ...] = ()
     """CANopen nodes on the same bus."""
-    cutoff_Hz: float = 50.0
-    """Cut-off of the board's filter."""
-    period_us: int = 5000
-    """Time between two readings."""
+    cutoff_Hz: Annotated[float, Range(0.0, 655.35)] = 50.0
+    """Cut-off of the board's filter, in steps of 0.01; 0 is unfiltered."""
+    period_us: Annotated[int, Range(540, 1_000_000)] = 5000
+    """Time between two readings; the shortest leaves half the bus free."""
     axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"
     """Handedness of the sensor's axes."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
@@ -54,6 +45,8 @@ class Jr3CanTable(CanBusTable):
     @override
     def check(self) -> None:
         super().check()
+        # All identifiers of board and drives are multiples of 0x80 plus their node: of equal numbers the drive's
+        # frames are taken for readings and commands, and its TPDO2 stops the sensor.
         self.require("node", self.node not in self.canopen_nodes, "a node that no drive on the bus has")
 
 
@@ -65,14 +58,11 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
     def __init__(self, table: Jr3CanTable, clock: Clock) -> None:
         super().__init__(_NAME, clock, table)
         self._table = table
-        signs = LEFT_HANDED if table.axes == "left-handed" else RIGHT_HANDED
-        with translating("force_sensor"):
-            self.settings = Jr3Settings(table.cutoff_Hz, table.period_us, signs)
 
     @property
     @override
     def period_ns(self) -> int:
-        return self.settings.period_us * 1000
+        return self._table.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
         """Full scales and rate, as the board reports them. It does not report its noise."""
@@ -82,26 +72,25 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         return SensorFactsTable(
             range_N=(float(x), float(y), float(z)),
             range_Nm=(tx / 10, ty / 10, tz / 10),
-            rate_Hz=1e6 / self.settings.period_us,
+            rate_Hz=1e6 / self._table.period_us,
             frame="sensor",
         )
 
     @override
     def _surprise(self, device: Jr3) -> str | None:
-        if device.after_boot:
-            return "the board restarted in mid-run: readings may have jumped"
-        if device.was_zeroed:
-            return (
-                "all channels went to 0 at once after an answer that nobody here had asked for: another client has set"
-                " its zero in mid-run; see what else talks to the board, then acknowledge"
-            )
-        return None
+        return "the board restarted in mid-run: readings may have jumped" if device.after_boot else None
 
     @override
     def _connect(self) -> None:
         table, bus = self._table, open_jr3_bus(self._table)
         self._close_wire = bus.shutdown
-        self.device = Jr3(CanTransport(CanLink(bus), table.node, table.canopen_nodes), self.settings)
+        self.device = Jr3(
+            CanLink(bus),
+            table.node,
+            cutoff_Hz=table.cutoff_Hz,
+            period_us=table.period_us,
+            signs=LEFT_HANDED if table.axes == "left-handed" else RIGHT_HANDED,
+        )
         start_up(self.device, self._clock.now_ns, self._sleep, self._start_timeout_s)
 
     @override

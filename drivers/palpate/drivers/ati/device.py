@@ -8,8 +8,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.drivers.ati.settings import CHECK, NAME, NetFtBox
-from palpate.drivers.device import ForceSample, PolledSensor, listed
-from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
+from palpate.drivers.device import ForceSample, PolledSensor
+from palpate.drivers.errors import DeviceFaultError, WiringError
 
 RDT_PORT: Final = 49152
 START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
@@ -17,7 +17,6 @@ START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
 _RECORD: Final = struct.Struct(">3I6i")
 _ASK_AGAIN_NS: Final = 100_000_000
 """A datagram may be lost: a stream that does not begin is requested again."""
-_STALL_NS: Final = 100_000_000
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
 """Taken per call: more than a socket's buffer holds, so that a stream of any rate ends."""
@@ -87,19 +86,19 @@ class NetFt(PolledSensor):
 
     Attributes:
         received: Records that were news.
-        errors: Records by what they were otherwise: ``lost``, ``old`` (no newer than one before) and ``malformed``
+        errors: Records by what they were otherwise: lost, old (no newer than one before), or malformed
             (datagrams that are no records).
     """
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
-        super().__init__()
+        super().__init__(NAME, "check its power, cable and network, and that no other program has its stream")
         self.box = box
         self.received = 0
         self._wire = wire
         self._number: int | None = None
         self._count: int | None = None
         self._asked_ns: int | None = None
-        self._sequence = self._heard_ns = 0
+        self._sequence = 0
 
     def start(self, now_ns: int) -> None:
         """Request the stream, and drop what still waits of an earlier one."""
@@ -112,20 +111,6 @@ class NetFt(PolledSensor):
         """Request the end of the stream; the box does not confirm it."""
         self._asked_ns = None
         self._send(STOP)
-
-    def check(self) -> None:
-        """Raise what is wrong now."""
-        if self.failure is not None:
-            raise self.failure
-        if self._number is not None and self._polled_ns - self._heard_ns > _STALL_NS:
-            raise self.silence(self._polled_ns)
-
-    @override
-    def silence(self, now_ns: int) -> SilentError:
-        came, ms = listed(self._came()), (now_ns - self._heard_ns) * 1e-6
-        text = f"nothing new for {ms:.0f} ms, but records: {came}" if came else f"nothing for {ms:.0f} ms"
-        remedy = "check its power, cable and network, and that no other program has its stream"
-        return SilentError(NAME, f"has sent {text}", remedy)
 
     @override
     def diagnostics(self) -> dict[str, str]:
@@ -142,13 +127,13 @@ class NetFt(PolledSensor):
         self._polled_ns = now_ns
         for datagram in self._receive():
             if not datagram or len(datagram) % _RECORD.size:
-                self.errors["malformed"] += 1
+                self.errors["malformed datagrams"] += 1
                 continue
             for number, count, status, *counts in _RECORD.iter_unpack(datagram):
                 if self._is_new(number, count):
                     samples.append(self._sample(status, counts, now_ns))
         if samples:
-            self.latest, self._heard_ns = samples[-1], now_ns
+            self.latest = samples[-1]
             self._is_news()
         return samples
 
@@ -171,12 +156,12 @@ class NetFt(PolledSensor):
     def _is_new(self, number: int, count: int) -> bool:
         """Whether the sample of a record is newer than all before. A new stream numbers its records from 1."""
         if self._count is not None and not 0 < (count - self._count) % _WRAP < _WRAP // 2:
-            self.errors["old"] += 1
+            self.errors["old records"] += 1
             return False
         ahead = 1 if self._number is None else (number - self._number) % _WRAP
         ahead = ahead if 0 < ahead < _WRAP // 2 else 1
         self.received += 1
-        self.errors["lost"] += ahead - 1
+        self.errors["lost records"] += ahead - 1
         self._sequence += ahead
         self._number, self._count = number, count
         return True

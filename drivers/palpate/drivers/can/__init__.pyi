@@ -1,4 +1,3 @@
 from .link import CanFrame as CanFrame
 from .link import CanLink as CanLink
-from .link import FrameKind as FrameKind
 from .link import open_bus as open_bus

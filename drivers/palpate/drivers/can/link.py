@@ -5,11 +5,9 @@ notifier.py; seen on a pseudo-terminal), so none is used here: each poll calls `
 see :mod:`palpate.drivers.cia402.link`.
 """
 
-import enum
 import logging
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import can
 import serial
@@ -26,19 +24,8 @@ MAX_FRAMES = 512
 _BUS_OFF = 0x40
 
 
-class FrameKind(enum.Enum):
-    """What sort of CAN frame; only DATA can be ours."""
-
-    DATA = "data"
-    EXTENDED = "29-bit identifier"
-    REMOTE = "remote"
-    ERROR = "error"
-    FD = "CAN FD"
-
-
-@dataclass(frozen=True, slots=True)
-class CanFrame:
-    """A frame as the codec sees it, without a time.
+class CanFrame(NamedTuple):
+    """A data frame with an 11-bit identifier.
 
     Attributes:
         data: Payload. Its real length counts, whatever the interface claimed.
@@ -46,7 +33,6 @@ class CanFrame:
 
     can_id: int
     data: bytes = b""
-    kind: FrameKind = FrameKind.DATA
 
 
 # Back ends log what they then raise, and without a handler Python prints it beside our line.
@@ -142,7 +128,7 @@ class CanLink:
     the bus is opened with another (FACT).
 
     Attributes:
-        garbled: Lines or frames that the interface itself could not decode.
+        garbled: Lines that the interface could not decode, and frames of another kind.
         bus_offs: Error frames that tell of bus-off.
         send_failures: Frames that the interface did not take, for example because its queue was full.
     """
@@ -174,7 +160,11 @@ class CanLink:
                 raise self._gone(error) from error
             if message is None:
                 break
-            frames.append(self._frame(message))
+            if message.is_error_frame or message.is_remote_frame or message.is_extended_id or message.is_fd:
+                self.garbled += 1
+                self.bus_offs += message.is_error_frame and bool(message.arbitration_id & _BUS_OFF)
+            else:
+                frames.append(CanFrame(message.arbitration_id, bytes(message.data)))
         return frames
 
     def send(self, frame: CanFrame) -> bool:
@@ -196,18 +186,6 @@ class CanLink:
         except Exception as error:  # as above
             raise self._gone(error) from error
         return True
-
-    def _frame(self, message: can.Message) -> CanFrame:
-        if message.is_error_frame:
-            self.bus_offs += bool(message.arbitration_id & _BUS_OFF)
-            kind = FrameKind.ERROR
-        elif message.is_remote_frame:
-            kind = FrameKind.REMOTE
-        elif message.is_extended_id:
-            kind = FrameKind.EXTENDED
-        else:
-            kind = FrameKind.FD if message.is_fd else FrameKind.DATA
-        return CanFrame(message.arbitration_id, bytes(message.data), kind)
 
     def _unpoison(self) -> None:
         # python-can's slcan keeps a line that is not UTF-8 and fails on it at every call, until it is told to flush.

@@ -47,13 +47,17 @@ def listed(counts: Mapping[str, int]) -> str:
 class PolledSensor(ABC):
     """A driver of a force sensor.
 
+    Args:
+        remedy: What to do where it falls silent.
+
     Attributes:
         latest: Newest sample; None before the first one.
         failure: Why nothing is taken any more; None otherwise.
         errors: What came besides good samples, counted by what it was.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, name: str, remedy: str) -> None:
+        self.name, self._remedy = name, remedy
         self.latest: ForceSample | None = None
         self.failure: DriverError | None = None
         self.errors: Counter[str] = Counter()
@@ -64,13 +68,11 @@ class PolledSensor(ABC):
         """Say that a new sample has come: what is counted after it came instead of the next."""
         self._errors_before = self.errors.copy()
 
-    def _came(self) -> Counter[str]:
-        """What has come since the newest sample."""
-        return self.errors - self._errors_before
-
-    @abstractmethod
     def silence(self, now_ns: int) -> SilentError:
         """What came instead of news since the newest sample."""
+        since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
+        came = listed(self.errors - self._errors_before)
+        return SilentError(self.name, f"nothing new {since}{f', but {came}' if came else ''}", self._remedy)
 
     def diagnostics(self) -> dict[str, str]:
         """Return identity, settings and error counters by name; ``fault`` is what is wrong at present."""

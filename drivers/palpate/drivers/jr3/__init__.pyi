@@ -3,6 +3,3 @@ from .device import shut_down as shut_down
 from .device import start_up as start_up
 from .messages import LEFT_HANDED as LEFT_HANDED
 from .messages import RIGHT_HANDED as RIGHT_HANDED
-from .messages import Jr3Sample as Jr3Sample
-from .settings import Jr3Settings as Jr3Settings
-from .transport import CanTransport as CanTransport

@@ -6,20 +6,25 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.device import PolledSensor
-from palpate.drivers.errors import DriverError, SettingError, SilentError, StateError
-from palpate.drivers.jr3 import health
-from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
+from palpate.drivers.can import CanLink
+from palpate.drivers.device import ForceSample, PolledSensor, listed
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
+from palpate.drivers.jr3.codec import CanDecoder, encode_can
+from palpate.drivers.jr3.messages import LEFT_HANDED, Ack, FullScales, Op, Reading, Request, Signs
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
-from palpate.drivers.jr3.sampling import Sampler
-from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
-from palpate.drivers.jr3.transport import ACK_TIMEOUT_NS, ATTEMPTS, MIN_PERIOD_US, PING_ATTEMPTS, CanTransport
+from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 
-FIRST_READING_NS = 500_000_000
+FIRST_READING_NS: Final = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
-
-MAX_BOOTS = 5
+MAX_BOOTS: Final = 5
 """Restarts in a row, without a reading between them, that are no fault. Assumed."""
+_STALL_PERIODS: Final = 20
+"""Periods without a new reading after which the sensor counts as silent. Assumed."""
+ACK_TIMEOUT_NS: Final = 250_000_000
+ATTEMPTS: Final = 3
+PING_ATTEMPTS: Final = 16
+"""FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s, so the first request is made more often."""
+_REMEDY: Final = "check power, wiring, bit rate and termination, and that the sensor is plugged into its board"
 
 
 class Jr3(PolledSensor):
@@ -29,34 +34,28 @@ class Jr3(PolledSensor):
     Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
     reads zero right after :meth:`open` has such firmware.)
 
-    Raises:
-        SettingError: The wire cannot carry as many readings.
+    Args:
+        cutoff_Hz: Cut-off of the board's first-order low-pass filter, up to 655.35; 0 = unfiltered.
+        period_us: Time between readings, in microseconds.
+        signs: See :data:`palpate.drivers.jr3.messages.LEFT_HANDED`.
+
+    Attributes:
+        after_boot: Whether the board restarted in mid-run. Until acknowledged.
     """
 
-    def __init__(self, wire: CanTransport, settings: Jr3Settings | None = None) -> None:
-        self._settings = settings = Jr3Settings() if settings is None else settings
-        if settings.period_us < MIN_PERIOD_US:
-            problem = f"{settings.period_us} us between readings is too short"
-            raise SettingError(wire.name, problem, f"choose {MIN_PERIOD_US} us or more on this wire")
-        super().__init__()
+    def __init__(
+        self, link: CanLink, node: int, *, cutoff_Hz: float, period_us: int, signs: Signs = LEFT_HANDED
+    ) -> None:
+        super().__init__(f"JR3 on CAN, node {node}", _REMEDY)
         self.phase = Jr3Phase.CLOSED
-        self._wire, self._exchange = wire, RequestInFlight()
-        self._cutoff_cHz, self._period_us = settings.cutoff_cHz, settings.period_us
-        self._settling_ns = settling_ns(self._cutoff_cHz)
-        self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
+        self.after_boot = False
+        self._link, self._node, self._exchange = link, node, RequestInFlight()
+        self._cutoff_cHz, self._period_us = round(cutoff_Hz * 100.0), period_us
+        self._decoder = CanDecoder(node, self.errors)
+        self._sampler = Sampler(self._cutoff_cHz, signs, self.errors)
         self._heard = self._started = False
         self._fences = self._boots = self._boots_in_row = 0
         self._raw_scales: tuple[int, ...] = ()
-
-    @property
-    def after_boot(self) -> bool:
-        """Whether the board restarted in mid-run. Until acknowledged."""
-        return self._sampler.after_boot
-
-    @property
-    def was_zeroed(self) -> bool:
-        """Whether another client has set its zero in mid-run, as far as that shows. Until acknowledged."""
-        return self._sampler.was_zeroed
 
     @property
     def full_scales(self) -> FullScales:
@@ -66,7 +65,7 @@ class Jr3(PolledSensor):
             StateError: They have not been read yet.
         """
         if self._sampler.full_scales is None:
-            raise StateError(self._wire.name, "has not been asked yet", "open it and poll first")
+            raise StateError(self.name, "has not been asked yet", "open it and poll first")
         return self._sampler.full_scales
 
     def open(self) -> None:
@@ -78,7 +77,7 @@ class Jr3(PolledSensor):
         self._wish(Jr3Event.ASKED_TO_OPEN)
         self.failure, self._heard, self._started = None, False, False
         self._fences, self._boots_in_row = ATTEMPTS, 0
-        self._wire.forget()
+        self._decoder.forget()
 
     def stop(self) -> None:
         """Stop the stream; poll until ``phase`` is CLOSED. StateError when it is closed."""
@@ -86,66 +85,53 @@ class Jr3(PolledSensor):
 
     @override
     def acknowledge(self) -> None:
-        """Say that a restart of the board, or the zero of another client, has been seen; it is no longer reported."""
-        self._sampler.after_boot = self._sampler.was_zeroed = False
+        """Say that a restart of the board has been seen; it is no longer reported."""
+        self.after_boot = False
 
+    @override
     def check(self) -> None:
-        """Raise what is wrong now."""
         if self.failure is not None:
             raise self.failure
         if self.phase is Jr3Phase.SILENT:
             raise self.silence(self._polled_ns)
 
     @override
-    def silence(self, now_ns: int) -> SilentError:
-        return health.no_reading(self._wire.name, now_ns - self._sampler.last_new_ns, self._came())
-
-    @override
-    def poll(self, now_ns: int) -> list[Jr3Sample]:
-        """Take what has arrived, and do what is due."""
-        samples: list[Jr3Sample] = []
+    def poll(self, now_ns: int) -> list[ForceSample]:
+        samples: list[ForceSample] = []
         self._polled_ns = now_ns
         if self.phase in (Jr3Phase.CLOSED, Jr3Phase.FAULTED):
             return samples
         try:
-            for message in self._wire.receive():
+            for frame in self._link.receive():
+                message = self._decoder.decode(frame)
                 if isinstance(message, Reading):
                     sample = self._read(message, now_ns)
                     if sample is not None:
                         samples.append(sample)
                 elif isinstance(message, Ack):
                     self._answered(message, now_ns)
-                else:
+                elif message is not None:
                     self._booted()
             self._do_due(now_ns)
         except DriverError as error:
             self._fail(error, Jr3Event.LINK_LOST)
-        self._count()
         if samples:
             self._is_news()
         return samples
 
-    def _count(self) -> None:
-        wire, sampler, counter = self._wire.counts(), self._sampler, self._sampler.counter
-        counts = (
-            counter.duplicates + wire.duplicates, wire.garbage, wire.orphans, counter.doubted, counter.restarts,
-            sampler.full, self._exchange.strays,
-        )  # fmt: skip
-        self.errors = Counter(dict(zip(health.REMEDIES, counts, strict=True)))
-
     @override
     def diagnostics(self) -> dict[str, str]:
-        found, wire, counter = super().diagnostics(), self._wire.counts(), self._sampler.counter
-        found["board"] = f"{self._wire.name}, filter {self._cutoff_cHz / 100:g} Hz, every {self._period_us} us"
-        found["readings"] = f"{self._sampler.samples}, {counter.missed} missed in {counter.gaps} gaps"
-        found["wire"] = f"{wire.good} frames, {wire.bus_offs} bus-offs, {self._exchange.timeouts} time-outs"
-        found["restarts"] = f"{self._boots + counter.restarts}"
+        found = super().diagnostics()
+        found["board"] = f"{self.name}, filter {self._cutoff_cHz / 100:g} Hz, every {self._period_us} us"
+        found["readings"] = f"{self._sampler.samples}"
+        found["wire"] = f"{self._link.garbled} frames of another kind, {self._link.bus_offs} bus-offs"
+        found["restarts"] = f"{self._boots + self.errors[RESTARTED]}"
         return found
 
     def _wish(self, cue: Jr3Event) -> None:
         if not self._advance(cue):
             problem = f"cannot be {cue.value} while {self.phase.value}"
-            raise StateError(self._wire.name, problem, "poll it until it is in another phase")
+            raise StateError(self.name, problem, "poll it until it is in another phase")
 
     def _advance(self, cue: Jr3Event) -> bool:
         after = TRANSITIONS.get((self.phase, cue))
@@ -171,8 +157,6 @@ class Jr3(PolledSensor):
     def _answered(self, ack: Ack, now_ns: int) -> None:
         self._heard = True
         if self._exchange.answer(ack, now_ns) is None:
-            if self._exchange.request is None:
-                self._sampler.unasked_ns = now_ns
             return
         if self.phase is Jr3Phase.READING_SCALES:
             self._scales_read(ack.scales)
@@ -195,14 +179,15 @@ class Jr3(PolledSensor):
         self._heard = True
         self._boots += 1
         self._boots_in_row += 1
-        self._wire.forget()
-        self._sampler.after_boot |= self._started
+        self._decoder.forget()
+        self.after_boot |= self._started
         if self._boots_in_row > MAX_BOOTS:
-            self._fail(health.too_many_boots(self._wire.name, self._boots_in_row))
+            problem = f"has restarted {self._boots_in_row} times without a reading between"
+            self._fail(DeviceFaultError(self.name, problem, "check its supply voltage and its cable"))
         elif self._advance(Jr3Event.BOOTED):
             self._fences = ATTEMPTS
 
-    def _read(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
+    def _read(self, reading: Reading, now_ns: int) -> ForceSample | None:
         if self.phase not in READABLE:
             return None
         sample = self._sampler.take(reading, now_ns)
@@ -214,18 +199,17 @@ class Jr3(PolledSensor):
         return sample
 
     def _do_due(self, now_ns: int) -> None:
-        patience_ns = self._settings.stall_ns
+        patience_ns = _STALL_PERIODS * self._period_us * 1000
         if self.phase is Jr3Phase.AWAITING:
             patience_ns = max(patience_ns, FIRST_READING_NS)
         if self.phase in FLOWING and now_ns - self._sampler.last_new_ns > patience_ns:
-            self._sampler.counter.resume()
-            self._wire.forget()
+            self._decoder.forget()
             self._advance(Jr3Event.STALLED)
         if self._exchange.exhausted(now_ns):
             self._give_up()
         request = self._exchange.request
         if request is not None and self._exchange.due(now_ns):
-            self._wire.send(request)
+            self._link.send(encode_can(request, self._node))
 
     def _give_up(self) -> None:
         if self.phase is Jr3Phase.READING_SCALES and self._fences > 0:
@@ -234,8 +218,16 @@ class Jr3(PolledSensor):
         elif self.phase is Jr3Phase.LEAVING:
             self._advance(Jr3Event.GAVE_UP)
         else:
-            name, doing, refused = self._wire.name, self.phase.value, self._exchange.refused
-            self._fail(health.no_answer(name, doing, self._wire.counts(), refused=refused, heard=self._heard))
+            self._fail(self._no_answer())
+
+    def _no_answer(self) -> DriverError:
+        if self._exchange.refused:
+            remedy = "check the cable between sensor and board, then power the board again"
+            return DeviceFaultError(self.name, "the board says that its sensor is not initialised", remedy)
+        if self._heard:
+            return SilentError(self.name, f"no answer while {self.phase.value}", _REMEDY)
+        came = listed(self.errors + Counter({"frames of another kind": self._link.garbled}))
+        return WiringError(self.name, f"no answer ({came or 'nothing comes'})", f"{_REMEDY}; check its node number")
 
     def _fail(self, error: DriverError, cue: Jr3Event = Jr3Event.GAVE_UP) -> None:
         if self._advance(cue):

@@ -8,7 +8,7 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from palpate.drivers.device import ForceSample, Vector3
+from palpate.drivers.device import Vector3
 from palpate.drivers.errors import DeviceFaultError
 
 Counts3: TypeAlias = tuple[int, int, int]
@@ -66,22 +66,6 @@ class Bootup:
 
 
 @dataclass(frozen=True, slots=True)
-class Forces:
-    """Half a reading: Fx, Fy, Fz in counts, and the frame counter, 0 to 65535."""
-
-    counts: Counts3
-    counter: int
-
-
-@dataclass(frozen=True, slots=True)
-class Moments:
-    """The other half: Mx, My, Mz in counts, and the frame counter, 0 to 65535."""
-
-    counts: Counts3
-    counter: int
-
-
-@dataclass(frozen=True, slots=True)
 class Reading:
     """A whole reading in counts, in the sensor's own axes, and its frame counter, 0 to 65535."""
 
@@ -91,28 +75,6 @@ class Reading:
 
 
 Message: TypeAlias = Ack | Bootup | Reading
-
-
-@dataclass(slots=True)
-class TransportCounts:
-    """What a wire has seen.
-
-    Attributes:
-        foreign: Frames of other nodes, normal on a shared bus, and commands to ours: if the bus does not echo our own,
-            there is another master.
-        garbage: Frames that made no sense: of a known operation with another length, as a
-            CANopen heartbeat's, error, remote, extended and FD frames.
-        orphans: Halves of readings without the other half.
-        duplicates: Halves of readings that came twice.
-        bus_offs: Bus-off reports.
-    """
-
-    good: int = 0
-    foreign: int = 0
-    garbage: int = 0
-    orphans: int = 0
-    duplicates: int = 0
-    bus_offs: int = 0
 
 
 Signs: TypeAlias = tuple[int, int, int, int, int, int]
@@ -196,16 +158,3 @@ def peak_counts(reading: Reading) -> int:
     """
     values = (*reading.forces, *reading.moments)
     return max(max(values), -min(values))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Jr3Sample(ForceSample):
-    """A reading. CALC: its filter delays it by about 1/(2 pi cut-off).
-
-    Attributes:
-        counter: Frame counter of the board, 0 to 65535; ``sequence`` is the same unwrapped.
-        after_boot: The board restarted in mid-run and that was not acknowledged yet.
-    """
-
-    counter: int
-    after_boot: bool = False

@@ -99,13 +99,11 @@ class RequestInFlight:
 
     Attributes:
         request: In flight or waiting to be sent; None when there is none.
-        strays: Acknowledgements that answer nothing: late ones, and ones of the wrong length.
     """
 
     def __init__(self) -> None:
         self.request: Request | None = None
         self.refused = False
-        self.timeouts = self.strays = 0
         self._attempts_left = 0
         self._sent_ns: int | None = None
         self._timeout_ns = 0
@@ -123,7 +121,6 @@ class RequestInFlight:
         """Whether the request must be sent now, for the first time or again; False when attempts are used up."""
         if self.request is None or self._attempts_left == 0 or not self._waited(now_ns):
             return False
-        self._note_timeout()
         self._attempts_left -= 1
         self._sent_ns = now_ns
         return True
@@ -132,7 +129,6 @@ class RequestInFlight:
         """Whether the last attempt, too, has timed out; the request is then forgotten."""
         if self.request is None or self._attempts_left > 0 or not self._waited(now_ns):
             return False
-        self._note_timeout()
         self.request = None
         return True
 
@@ -140,7 +136,6 @@ class RequestInFlight:
         """Take an acknowledgement; give back the request that it completes, or None."""
         request = self.request
         if request is None or self._sent_ns is None or len(ack.scales) != SCALES_IN_REPLY.get(request.op, 0):
-            self.strays += 1
             return None
         self.refused = not ack.ready
         if self.refused:
@@ -150,6 +145,3 @@ class RequestInFlight:
 
     def _waited(self, now_ns: int) -> bool:
         return self._sent_ns is None or now_ns - self._sent_ns >= self._timeout_ns
-
-    def _note_timeout(self) -> None:
-        self.timeouts += self._sent_ns is not None and not self.refused

@@ -8,7 +8,7 @@ from typing import Any, Final
 from typing_extensions import override
 
 from palpate.drivers.device import ForceSample, PolledSensor
-from palpate.drivers.errors import DriverError, GarbledError, SilentError, WiringError
+from palpate.drivers.errors import DriverError, GarbledError, WiringError
 from palpate.drivers.ros2.arm import link_diagnostics
 from palpate.drivers.ros2.judgement import StampClock, require_one_publisher
 from palpate.drivers.ros2.link import Ros2Link
@@ -25,16 +25,10 @@ class Ros2Wrench(PolledSensor):
     """
 
     def __init__(self, link: Ros2Link, frame: str, sign: int = 1) -> None:
-        super().__init__()
+        super().__init__(_NAME, f"check the robot's driver, its topic {link.reads} and the network")
         self._link, self._frame, self._sign = link, frame, sign
         self._stamps = StampClock(link.reads)
         self._count = 0
-
-    @override
-    def silence(self, now_ns: int) -> SilentError:
-        since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
-        problem = f"no message of {self._link.reads} has come {since}"
-        return SilentError(_NAME, problem, "check the robot's driver and the network")
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:

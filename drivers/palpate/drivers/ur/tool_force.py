@@ -5,8 +5,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.drivers.device import ForceSample, PolledSensor
-from palpate.drivers.errors import DriverError, SilentError, WiringError
-from palpate.drivers.ur.link import CHECK, NAME, UrLink
+from palpate.drivers.errors import DriverError, WiringError
+from palpate.drivers.ur.link import CHECK, UrLink
 
 RANGE_N: Final = (50.0, 50.0, 50.0)
 RANGE_NM: Final = (10.0, 10.0, 10.0)
@@ -17,13 +17,8 @@ class UrToolForce(PolledSensor):
     """The sensor, in the flange's frame; it saturates at its rated range. Opens nothing: the link is open."""
 
     def __init__(self, link: UrLink) -> None:
-        super().__init__()
+        super().__init__(f"tool force of {link.host}", CHECK)
         self._link, self._timestamp_s, self._count = link, -1.0, 0
-
-    @override
-    def silence(self, now_ns: int) -> SilentError:
-        since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
-        return SilentError(NAME, f"the tool force of {self._link.host} has not come {since}", CHECK)
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:

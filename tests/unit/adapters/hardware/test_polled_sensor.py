@@ -8,19 +8,14 @@ from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Validity
 from palpate.drivers.device import ForceSample, PolledSensor
-from palpate.drivers.errors import SilentError
 
 
 class Busy(PolledSensor):
     """A poll takes longer than a reading: each finds a new one."""
 
     def __init__(self, clock):
-        super().__init__()
+        super().__init__("sensor", "wait")
         self.clock, self.count = clock, 0
-
-    @override
-    def silence(self, now_ns):
-        return SilentError("sensor", "is silent", "wait")
 
     @override
     def poll(self, now_ns):

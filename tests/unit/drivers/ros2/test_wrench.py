@@ -42,7 +42,7 @@ TROUBLES = {
     "clock set back": (
         lambda domain: setattr(domain, "stamp_ns", domain.stamp_ns - 10**9), "stamps of /wrench jump back by 0.9",
     ),
-    "silence": (lambda domain: setattr(domain, "is_plugged", False), "no message of /wrench has come for 1"),
+    "silence": (lambda domain: setattr(domain, "is_plugged", False), "nothing new for 1"),
 }  # fmt: skip
 
 

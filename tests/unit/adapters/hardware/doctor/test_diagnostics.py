@@ -112,4 +112,4 @@ def test_jr3_reports_its_board(desk):
     found = sensor.diagnostics()
     assert found["fault"] == ""
     assert "node 1" in found["board"]
-    assert "0 missed" in found["readings"]
+    assert int(found["readings"]) > 0
