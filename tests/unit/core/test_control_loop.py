@@ -14,10 +14,8 @@ from palpate.adapters.contracts import FakeClock
 from palpate.core.control_loop import (
     LoopObserver,
     next_slot,
-    next_snapshot,
     run_trial,
     tick_time_ns,
-    trial_ticks,
 )
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import (
@@ -110,28 +108,6 @@ class TestLoop:
         world = FakeWorld(HOLE)
         with pytest.raises(LifecycleError):
             run(world, Watch(world))
-
-    def test_caller_who_steps_the_task_itself_has_the_same_trial(self):
-        whole, halves = FakeWorld(HOLE), FakeWorld(HOLE)
-        with whole:
-            report = run_trial(build_task(FollowTorque()), whole.ports, SETUP)
-        task, choices = build_task(FollowTorque()), 0
-        with halves:
-            ticks = trial_ticks(task, halves.ports, SETUP)
-            snapshot = next(ticks, None)
-            while snapshot is not None:
-                observation = task.sense(snapshot)
-                if observation is not None:
-                    # It is asked before it is chosen, and everything that the choice depends on is known.
-                    assert observation.action_number == choices == len(task.report.decisions)
-                    assert task.percept is not None
-                    assert observation.state == task.percept[1]
-                    assert (observation.force_N, observation.torque_Nm) == task.wrench_at_tip
-                    choices += 1
-                snapshot = next_snapshot(ticks, task.act())
-            assert_stopped(halves)
-        assert task.report == report
-        assert choices == report.actions > 1
 
     def test_sensor_that_fails_while_the_tool_is_drawn_back_does_not_leave_it_there(self):
         drawn_back_to = []
@@ -251,27 +227,6 @@ class TestObservers:
         assert len(ticks) == report.ticks == len(diary.sends)
         assert diary.ticks == [(tick, tick_time_ns(0, tick)) for tick in range(report.ticks)]
 
-    def test_retreat_is_observed_without_anything_asked(self):
-        world = FakeWorld(HOLE)
-        diary, guard = Diary(world), supervisor()
-
-        class Jumpy(Watch):
-            def act(self):
-                command = super().act()
-                return (
-                    command if len(self.commands) < 50 else JointCommand(tuple(q + 1.0 for q in command.position_rad))
-                )
-
-        with world:
-            report = run_trial(Jumpy(world), world.ports, SETUP, guard, (diary,))  # type: ignore[arg-type]
-        assert report.outcome is Outcome.TRIPPED
-        assert diary.events.pop() == "stopped"
-        ticks = split(diary.events)
-        watched = [*PLAIN_TICK[:6], "supervised", "sent"]
-        retreat = [name for name in watched if name not in ("sensed", "acted")]
-        assert ticks == [watched] * report.ticks + [retreat] * (len(ticks) - report.ticks)
-        assert len(ticks) > report.ticks
-
     @pytest.mark.parametrize(("device", "calling"), [("sensor", "force_sensor"), ("encoder", "joint_encoder")])
     def test_what_failed_is_observed_with_the_tick_as_far_as_it_came(self, device, calling):
         world = FakeWorld(HOLE)
@@ -303,20 +258,6 @@ class TestObservers:
         # A trial that an error ended came to nothing.
         assert policy.ended == []
 
-    def test_observer_that_raises_ends_the_trial_and_is_no_port(self):
-        world = FakeWorld(HOLE)
-        diary = Diary(world)
-
-        class Strict(LoopObserver):
-            def clock_read(self, deadline_ns, time_ns):
-                raise DeviceError("control loop", "late")
-
-        with world, pytest.raises(DeviceError, match="late"):
-            run_trial(build_task(FollowTorque()), world.ports, SETUP, None, (diary, Strict()))
-        ((_, tick),) = diary.failures
-        assert (tick.calling, tick.wrench) == ("", None)
-        assert diary.events == ["begun", "waited", "clock_read", "failed", "stopped"]
-
     def test_arm_that_cannot_be_stopped_is_observed_too(self, monkeypatch):
         world, error = FakeWorld(HOLE), DeviceError("arm", "cable cut")
         diary = Diary(world)
@@ -332,15 +273,3 @@ class TestObservers:
                     run_trial(build_task(FollowTorque()), world.ports, SETUP, None, (diary,))
         assert diary.stops == [error]
         assert diary.failures == []
-
-    def test_ticks_that_are_let_go_are_observed(self):
-        world = FakeWorld(HOLE)
-        diary, task = Diary(world), build_task(FollowTorque())
-        with world:
-            ticks = trial_ticks(task, world.ports, SETUP, None, (diary,))
-            task.sense(next(ticks))
-            ticks.close()
-        ((error, tick),) = diary.failures
-        assert isinstance(error, GeneratorExit)
-        assert (tick.wrench is None, tick.joints is None, tick.calling) == (False, False, "")
-        assert diary.events == ["begun", *PLAIN_TICK[:4], "failed", "stopped"]

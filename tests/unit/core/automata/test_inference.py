@@ -13,10 +13,6 @@ from palpate.core.automata import Kind, Machine, PrefixTree, Strings, bounded_pa
 from palpate.core.automata.choice import (
     ExtractionSettings,
     accepting_extract,
-    cheapest,
-    labelled,
-    last_symbols,
-    looseness,
     model_loss,
     predicting_extracts,
     price_of,
@@ -145,26 +141,11 @@ class TestChoice:
         assert found.intervals == 2
         assert found.cost == 0.5
 
-    def test_acceptor_that_lets_little_through_and_is_right_is_tighter(self):
-        tree = PrefixTree.of(Strings.of(["aa", "aa", "ab"], [True, True, False]))
-        only_a = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 1)), (True, False))
-        even_b = Machine(Kind.DFA, ("a", "b"), ((0, 1), (1, 0)), (True, False))
-        assert looseness(only_a, tree) == pytest.approx(2.0 * np.log(0.25) + np.log(0.75))
-        assert looseness(even_b, tree) == pytest.approx(3.0 * np.log(0.5))
-
     def test_another_alphabet_is_refused(self):
         with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
             accepting_extract(parity(), AB, ExtractionSettings())
         with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
             predicting_extracts(last_symbol(), AB, ExtractionSettings(), EVEN)
-
-    def test_all_q_are_judged_for_prediction_and_the_smallest_of_equals_is_taken(self):
-        found = predicting_extracts(last_symbol(), AB, ExtractionSettings(most_intervals=6), HELD)
-        assert [extract.intervals for extract in found] == [2, 3, 4, 5, 6]
-        assert {extract.states for extract in found} == {3}
-        chosen = cheapest(found)
-        assert chosen is found[0]
-        assert chosen.cost == chosen.loss + chosen.price
 
     def test_loss_is_that_of_counted_probabilities(self):
         one_state = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (("a",),))
@@ -174,16 +155,6 @@ class TestChoice:
         # Held out: a 3, b 3, end 2.
         assert model_loss(one_state, AB, HELD) == pytest.approx(-(np.array([3, 3, 2]) @ np.log(shares)) / 8)
         assert price_of(one_state, AB) == pytest.approx(2 / 13)
-
-    def test_where_an_incomplete_automaton_is_lost_it_goes_on_as_its_follower_does(self):
-        # After b there is no way on: all else is being lost, in one state of its own.
-        lost = Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),))
-        assert 0.0 < model_loss(lost, AB, HELD) < 2.0
-        assert model_loss(last_symbols(AB, 1), AB, HELD) < model_loss(lost, AB, HELD)
-
-    def test_states_are_named_by_their_last_symbol_and_what_follows(self):
-        assert last_symbols(AB, 1).transitions == ((1, 2), (None, 2), (1, None))
-        assert labelled(last_symbols(AB, 1), AB).labels == ("start > a b", "a > b", f"b > {END} a")
 
     def test_q_of_too_many_states_is_left_out(self):
         # One tanh unit: three intervals give one state, four give four.
@@ -246,14 +217,3 @@ class TestInference:
         assert machine.output_of(word[:2]) == ("c",)
         assert machine.output_of(word) == ("b", END)
         assert (walks.strings, walks.held_out) == (288, 72)
-
-    def test_report_has_all_q_and_a_picture(self, walks):
-        assert [extract.intervals for extract in walks.extracts] == list(range(2, 21))
-        assert walks.chosen.cost == min(extract.cost for extract in walks.extracts)
-        assert walks.hidden.shape == (len(walks.cells), 2)
-        assert set(walks.cells) <= set(range(walks.chosen.raw_states))
-        beside = ", ".join(f"last {count} {walks.beside[f'last {count}']:.4f}" for count in range(4))
-        assert f"on 72 held-out strings: {walks.chosen.loss:.4f} nats a symbol; {beside}" in walks.summary
-        # No orphan states, and each says what it stands for.
-        assert walks.machine.reachable() == tuple(range(walks.chosen.states))
-        assert all(" > " in name for name in walks.machine.names)

@@ -12,13 +12,12 @@ from palpate.core.automata import document, to_json_text
 from palpate.core.automata.document import from_json_text
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference, equivalent_states, minimised
-from palpate.core.automata.texts import Edge, edges, shown_name, shown_names, shown_output, to_dot_text
+from palpate.core.automata.texts import shown_names, shown_output, to_dot_text
 from palpate.core.errors import CommandError, ConfigurationError
-from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table, dfa, machines, words
+from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, machines, words
 from tests.unit.core.json_changes import put, require_refused
 
 PARITY = dfa([[1, 0], [0, 1]], [0])
-HOLES = dfa([[1, None], [None, None]], [1])
 TWO_OUTPUTS = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
 
 
@@ -30,15 +29,6 @@ class TestMachine:
         assert PARITY.symbol("b") == 1
         with pytest.raises(CommandError, match="one of a, b: 'c'"):
             PARITY.symbol("c")
-
-    def test_beyond_what_is_known_there_is_no_state_and_no_output(self):
-        assert HOLES.state_after((0, 0, 1)) is None
-        assert HOLES.output_of((1,)) is None
-        assert (PARITY.complete, HOLES.complete) == (True, False)
-
-    def test_numbered_labels_are_no_labels(self):
-        assert replace(PARITY, labels=("s0", "s1")) == PARITY
-        assert replace(PARITY, labels=("s1", "s0")).labels == ("s1", "s0")
 
     @pytest.mark.parametrize(
         ("machine", "changes", "field"),
@@ -90,30 +80,10 @@ class TestMinimal:
         assert len(classes_by_table(small)) == len(small.transitions)
         assert small.complete or not machine.complete
 
-    def test_numbers_go_breadth_first_in_the_order_of_the_symbols(self):
-        machine = dfa([[3, 1], [2, 2], [2, 2], [0, 2]], [2], labels="pqrs")
-        assert canonical(machine).labels == ("p", "s", "q", "r")
-        assert canonical(machine).transitions == ((1, 2), (0, 3), (3, 3), (3, 3))
-
     def test_merged_states_carry_the_names_of_all(self):
         small = minimised(ENDS_IN_AB)
         assert small == dfa([[1, 0], [1, 2], [1, 0]], [2], labels=("none", "a1|a2|a3", "ab"))
         assert equivalent_states(ENDS_IN_AB) == ((0,), (1, 2, 4), (3,))
-
-    def test_labels_stay_different_even_where_one_looks_like_two(self):
-        machine = dfa([[1, 2], [3, 3], [3, 3], [0, 0]], [3], labels=("p|q", "p", "q", "r"))
-        assert minimised(machine).labels == ("p|q", "p|q (2)", "r")
-        chain = dfa([[1, 0], [2, 0], [3, 0], [0, 0]], [0, 1, 2, 3], labels=("first", "b", "c", "d"))
-        assert minimised(chain).labels == ("first|3 more",)
-
-    def test_each_state_needs_a_class(self):
-        with pytest.raises(ConfigurationError, match="6 classes"):
-            minimised(ENDS_IN_AB, apart=["p"])
-
-    def test_large_machine_is_soon_done(self):
-        count = 20_000
-        ring = dfa([[(state + 1) % count] for state in range(count)], range(0, count, 4), alphabet="a")
-        assert minimised(ring).transitions == ((1,), (2,), (3,), (0,))
 
     @given(pairs)
     def test_first_of_the_shortest_words_is_found(self, pair):
@@ -130,11 +100,6 @@ class TestMinimal:
             assert found.symbols == tuple("ab"[symbol] for symbol in found.word)
             assert found.outputs == (one.output_of(found.word), other.output_of(found.word))
             assert found.outputs[0] != found.outputs[1]
-
-    def test_difference_reads_as_a_sentence(self):
-        found = difference(dfa([[0, 1], [None, 1]], [0]), dfa([[0, 1], [0, 1]], [0]))
-        assert str(found) == "the word b a: not known against true"
-        assert found.word == (1, 0)
 
     @pytest.mark.parametrize("alphabet", ["abc", "ba"])
     def test_another_alphabet_is_refused_naming_both(self, alphabet):
@@ -219,38 +184,12 @@ shown = st.text(min_size=1, max_size=5) | st.sampled_from(
 shown_outputs = (
     st.booleans() | st.text(max_size=3) | st.sampled_from(["true", "false"]) | st.lists(shown, max_size=3).map(tuple)
 )
-QUOTED = [
-    ("in the middle", "in the middle"),
-    (" a", '" a"'),
-    ("", '""'),
-    ('a"b', r'"a\"b"'),
-    ("a\nb", r'"a\nb"'),
-    ("a\\b", r'"a\\b"'),
-    ("a,b", '"a,b"'),
-]
-
-
 with warnings.catch_warnings():
     # pydot calls its parser library by dot_names of old.
     warnings.filterwarnings("ignore", category=DeprecationWarning, module=r"pydot\.")
     from pydot.dot_parser import parse_dot_data
 
 
-NAMED_ = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
-DOT = """\
-digraph automaton {
-  kind="dfa";
-  alphabet="a, b";
-  rankdir=LR;
-  start [shape=point, label=""];
-  q0 [shape=doublecircle, label="even"];
-  q1 [shape=circle, label="odd"];
-  start -> q0;
-  q0 -> q1 [label="a"];
-  q0 -> q0 [label="b"];
-  q1 -> q0 [label="a"];
-}
-"""
 dot_names = st.text(min_size=1, max_size=4) | st.sampled_from(
     ["\\N", "&lt;", 'a"', "a\\", "\n", "true", "s0", "x / y", "\\n"]
 )
@@ -265,29 +204,6 @@ class TestTexts:
     @given(shown_outputs, shown_outputs)
     def test_different_outputs_read_differently(self, one, other):
         assert (shown_output(one) == shown_output(other)) == (one == other and type(one) is type(other))
-
-    @pytest.mark.parametrize(("name", "shown"), QUOTED)
-    def test_what_might_be_misread_is_in_quotes(self, name, shown):
-        assert shown_name(name) == shown
-
-    def test_symbols_that_lead_the_same_way_share_an_edge(self):
-        machine = dfa([[0, 1, 0], [None, 1, 1]], [1], alphabet="abc")
-        assert edges(machine) == (Edge(0, 0, "a, c"), Edge(0, 1, "b"), Edge(1, 1, "b, c"))
-
-    def test_dfa_as_dot(self):
-        assert to_dot_text(NAMED_) == DOT
-
-    def test_moore_machine_shows_its_outputs_below_the_names(self):
-        machine = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("p", "q")))
-        text = to_dot_text(machine)
-        assert '  q0 [shape=circle, label="s0\\nx"];' in text
-        assert '  q1 [shape=circle, label="s1\\n{p, q}"];' in text
-
-    def test_marks_are_escaped(self):
-        machine = dfa([[0]], [], alphabet=("&",), labels=('\\N"',))
-        text = to_dot_text(machine)
-        assert r'  q0 [shape=circle, label="\"\\\\N\\\"\""];' in text
-        assert '  alphabet="&amp;";' in text
 
     @settings(max_examples=10)
     @given(machines(), dot_names)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.automata import PrefixTree
-from palpate.core.automata.elman import END, Architecture, Network, Readout, network_text, network_to_dict
+from palpate.core.automata.elman import Architecture, Network, Readout, network_text, network_to_dict
 from palpate.core.automata.restarts import Restarts, TrainingTask, levels_of
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings, train
@@ -53,20 +53,6 @@ class TestStrings:
         assert kept.alphabet == held.alphabet == strings.alphabet
         assert abs(len(held.words) - share * len(strings.words)) <= 1.0
 
-    def test_split_keeps_labels_with_their_strings(self):
-        strings = Strings.of([f"{n:04b}" for n in range(16)], [n % 3 == 0 for n in range(16)])
-        for part in strings.split(0.25, 3):
-            assert all(
-                label == (int("".join(map(str, w)), 2) % 3 == 0)
-                for w, label in zip(part.words, part.labels, strict=True)
-            )
-        assert len(strings.split(0.25, 3)[1].words) == 4
-
-    @pytest.mark.parametrize("share", [0.0, 1.0, -0.5])
-    def test_split_has_two_sides(self, share):
-        with pytest.raises(ConfigurationError, match="above 0 and below 1"):
-            Strings.of(["AB", "BA"]).split(share, 0)
-
 
 def prefixes(tree):
     found = []
@@ -79,16 +65,6 @@ words = st.lists(st.lists(st.integers(0, 2), min_size=1, max_size=7).map(tuple),
 
 
 class TestPrefixTree:
-    def test_small_tree(self):
-        tree = PrefixTree.of(Strings.of(["BA", "A", "BB", "BA"]))
-        assert prefixes(tree) == [(), (0,), (1,), (1, 0), (1, 1)]
-        assert tree.levels.tolist() == [0, 1, 3, 5]
-        assert tree.counts.tolist() == [[1, 3, 0], [0, 0, 1], [2, 1, 0], [0, 0, 2], [0, 0, 1]]
-        assert tree.passes.tolist() == [4, 1, 3, 2, 1]
-        assert tree.nodes.tolist() == [3, 1, 4, 3]
-        assert tree.labels.tolist() == [-1] * 5
-        assert list(tree.blocks()) == [[(0, 1, 2), (1, 2, 3)], [(0, 3, 4), (1, 4, 5)]]
-
     @given(words)
     def test_tree_holds_each_prefix_once_and_counts_its_strings(self, listed):
         strings = Strings(("a", "b", "c"), ((0, 1), *listed))
@@ -144,10 +120,6 @@ class TestElman:
         assert shares.shape == (2, 4)
         assert shares.sum(axis=1) == pytest.approx(1.0)
         assert np.isfinite(shares).all()
-
-    def test_end_of_a_string_is_no_symbol(self):
-        with pytest.raises(ConfigurationError, match="means the end of a string"):
-            Architecture(alphabet=("a", END), reading=Readout.PREDICTION)
 
     def test_another_alphabet_is_refused_also_in_another_order(self):
         one = network()
@@ -236,17 +208,6 @@ class TestRestarts:
         assert bias[2].tolist() == [0.0] * 4
         assert torch.isfinite(restarts.parameters["start"].grad).all()
 
-    def test_noise_comes_from_its_generator(self):
-        import torch
-
-        levels, restarts = levels_of(PrefixTree.of(POSITIVE)), Restarts(SHAPES[0], 2, seed=0)
-        drawn = [
-            restarts.hidden_states(levels, noise=0.5, generator=torch.Generator().manual_seed(seed))
-            for seed in (1, 1, 2)
-        ]
-        assert torch.equal(drawn[0], drawn[1])
-        assert not torch.equal(drawn[0], drawn[2])
-
 
 BINARY = ("0", "1")
 EVEN_ONES = Strings.of(
@@ -283,15 +244,6 @@ class TestTraining:
             assert torch.get_num_threads() == 2
         finally:
             torch.set_num_threads(before)
-
-    def test_batches_are_counted_on_and_progress_is_told(self):
-        told = []
-        training = train(WALKS, PREDICTOR, TrainingSettings(restarts=5, batch=2, steps=10, look_every=4), told.append)
-        assert [(point.restart, point.step) for point in told] == [(r, s) for r in (0, 2, 4) for s in (0, 4, 8, 10)]
-        assert training.curve == tuple(told)
-        assert sorted(network.restart for network in training.networks) == [0, 1, 2, 3, 4]
-        assert all(point.best_loss <= point.median_loss and point.consistent == 0 for point in told)
-        assert "5 networks, 10 steps; lowest loss" in training.summary
 
     def test_best_is_kept_even_if_none_is_consistent(self):
         # A step size that throws every network about: what was best is far from what is last.

@@ -1,5 +1,4 @@
 import json
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -57,20 +56,6 @@ def test_strings_tell_what_is_known_and_what_is_usual():
     all_known = AutomatonState.of(COMPLETE)
     assert all_known.transitions == COMPLETE.transitions
     assert all_known.anchors == (1, 2, 3)
-
-
-def test_where_nothing_is_assumed_it_stays_lost():
-    tracker = replace(AutomatonState.of(PARTIAL), anchors=(None, None, None))
-    assert run(tracker, "aabab") == ["after a", LOST, LOST, LOST, LOST]
-    assert run(tracker, "ab") == ["after a", "after ab"]
-
-
-def test_the_symbols_are_those_of_the_machine_in_any_order():
-    tracker = AutomatonState.of(PARTIAL, symbols=("b", "a", "c"))
-    assert [tracker.update(symbol) for symbol in (1, 2, 1, 0)] == [1, 4, 4, 2]
-    for other in (("a", "c"), ("a", "b", "c", "new")):
-        with pytest.raises(ConfigurationError, match="all symbols of the machine and no others: a, b, c"):
-            AutomatonState.of(PARTIAL, symbols=other)
 
 
 @given(st.lists(st.integers(0, 2), max_size=12), st.lists(st.integers(0, 2), max_size=12))

@@ -55,13 +55,6 @@ def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures
     assert not verdict(sensor=SensorFacts(0.34, 0.004), part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons
 
 
-def test_the_remedy_names_the_largest_part_of_the_deviation():
-    wide = PartConfig(peg_mm=60.0, hole_mm=61.0, depth_mm=10.0)
-    (reason,) = verdict(wide, tilt_uncertainty_mrad=8.0).reasons
-    assert "reduce the tilt to 5.5 mrad" in reason
-    assert not verdict(wide, tilt_uncertainty_mrad=5.4).reasons
-
-
 def test_a_run_is_refused_by_the_tolerance_that_its_settings_have():
     job = Job()
     require_measurable(job, QUIET, step_mm=0.005, tolerance_mm=0.2, press_N=4.9)
@@ -125,15 +118,6 @@ def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in():
     # 0.05 mm over half a side of 10 mm.
     assert reason.endswith("use --task insertion-6dof, or reduce the yaw to 0.29 degrees")
     assert not verdict(square, task="insertion", yaw_uncertainty_deg=0.28).reasons
-
-
-def test_a_tight_hexagon_with_friction_has_a_caution():
-    hexagon = PartConfig(shape="hexagon", peg_mm=12.0, hole_mm=12.06, depth_tolerance_mm=0.5, friction_max=0.4)
-    found = verdict(hexagon)
-    assert not found.reasons
-    assert found.caution.startswith("corners of a hexagon slide slowly into a hole with a radial clearance below 0.05")
-    for free in ({"friction_max": 0.3}, {"hole_mm": 12.1}, {"shape": "square"}):
-        assert verdict(replace(hexagon, **free)).caution == ""
 
 
 def test_a_wide_tilted_peg_with_friction_is_refused_where_it_wedges_and_cautioned_where_it_does_not_jam():

@@ -19,8 +19,6 @@ from palpate.core.perception import (
     Situations,
     StateIdentifier,
     TaskFacts,
-    perception_from_dict,
-    perception_to_dict,
 )
 from palpate.core.perception import pipeline as stages
 from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
@@ -49,13 +47,6 @@ class TestSituations:
     def test_situations_are_told_apart_by_lean_depth_walls_and_torque(self, facts, situation):
         assert CORNERS.symbols[CORNERS.observe(NINE + facts)[0]] == situation
 
-    def test_they_come_back_from_a_file_with_their_thresholds(self):
-        assert TaskFacts(("lean", "depth")).extract(NINE) == (0.0, 0.0)
-        finer = Perception(TaskFacts(FACTS), Situations(caught=2.0), CORNERS.identifier)
-        assert perception_from_dict(perception_to_dict(finer)) == finer
-        with pytest.raises(ConfigurationError, match=r"symboliser\.wall"):
-            Situations(wall=float("nan"))
-
 
 AB = ("a", "b")
 
@@ -68,11 +59,6 @@ class TestStates:
         identifier.reset()
         assert identifier.update(1) == 1
         assert isinstance(identifier, StateIdentifier)
-
-    @pytest.mark.parametrize("symbol", [-1, 3])
-    def test_unknown_symbol_is_refused_without_a_memory(self, symbol):
-        with pytest.raises(CommandError, match=f"from 0 to 2: {symbol}"):
-            IdentityState(("a", "b", "c")).update(symbol)
 
     @given(st.integers(1, 4), st.integers(1, 3), st.lists(st.integers(0, 3), max_size=12))
     def test_name_of_the_state_tells_the_symbols(self, count, length, word):
@@ -105,19 +91,6 @@ class TestStates:
     def test_unknown_symbol_is_refused(self, symbol):
         with pytest.raises(CommandError, match=f"from 0 to 1: {symbol}"):
             LastSymbols(AB, 2).update(symbol)
-
-    @pytest.mark.parametrize(
-        ("symbols", "length", "says"),
-        [
-            (("a", "a"), 2, "symbols"),
-            (AB, 0, "length"),
-            (AB, 17, "at most 100000 states; with 2 symbols there are 262142"),
-            (("a", "a > a"), 2, "states"),
-        ],
-    )
-    def test_what_makes_no_states_is_refused(self, symbols, length, says):
-        with pytest.raises(ConfigurationError, match=says):
-            LastSymbols(symbols, length)
 
     def test_state_can_be_the_last_symbol_and_the_kind_of_action_before_it(self):
         last = LastAction(("A", "B"), ("push", "lean"))
@@ -246,10 +219,6 @@ class TestPipeline:
     def test_features_in_another_order_than_the_thresholds_are_refused(self):
         with pytest.raises(ConfigurationError, match=r"symboliser\.features = \('x', 'tx'\) .* tx, x"):
             Perception(SelectedChannels(("tx", "x")), BANDS, IdentityState(BANDS.symbols))
-
-    def test_identifier_for_other_symbols_is_refused(self):
-        with pytest.raises(ConfigurationError, match=r"identifier\.symbols"):
-            Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(("a", "b")))
 
     def test_measurement_that_cannot_be_one_is_refused(self):
         perception = Perception(SelectedChannels(("x", "tx")), BANDS, IdentityState(BANDS.symbols))

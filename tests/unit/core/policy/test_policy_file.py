@@ -33,7 +33,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefParameters
-from tests.unit.core.json_changes import put, require_refused
+from tests.unit.core.json_changes import require_refused
 from tests.unit.core.policy.bench import LEFT, TWO
 
 ACTIONS = compass_actions(0.001)
@@ -80,32 +80,6 @@ class TestFormat:
         assert read == made
         assert [value.hex() for value in read.table[0].q or ()] == [value.hex() for value in q]
         assert read.to_json_text() == text
-
-    def test_file_looks_as_documented(self):
-        made = json.loads(document().to_json_text())
-        assert made["schema"] == "palpate.policy/3"
-        assert list(made) == [
-            "schema", "created_with", "perception", "states", "actions", "programmed", "examples", "learner", "foreign",
-        ]  # fmt: skip
-        assert made["actions"][2] == {"name": "+y", "displacement_mm": [0.0, 1.0], "spatial": None}
-        assert list(made["learner"]) == ["kind", "parameters", "state"]
-
-    @pytest.mark.parametrize(
-        ("change", "field"),
-        [
-            (put("programmed", "c", "+x"), "policy.programmed"),
-            (put("programmed", "b", "up"), "policy.programmed"),
-            (put("examples", {"c": "+x"}), "policy.examples"),
-            (put("learner", None), "programmed"),
-            (put("learner", "kind", "sarsa"), "learner.parameters"),
-            (put("learner", "parameters", "temperature", "floor", 9.0), "learner.parameters.temperature.floor"),
-            (put("learner", "state", "q", [[0.0] * 8]), "learner.q"),
-        ],
-    )
-    def test_contradiction_is_named_by_its_place(self, change, field):
-        made = json.loads(document().to_json_text())
-        change(made)
-        require_refused(PolicyDocument.from_json_text, made, field)
 
 
 class TestTask:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import parse_json
 from palpate.core.ports.rig import SensorFacts
-from palpate.core.ports.settings import Holds, OneOf, Range, Settings, accepted_by, fitted
+from palpate.core.ports.settings import Holds, OneOf, Range, Settings, accepted_by
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,6 @@ class TestSettings:
     )
     def test_ranges_in_words(self, kind, words):
         assert accepted_by(kind) == words
-
-    def test_open_end_is_refused_itself(self):
-        kind = Annotated[float, Range(0.0, 1.0, above=True, below=True)]
-        assert fitted("x", 0.5, kind) == 0.5
-        for value in (0.0, 1.0):
-            with pytest.raises(ConfigurationError, match="above 0 and below 1"):
-                fitted("x", value, kind)
 
 
 def parsed(text):

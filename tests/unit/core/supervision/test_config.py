@@ -9,7 +9,7 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import SensorFacts
-from palpate.core.supervision import SupervisionConfig, limits_line, require_fitting, weakened_lines, weaker_settings
+from palpate.core.supervision import SupervisionConfig, require_fitting, weakened_lines, weaker_settings
 from palpate.core.supervision.config import DEFAULTS
 from palpate.core.trial.config import TaskConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
@@ -54,14 +54,6 @@ def test_a_weaker_way_out_has_to_be_named_too(name, weaker, strength):
     settings = {name: weaker, "weakened": (name,)}
     (line,) = weakened_lines(SupervisionConfig(**settings))
     assert line == f"supervision.{name} is weakened: {weaker} instead of {strength.removeprefix('at least ')}"
-
-
-def test_what_is_weakened_is_told():
-    config = SupervisionConfig(max_force_N=60.0, max_gap_ms=80.0, weakened=("max_gap_ms", "max_force_N"))
-    assert weakened_lines(config) == [
-        "supervision.max_force_N is weakened: 60 instead of 30 N",
-        "supervision.max_gap_ms is weakened: 80 instead of 50 ms",
-    ]
 
 
 @pytest.mark.parametrize("name", ["max_force_N", "on_trip", "retract_mm", "max_forceN", ""])
@@ -133,11 +125,3 @@ def test_a_retraction_longer_than_the_arm_is_refused():
     arm = replace(ARM, posture_rad=home, lower_rad=(-3.14, 0.59, -0.91, -3.14, -3.14, -3.14))
     with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
         fit(SupervisionConfig(retract_mm=200.0), arm=arm, home=home)
-
-
-def test_the_limits_of_the_force_are_shown_in_the_order_in_which_they_stop_the_arm():
-    supervision = SupervisionConfig(max_force_N=20.0)
-    assert limits_line(supervision, TaskConfig(max_force_N=25.0)) == (
-        "limits of the force: 3 N (supervision.unexpected_contact_N), 20 N (supervision.max_force_N),"
-        " 25 N (task.max_force_N), 50 N (2 x task.max_force_N)"
-    )

@@ -14,8 +14,6 @@ from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.touches import TORQUE_NM
 from tests.unit.core.policy.belief.simulated_touch import touch_at
 
-Place = tuple[float, float]
-
 
 def learner(*, frozen=False):
     return BeliefLearner(BeliefParameters(), 3.5e-3, 0.05, frozen=frozen)
@@ -65,27 +63,6 @@ class TestLearner:
             hole = (2e-3 * np.cos(heading), 2e-3 * np.sin(heading))
             lengths.append(len(play(policy, (float(hole[0]), float(hole[1])), (1e-3, 0.0), seed)))
         assert np.median(lengths) <= 8
-
-    def test_holes_that_stay_are_gone_to_straight(self):
-        policy = learner()
-        for seed in range(8):
-            play(policy, (0.4e-3, -0.2e-3), (2e-3 * (-1) ** seed, 1e-3), seed)
-        assert len(play(policy, (0.4e-3, -0.2e-3), (-2e-3, -1.5e-3), 20)) <= 5
-
-    def test_what_was_foreseen_is_not_done_again(self, monkeypatch):
-        policy, hole_m = learner(), (-1e-3, 2e-3)
-        play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
-        done = []
-        for part, name in ((Places, "near_way"), (Planner, "foresee")):
-            todo = getattr(part, name)
-
-            def counted(*given, name=name, todo=todo):
-                done.append(name)
-                return todo(*given)
-
-            monkeypatch.setattr(part, name, counted)
-        choices = len(play(policy, hole_m, (1e-3, 0.0), 9, foresee=lambda x, y: (x, y)))
-        assert done == ["near_way", "foresee"] * choices
 
     def test_a_belief_that_is_wrong_ends_in_a_search_of_everything(self):
         policy, rng, far = learner(), np.random.default_rng(0), np.array((-2.9e-3, 1.9e-3))
@@ -146,17 +123,6 @@ class TestPlanner:
         inside = grid[np.hypot(*grid.T) < 1.8e-3]
         gaps = np.array([np.hypot(*(ways - place).T).min() for place in inside])
         assert gaps.max() < 1.8e-4
-
-    def test_its_steps_are_of_one_length(self):
-        steps = np.hypot(*np.diff(spiral_places(250, 5e-3)[150:], axis=0).T)
-        assert steps.max() <= 8e-4
-        assert steps.min() > 0.9 * 8e-4
-
-    def test_a_second_pass_lies_between_the_turns_of_the_first(self):
-        radii = np.hypot(*spiral_places(400).T)
-        ends = np.flatnonzero(radii > 2e-3)
-        assert len(ends) >= 2
-        assert radii.max() < 2.4e-3
 
     def test_the_best_way_does_not_depend_on_what_was_foreseen(self):
         around = Places(3e-3)

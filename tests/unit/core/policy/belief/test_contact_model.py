@@ -10,8 +10,8 @@ from palpate.core.policy.belief import Directions, TouchedTrial, TouchModel
 from palpate.core.policy.belief.arithmetic import exponential, logarithm
 from palpate.core.policy.belief.fit import fit_touch_model
 from palpate.core.policy.belief.model import RINGS_M, SECTORS
-from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTable
-from palpate.core.policy.belief.places import SINGLE, Places, off_way_m2
+from palpate.core.policy.belief.place_belief import PlaceBelief, TouchTable
+from palpate.core.policy.belief.places import SINGLE, Places
 from tests.unit.core.policy.belief.simulated_touch import CUE_NM, GAINS, OFFSET_NM, expected_Nm, leaning_trials, trials
 
 EXPONENTIALS = "9922d5996df4ec3fb8615fc08503b53f949db5b95b16ef3c"
@@ -51,7 +51,6 @@ class TestArithmetic:
 
 
 WAYS_M = np.array([(0.0015, 0.0005), (-0.0015, 0.0005), (0.0005, -0.002)])
-LEAN = (0.03, 0.01)
 
 
 def foretold_Nm(model):
@@ -106,29 +105,12 @@ class TestFit:
         made = trials(5)
         assert fit_touch_model([*made[:2], TouchedTrial((0, 0), ()), *made[2:]]) == fit_touch_model(made)
 
-    def test_what_one_grip_shows_holds_for_the_next(self):
-        model = fit_touch_model(leaning_trials([LEAN] * 20))
-        x, y = model.offset_Nm
-        true = [expected_Nm(way, np.array((-LEAN[1], LEAN[0]))) for way in WAYS_M]
-        assert foretold_Nm(replace(model, offset_Nm=(-y, x))) == pytest.approx(np.array(true), abs=7e-3)
-
     def test_gains_are_found_from_grips_that_differ(self):
         rng = np.random.default_rng(2)
         model = fit_touch_model(leaning_trials([(x, y) for x, y in 0.03 * rng.standard_normal((30, 2))]))
         # How large a lean is, is a matter of definition; how much more of it there is along the heading is not.
         along, across = 1.0 + np.array(model.gain)[4:7].T
         assert along / across == pytest.approx((1.0 + GAINS[0]) / (1.0 + GAINS[1]), rel=0.15)
-
-    def test_the_lean_to_be_expected_is_that_of_the_last_grip(self):
-        model = fit_touch_model(leaning_trials([LEAN] * 10 + [(-0.02, 0.02)] * 12))
-        true = [expected_Nm(way, np.array((-0.02, 0.02))) for way in WAYS_M]
-        assert foretold_Nm(model) == pytest.approx(np.array(true), abs=5e-3)
-
-    def test_of_an_upright_tool_it_foretells_cue_and_offset(self):
-        model = fit_touch_model(trials(40))
-        true = [np.array((y, -x)) * CUE_NM / np.hypot(x, y) + OFFSET_NM for x, y in WAYS_M]
-        assert foretold_Nm(model) == pytest.approx(np.array(true), abs=4e-3)
-        assert model.bias_Nm < 0.003
 
 
 PLACES = Places(1e-3)
@@ -178,22 +160,3 @@ class TestPlaceBelief:
         likeliest = [np.unravel_index(np.argmax(belief.probabilities()), EVEN.shape) for belief in beliefs]
         off = [float(np.hypot(*(hole - cell))) for cell in likeliest]
         assert off[0] <= 3.0 < off[1]
-
-    def test_a_place_is_missed_the_less_the_further_off_the_way_was(self):
-        table = TouchTable(fit_touch_model(leaning_trials([(0.0, 0.0)])), PLACES, 0.05)
-        belief, off_m2 = PlaceBelief(table, EVEN, 1.0), EVEN.copy()
-        off_m2[:] = np.square(PLACES.axis_m)[:, None]
-        for widths, log_weight in MISSED:
-            belief.passed = belief.passed + np.where(off_m2 <= np.square(widths * 1.5e-4), log_weight, 0.0)
-        left = belief.probabilities()[10:, 0] / belief.probabilities()[-1, 0]
-        assert left[:4] == pytest.approx([0.1485, 0.33, 0.6, 1.0])
-
-    def test_what_is_near_a_way_lies_in_its_box_beyond_the_edge_too(self):
-        rng = np.random.default_rng(3)
-        for start, way in rng.uniform(-1.4e-3, 1.4e-3, (200, 2, 2)).round(4):
-            box, off_m2 = PLACES.near_way(tuple(start), tuple(way), 2e-4)
-            x, y = PLACES.axis_m[:, None] - start[0], PLACES.axis_m[None, :] - start[1]
-            everywhere_m2 = off_way_m2(x, y, *way)
-            assert np.array_equal(everywhere_m2[box], off_m2)
-            everywhere_m2[box] = np.inf
-            assert everywhere_m2.min() > 2e-4**2

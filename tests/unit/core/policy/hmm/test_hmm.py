@@ -16,15 +16,13 @@ from palpate.core.policy import (
     Hindsight,
     HmmLearner,
     HmmParameters,
-    MixedPolicy,
-    ProgrammedPolicy,
     Transition,
     compass_actions,
 )
 from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
 from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
 from palpate.core.policy.hmm.finite_pomdp import StateBelief
-from palpate.core.policy.hmm.learner import PATIENCE, fitted_after
+from palpate.core.policy.hmm.learner import PATIENCE
 from palpate.core.policy.hmm.point_based import perseus, qmdp
 from palpate.core.policy.hmm.recorded import Batch
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walks_from_all_cells
@@ -89,12 +87,6 @@ class TestModel:
         told = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
         assert told == list(truth.emissions.argmax(axis=1))
 
-    def test_trials_that_never_arrived_fill_no_offsets_of_their_own(self):
-        rows = "AEAFDBAD ADFDGEEF GCBBEFEC BCCBAAGB BBBCFDFB GEDAGEGG GCGCEDGB GACABDED FBABFDCD C·DADFBD EFFCCGDB"
-        grid = GridMap.from_text(rows.replace(" ", "\n"))
-        found = fit_displacement_hmm(random_trials(grid, 60, limit=60), STEPS, 10, 7)
-        assert len(found.offsets) < 1.2 * len(grid.cells)
-
     def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_built(self):
         assert lattice_steps(grid_actions())[:3] == ((1, 0), (1, 1), (0, 1))
         with pytest.raises(ConfigurationError, match="whole multiples of the shortest"):
@@ -133,19 +125,6 @@ class TestPlan:
         # 1, then with probability a half one more, discounted by 0.98.
         np.testing.assert_allclose(plan.costs(np.array([0.5, 0.5])), [1.49, 1.49], atol=1e-4)
 
-    @pytest.mark.parametrize("few", [False, True])
-    def test_leaving_out_what_is_nothing_changes_no_bit_of_a_cost(self, few):
-        rng = np.random.default_rng(0)
-        world = true_offsets(MAPS[1]).pomdp() if few else random_pomdp(rng, 40, 3, 4)
-        plan = perseus(world, rng)
-        for belief in rng.dirichlet(np.full(world.states, 0.02), size=20):
-            moved = np.einsum("s,ast->at", belief, world.transitions)
-            for action in range(world.actions):
-                np.testing.assert_array_equal(world.moved(belief, action), moved[action])
-            joint = np.rint(moved[:, None, :] * world.emissions.T * 2.0**22).reshape(-1, world.states)
-            promised = (joint @ np.rint(plan.vectors * 2.0**20).T).min(axis=1).reshape(world.actions, -1) / 2.0**42
-            np.testing.assert_array_equal(plan.costs(belief), 1.0 + 0.98 * promised.sum(axis=1))
-
 
 HMM = GridLearning(learner="hmm", reach=3)
 
@@ -175,41 +154,6 @@ class TestLearner:
         learner.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
         assert learner.trials == (RecordedTrial((0, 1, 2), (3, 3), reached=False),)
 
-    def test_what_is_read_where_another_part_of_the_policy_acts_counts_too(self):
-        learner, programmed = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner, {"B": "+x"}
-        policy = MixedPolicy(
-            AMBIGUOUS.symbols, [ProgrammedPolicy(AMBIGUOUS.symbols, grid_actions(), programmed), learner.as_frozen()]
-        )
-        identity = IdentityState(AMBIGUOUS.symbols)
-        walk = run_trial(AMBIGUOUS, identity, policy, 3, 40)
-        model = policy.parts[1]
-        assert isinstance(model, HmmLearner)
-        belief = StateBelief(model.model.pomdp(), walk.symbols[0])
-        for action, symbol in zip(walk.actions, walk.symbols[1:], strict=False):
-            belief.update(action, symbol)
-        assert "B" in [AMBIGUOUS.symbols[symbol] for symbol in walk.symbols]
-        assert model._belief.probabilities.tolist() == belief.probabilities.tolist()
-
-    @pytest.mark.parametrize(("due", "fitted"), [(150, [*range(50), *range(100, 150)]), (60, [*range(60)])])
-    def test_a_model_is_fitted_to_the_first_trials_and_to_the_last(self, due, fitted):
-        parameters = HmmParameters(memory_trials=100)
-        learner = HmmLearner(AMBIGUOUS.symbols, grid_actions(), parameters)
-        learner.use(None, [RecordedTrial((0,) * (k + 1), (0,) * (k + 1), True) for k in range(due)])
-        assert [len(trial.actions) - 1 for trial in learner._fitting(due)] == fitted
-
-    def test_the_same_trials_are_not_fitted_again(self):
-        learner = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=31).learner
-        before, state = learner.model, learner.get_state()
-        learner.set_state(state)
-        assert learner.model is before
-        state["trials"][0] = state["trials"][1]
-        learner.set_state(state)
-        assert learner.model is None
-
-    def test_models_are_fitted_anew_after_ever_more_trials(self):
-        told = [fitted_after(n) for n in (0, 29, 30, 99, 100, 749, 750, 2000)]
-        assert told == [0, 0, 30, 60, 100, 500, 750, 1687]
-
     def test_hidden_states_are_found_on_symbols_alone(self):
         with pytest.raises(ConfigurationError, match="symbols, with the learner hmm"):
             learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="hmm"), 0, 1)
@@ -221,18 +165,3 @@ class TestLearner:
         walks = walks_from_all_cells(here, IdentityState(here.symbols), learner, step_limit=1000, walks=2)
         assert all(walk.reached for walk in walks)
         assert np.mean([walk.steps for walk in walks]) > PATIENCE
-
-    def test_where_a_frozen_plan_failed_chance_is_tried_and_then_the_plan_anew(self):
-        here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
-        learner = HmmLearner(here.symbols, grid_actions(), HmmParameters(), frozen=True)
-        learner.use(true_offsets(elsewhere), random_trials(here, 30))
-        rng = np.random.default_rng(0)
-        learner.begin_trial(0, rng)
-        drawn = []
-        for _ in range(6 * PATIENCE):
-            before = rng.bit_generator.state
-            decision = learner.choose(observation(0))
-            assert decision.index is not None
-            learner.learn(Transition(0, decision.index, -1.0, 0))
-            drawn.append(rng.bit_generator.state != before)
-        assert drawn == [False] * PATIENCE + [True] * 4 * PATIENCE + [False] * PATIENCE

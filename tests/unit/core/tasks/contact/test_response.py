@@ -120,9 +120,14 @@ def test_samples_before_a_restart_do_not_count():
     assert not response.verified_since_restart()
 
 
-def test_the_text_names_stiffness_interval_and_what_was_expected():
-    response, _ = Pressed(lambda force, rng: 0.3 * force, noise_N=0.02, lag=0).run()
-    stiffness, _, half_width, _, expected = response.text().split(" ", 4)
-    assert float(stiffness) == pytest.approx(1.5, abs=0.3)
-    assert 0.0 < float(half_width) < 0.5
-    assert expected == "expected 3.25 to 7.50 N/mm"
+def places(amplitude_m, speed_m_s, seed=1, ticks=600):
+    dither = Dither(amplitude_m, speed_m_s)
+    dither.begin(np.random.default_rng(seed))
+    return np.cumsum([dither.velocity_m_s() * PERIOD_S for _ in range(ticks)])
+
+
+@pytest.mark.parametrize(("amplitude_m", "speed_m_s"), [(3e-4, 0.1), (3e-4, 0.02), (3e-4, 0.005), (1e-5, 0.02)])
+def test_it_stays_within_amplitude_and_speed(amplitude_m, speed_m_s):
+    moved = places(amplitude_m, speed_m_s)
+    assert np.abs(moved).max() <= amplitude_m * (1.0 + 1e-9)
+    assert np.abs(np.diff(moved)).max() <= speed_m_s * PERIOD_S * (1.0 + 1e-9)

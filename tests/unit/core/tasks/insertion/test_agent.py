@@ -72,18 +72,6 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice():
     ]
 
 
-def test_each_action_starts_afresh():
-    bench = Bench()
-    for force_N in (8.0, 2.0, 2.0):
-        bench.decide()
-        bench.record_effort(*(force_N,) * 4)
-    bench.agent.reached_goal()
-    _, second, third = bench.meter.outcomes
-    assert second == third
-    assert second.duration_s == pytest.approx(0.04)
-    assert second.mean_force_N == 2.0
-
-
 def test_nothing_is_learned_from_an_action_that_is_not_of_the_set():
     bench = Bench(diary((0, None, 2)))
     for _ in range(3):
@@ -94,13 +82,6 @@ def test_nothing_is_learned_from_an_action_that_is_not_of_the_set():
     assert bench.policy.learned == [Transition(one, 0, -1.0, two), Transition(three, 2, -3.0, None)]
     # It still cost something.
     assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0, -3.0]
-
-
-def test_giving_up_before_the_first_choice_is_no_lesson():
-    bench = Bench()
-    bench.agent.gave_up(NONE, NONE, NONE)
-    assert PAST.get_state() == []
-    assert bench.entries[1:] == []
 
 
 def test_nothing_is_chosen_twice_on_one_perception():

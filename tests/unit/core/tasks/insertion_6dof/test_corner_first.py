@@ -58,24 +58,6 @@ def test_a_corner_is_leaned_down_inside_its_place():
     assert spatial(lean[0]).rise_m == pytest.approx(20e-3 * sin(radians(5.0)) + 0.4e-3)
 
 
-def test_a_lean_goes_on_with_an_arm_that_turns_more_slowly():
-    policy = CornerFirst(SQUARE)
-    policy.begin_trial(0, np.random.default_rng(0))
-    turn, place, actions = np.zeros(3), np.zeros(2), 0
-    while True:
-        at = (*place.tolist(), 0.0)
-        decision = policy.choose(Observation(0, at, at, NONE, NONE, actions, (turn[0], turn[1], turn[2])))
-        if spatial(decision).law is not Law.LIFT:
-            break
-        turn, place, actions = (
-            turn + 0.4 * np.array(spatial(decision).turn_rad),
-            place + decision.action.displacement_m,
-            actions + 1,
-        )
-    assert np.linalg.norm(turn) == pytest.approx(radians(5.0), abs=radians(0.1))
-    assert actions > 6
-
-
 @pytest.mark.parametrize("corners", [3.0, 4.0, 6.0])
 def test_heights_and_ways_follow_the_part(corners):
     """Twice the part at the same lean: twice the heights."""
@@ -95,13 +77,6 @@ def test_heights_and_ways_follow_the_part(corners):
     assert large.pushing(seen(turn=lean), 0.0).rise_m == pytest.approx(2.0 * small.pushing(seen(turn=lean), 0.0).rise_m)
 
 
-def test_a_hexagons_corner_goes_no_deeper_than_its_neighbours_allow():
-    corner = Corner(SpatialOptions(corners=6.0, corner_mm=20.0, lean_deg=8.0))
-    neighbours_m = 20e-3 * sin(radians(8.0)) * (1.0 - cos(pi / 3.0))
-    assert corner.down_m == pytest.approx(0.9 * neighbours_m)
-    assert Corner(SpatialOptions(corners=3.0, corner_mm=20.0)).down_m == pytest.approx(0.9 * 20e-3 * sin(radians(5.0)))
-
-
 def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_tool():
     leaned, walls = (0.06, -0.06, 0.0), (-3.0, -3.0, -4.0)
     policy = cornered(2)
@@ -117,14 +92,6 @@ def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_to
     assert spatial(policy.choose(seen(depth_m=1e-3))).law is Law.WITHDRAW
     decision = policy.choose(seen(depth_m=-1e-3))
     assert (spatial(decision).law, decision.grounds) == (Law.LIFT, (1.0,))
-
-
-def test_a_tool_that_comes_back_stuck_from_the_hole_inserts_once_more_and_is_withdrawn():
-    policy, walls, deep_m = cornered(2), (-3.0, -3.0, -4.0), 5e-3
-    for lean in (0.06, 0.06):
-        policy.choose(seen(walls, NONE, (lean, -lean, 0.0), depth_m=1.5e-3))
-    laws = [spatial(policy.choose(seen(walls, NONE, (0.008, 0.0, 0.0), depth_m=deep_m))).law for _ in range(3)]
-    assert laws == [Law.INSERT, Law.WITHDRAW, Law.WITHDRAW]
 
 
 def test_a_tool_that_does_not_come_out_is_inserted_again():
@@ -144,13 +111,6 @@ def test_a_wedged_corner_is_driven_in_yaw_to_both_sides_and_then_stands_up():
     assert (told[-1].law, told[-1].turn_rad[0] < 0.0, told[-1].push_N[0] > 0.0) == (Law.PUSH, True, True)
 
 
-def test_a_corner_that_falls_in_is_driven_no_more():
-    policy, walls, leaned = cornered(1), (-3.0, -3.0, -4.0), (0.06, -0.06, -0.02)
-    for depth_m, driven in ((-4e-4, False), (-4e-4, True), (-4e-4, True), (7e-4, False)):
-        decision = policy.choose(seen(walls, (0.0, 0.0, 0.05 if depth_m > 5e-4 else 0.0), leaned, depth_m=depth_m))
-        assert (spatial(decision).turn_rad[2] != 0.0) == driven
-
-
 @pytest.mark.parametrize(
     ("walls", "depth_m", "pushes"), [(NONE, 0.0, 43), ((-3.0, 3.0, 0.0), 0.0, 43), (NONE, -1.7e-3, 3)]
 )
@@ -159,18 +119,6 @@ def test_where_no_corner_is_found_it_gives_up(walls, depth_m, pushes):
     laws = [spatial(policy.choose(seen(walls, turn=(0.06, -0.06, 0.0), depth_m=depth_m))).law for _ in range(44)]
     # The push that ended the lean counts.
     assert laws.index(Law.WITHDRAW) == pushes - 1
-
-
-def test_a_tool_that_is_caught_goes_straight_up_first():
-    policy = CornerFirst(SQUARE)
-    policy.begin_trial(0, np.random.default_rng(0))
-    first = policy.choose(seen((4.0, 0.0, -5.0)))
-    assert (first.action.displacement_m, spatial(first).turn_rad, spatial(first).rise_m > 2e-3) == (
-        (0.0, 0.0),
-        NONE,
-        True,
-    )
-    assert spatial(policy.choose(seen())).turn_rad != NONE
 
 
 def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_aside():
@@ -189,12 +137,6 @@ def test_a_flat_leads_as_a_corner_does_let_down_no_deeper_than_asked_and_again_a
         assert [each.action.name for each in pushing] == ["push", "stand"]
         assert [policy.choose(seen()).action.name for _ in range(2)] == ["withdraw", "withdraw"]
     assert places == [pytest.approx((-7.0, aside_mm)) for aside_mm in (0.0, -1.75, 1.75)]
-
-
-def test_a_corner_is_pushed_no_further_than_past_its_place():
-    policy = cornered(1)
-    past = Observation(0, NONE, (5e-3, 5e-3, 0.0), NONE, NONE, 0, (0.06, -0.06, 0.0), NONE, 0.0)
-    assert spatial(policy.choose(past)).law is Law.WITHDRAW
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import pytest
 
-from palpate.adapters.config import overlay
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.support.pegs_6dof import config_of, trials
 
@@ -19,12 +18,6 @@ def test_a_square_that_something_holds_is_freed(conditions, seed, trial):
     [(_, _, success, _, peak_force_N, *_)] = trials(config, "corner-first", seed, range(trial, trial + 1))
     assert success
     assert peak_force_N < 25.0
-
-
-def test_a_tool_that_goes_back_to_where_it_was_answered_may_meet_a_wall_there():
-    config = overlay(config_of("hexagon", "asked", "zebra-zero", {}), {"cell": {"sensor": {"force_noise_N": 0.3}}})
-    [(_, _, success, *_)] = trials(config, "corner-first", 41001, range(1))
-    assert success
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,16 @@
 """Skills: what each does, and when it is over."""
 
 from dataclasses import replace
-from math import cos, pi, radians
+from math import radians
 
 import numpy as np
 import pytest
 
-from palpate.core.perception import FACTS, LastAction, Situations
-from palpate.core.policy import Law, Observation
+from palpate.core.perception import FACTS, LastAction, Perception, Situations, TaskFacts
+from palpate.core.policy import Law, Observation, TimePenalty
 from palpate.core.tasks.insertion_6dof import SpatialOptions
-from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills, by_rule, may_begin
+from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, SkillAgent, Skills, by_rule, may_begin
+from tests.unit.core.policy.bench import Diary
 
 SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
 NONE = (0.0, 0.0, 0.0)
@@ -72,63 +73,10 @@ def test_each_skill_has_an_end(name, observation, actions):
     assert length(begun(name, observation), observation) == actions
 
 
-def test_a_larger_lean_takes_no_less():
-    # By 2 degrees an action, and 6.5 mm at 1.8.
-    assert length(begun("lean 1", seen()), seen(), moves=True) == 4
-    far = replace(SQUARE, lean_deg=8.0, most_lean_deg=10.0)
-    assert length(begun("lean 1.2", seen(), far), seen(), moves=True) == 5
-
-
-def test_leans_and_pushes_are_of_the_size_that_was_chosen_and_go_on_to_the_next_corner():
-    skills, headings = begun("lean 1", seen()), []
-    for name, deg in (("lean 1", 5.0), ("lean 1.2", 6.0)):
-        at = seen()
-        skills.begin(NAMED[name], at)
-        for _ in range(20):
-            displacement_m, spatial = skills.step(at)
-            at = moved(at, displacement_m, spatial.turn_rad)
-            if skills.over(at):
-                break
-        headings.append(np.sign(at.turn_rad[:2]).tolist())
-        assert np.hypot(*at.turn_rad[:2]) == pytest.approx(radians(deg))
-    assert headings[0] != headings[1]
-    for name, push_N in (("push 0.67", 2.01), ("push 1.33", 3.99)):
-        skills.begin(NAMED[name], seen())
-        # On each of the two walls.
-        assert np.hypot(*skills.step(seen())[1].push_N) == pytest.approx(2.0 * push_N * cos(pi / 4))
-
-
-def test_a_drive_turns_to_and_fro_until_the_corner_is_caught():
-    wedged = seen(WALLS, NONE, (0.06, -0.06, -0.01), -4e-4)
-    skills, yaws = begun("drive", wedged), []
-    for _ in range(14):
-        yaws.append(skills.step(wedged)[1].turn_rad[2])
-        skills.over(wedged)
-    assert np.sign(yaws).tolist() == [-1.0] * 7 + [1.0] * 7
-    assert skills.step(seen(WALLS, NONE, LEANED, 1e-3))[1].turn_rad[2] == 0.0
-
-
 def test_a_tool_that_is_far_out_is_pushed_no_further():
     for at, pushed in (((6e-3, 0.0, 0.0), True), ((9e-3, 9e-3, 0.0), False), ((-9e-3, -9e-3, 0.0), True)):
         spatial = begun("push 1", seen()).step(seen(at=at))[1]
         assert (spatial.law, np.hypot(*spatial.push_N) > 0.0) == (Law.PUSH, pushed)
-
-
-def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall():
-    facts = dict(zip(FACTS, begun("push 1", seen()).facts(seen(WALLS, (0.0, 0.0, 0.01), LEANED)), strict=True))
-    # Over three tenths of what a corner is let down, half the push, and a fifth of the push at the corner.
-    down_m = 0.9 * 20e-3 * np.sin(radians(5.0))
-    assert facts["lean"] == pytest.approx(0.06 * 2**0.5 / radians(5.0))
-    assert facts["corner_depth"] == pytest.approx(20e-3 * np.sin(0.06 * 2**0.5) / (0.3 * down_m))
-    assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(2.0), pytest.approx(0.01 / 0.012))
-
-
-@pytest.mark.parametrize(("depth_m", "situation"), [(-4e-4, "corner wedged"), (0.0, "corner caught")])
-def test_a_corner_is_in_where_it_is_as_deep_as_it_is_let_down(depth_m, situation):
-    skills = Skills(SQUARE, 11e-3)
-    skills.begin_trial()
-    facts = skills.facts(seen(WALLS, NONE, LEANED, depth_m))
-    assert Situations.symbols[Situations().symbol(facts)] == situation
 
 
 def test_the_rule_takes_one_kind_of_skill_in_each_state_and_only_where_that_may_begin():
@@ -152,3 +100,51 @@ def test_skills_begin_only_where_they_can_come_to_something():
     assert (begins["insert"], begins["drive"]) == (["upright"], ["corner"] * 3)
     assert begins["push"] == begins["stand"] == ["leaning"] * 2 + ["corner"] * 3
     assert len(begins["lean"]) == len(Situations.symbols)
+
+
+NONE = (0.0, 0.0, 0.0)
+PLACE = (-6.5e-3 * 0.5**0.5, -6.5e-3 * 0.5**0.5, 0.0)
+LEAN, PUSH, INSERT = (next(n for n, skill in enumerate(SKILLS) if skill.name.startswith(kind))
+                      for kind in ("lean", "push", "insert"))  # fmt: skip
+
+
+def agent_with(*indices):
+    perception = Perception(TaskFacts(FACTS), Situations(), LastAction(Situations.symbols, KINDS))
+    diary, skills = Diary(indices, SKILLS), Skills(SpatialOptions(corners=4.0, corner_mm=20.0), 11e-3)
+    agent = SkillAgent(perception, diary, TimePenalty(), 0.01, skills)
+    agent.begin(0, np.random.default_rng(0))
+    return agent, diary
+
+
+def act(agent, tick, turn_rad=NONE, depth_m=0.0, at=NONE):
+    agent.perceive(tick, at, at, NONE, NONE, turn_rad, NONE, depth_m)
+    decision = agent.choose()
+    assert decision.action.spatial is not None
+    return f"{decision.action.name}: {decision.action.spatial.law.value}"
+
+
+def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost():
+    agent, diary = agent_with(*[LEAN] * 4, PUSH)
+    # The lean takes four actions of ten ticks; the push then stands on the plate and is over after three.
+    lean = radians(5.0) * 0.5**0.5
+    done = [act(agent, 10 * n) for n in range(4)]
+    done += [act(agent, 40 + 10 * n, turn_rad=(lean, -lean, 0.0), depth_m=-1.7e-3, at=PLACE) for n in range(3)]
+    assert done == ["lean 1: lift"] * 4 + ["push 0.67: push"] * 3
+    asked = [entry for entry in diary.entries if isinstance(entry, Observation)]
+    states = [Perception(TaskFacts(FACTS), Situations(), LastAction(Situations.symbols, KINDS)).states[one.state]
+              for one in asked]  # fmt: skip
+    assert states == ["upright on the plate at first", "leaning on the plate after lean"]
+    (learned,) = diary.learned
+    assert (learned.action_index, learned.next_state) == (LEAN, asked[1].state)
+    assert learned.reinforcement == pytest.approx(-10.0 * 0.01 * 40)
+    assert [record.index for record in agent.decisions] == [LEAN] * 4 + [PUSH] * 3
+
+
+def test_actions_of_no_set_are_done_as_they_are_and_taught_to_nobody():
+    agent, diary = agent_with(None)
+    agent.perceive(0, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
+    decision = agent.choose()
+    assert (decision.action.name, decision.action.displacement_m) == ("far", (1.0, 0.0))
+    agent.perceive(10, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
+    agent.gave_up(NONE, NONE, NONE)
+    assert not diary.learned
