@@ -2,7 +2,7 @@
 
 from collections import deque
 from math import atan2, hypot, pi, remainder, sqrt
-from typing import Final
+from typing import Final, TypeAlias
 
 import pinocchio as pin
 
@@ -12,9 +12,11 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-"""Samples that are no further apart than a tick count as of one time."""
-_PLACES: Final = 16
-"""Depths that are kept: a force so many ticks behind the encoders is stale to a supervisor."""
+"""A force that is behind the encoders by no more than a tick counts as of their time."""
+_KEPT: Final = 16
+"""Depths and bends that are kept: samples so many ticks apart are stale to a supervisor."""
+History: TypeAlias = deque[tuple[int, float]]
+"""Times in ns and what was measured then, in m; the newest last."""
 
 
 class Measurement:
@@ -29,7 +31,8 @@ class Measurement:
         depth_step_m: Standard deviation of the tip's place along the tool axis, by the encoders' steps.
         tip_lever_m: Distance of the tip from the sensor's origin.
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
-        tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for spring and damper.
+        tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for spring and damper, at
+            the newest time of which both force and encoders are known.
         turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
             turns.
         force_N: Tared, scaled, unfiltered force, (3,).
@@ -78,7 +81,7 @@ class Measurement:
         self._tip_in_base = self._kinematics.tip_rotation.tolist()
         self.tare((0.0,) * 6)
         self._filtered: Wrench = (0.0,) * 6
-        self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
+        self._depths, self._bends = History(maxlen=_KEPT), History(maxlen=_KEPT)
         self._axis: Vector3
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3
@@ -131,7 +134,12 @@ class Measurement:
         self._filtered = filtered = self._signal.filtered((*force, *torque))
         self.filtered_force_z_N = filtered[2]
         self._bent_m += self._eased * (self.force_N[2] / self.axial_N_per_m - self._bent_m)
-        self.tip_depth_m = self._depth_at(raw.source_time_ns, joints.source_time_ns) + self._bent_m
+        self._bends.append((raw.source_time_ns, self._bent_m))
+        self._depths.append((joints.source_time_ns, self.position_m[2]))
+        time_ns = joints.source_time_ns
+        if raw.source_time_ns < time_ns - _ONE_TIME_NS:
+            time_ns = raw.source_time_ns
+        self.tip_depth_m = _value_at(time_ns, self._depths) + _value_at(time_ns, self._bends)
 
     def _turned_rad(self) -> tuple[float, float]:
         """Yaw is by the heading of the tool's x axis, towards the task's y; a lean of 10 degrees changes it by 0.4."""
@@ -143,18 +151,6 @@ class Measurement:
             self._upright_heading_rad = heading_rad
         yaw_rad = remainder(heading_rad - self._upright_heading_rad, 2.0 * pi)
         return hypot(ax, ay) if az > 0.0 else pi, yaw_rad
-
-    def _depth_at(self, time_ns: int, newest_ns: int) -> float:
-        """Depth by the encoders at the time of a force that is behind them, as far as that is kept; else the newest."""
-        after_ns, after_m = newest_ns, self.position_m[2]
-        if time_ns < newest_ns - _ONE_TIME_NS:
-            for then_ns, depth_m in reversed(self._depths):
-                if then_ns <= time_ns:
-                    after_m = depth_m + (after_m - depth_m) * (time_ns - then_ns) / (after_ns - then_ns)
-                    break
-                after_ns, after_m = then_ns, depth_m
-        self._depths.append((newest_ns, self.position_m[2]))
-        return after_m
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m.
@@ -196,6 +192,18 @@ def require_place(joints: JointSample, count: int) -> None:
         raise DeviceError("joint encoder", f"the first sample of the trial is {joints.validity.value}")
     if len(joints.position_rad) != count:
         raise _wrong_number(joints.position_rad, count)
+
+
+def _value_at(time_ns: int, history: History) -> float:
+    """Value at a time by interpolation, as far as that is kept; else the newest."""
+    after_ns, after_m = newest = history[-1]
+    if time_ns >= after_ns:
+        return after_m
+    for then_ns, value_m in reversed(history):
+        if then_ns <= time_ns:
+            return value_m + (after_m - value_m) * (time_ns - then_ns) / (after_ns - then_ns)
+        after_ns, after_m = then_ns, value_m
+    return newest[1]
 
 
 def _wrong_number(q_rad: JointVector, count: int) -> DeviceError:

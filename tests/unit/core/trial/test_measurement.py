@@ -1,6 +1,7 @@
 """Measurement: from raw samples to the task frame, without weight, without bias, and with torque about the tip."""
 
 from dataclasses import replace
+from math import sin
 
 import numpy as np
 import pytest
@@ -95,6 +96,25 @@ def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_tic
     if late_ticks > 1:
         then = 0.5 * (depths[-1 - late_ticks] + depths[-2 - late_ticks])
     assert measurement.tip_depth_m == pytest.approx(then, abs=1e-9)
+
+
+@pytest.mark.parametrize("age_ticks", [0, 1, 3, 6])
+def test_depth_of_a_tool_that_dithers_on_a_plate_is_the_plate_s_where_encoders_come_late(age_ticks):
+    kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
+    measurement = Measurement(kinematics, GOAL, signal, 5e3)
+    step_ns, depths, places = 1_000_000_000 // CONTROL_RATE_HZ, list[float](), list[float]()
+    for tick in range(40):
+        angles = [(0.3, 1.17 + 3e-4 * sin(0.6 * then), *ANGLES[2:]) for then in (tick, tick - age_ticks)]
+        kinematics.update(angles[0])
+        place_m = GOAL.actInv(kinematics.tip_in_base).translation[2]
+        seen = snapshot((0.0, 0.0, -5e3 * place_m))
+        joints = JointSample(angles[1], (tick - age_ticks) * step_ns, 0, tick)
+        wrench = replace(seen.wrench, source_time_ns=tick * step_ns)
+        measurement.update(seen._replace(wrench=wrench, joints=joints))
+        depths.append(measurement.tip_depth_m)
+        places.append(place_m)
+    assert max(places) - min(places) > 1e-4
+    assert max(depths[10:]) - min(depths[10:]) < 0.02 * (max(places) - min(places))
 
 
 @pytest.mark.parametrize("damping_s", [0.0, 0.01, 0.03])
