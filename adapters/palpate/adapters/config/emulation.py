@@ -32,6 +32,8 @@ class EmulationConfig(Settings):
     """Control ticks per bus cycle: 2 is 70 Hz."""
     wrist_backlash_deg: Annotated[float, Range(0.0, 5.0)] = 0.0
     """Full gap of the wrist's gears."""
+    real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
+    """Seconds of devices, loop and physics in a second: below 1 where this computer does not keep time."""
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
     other than the rig file has them, drawn from the seed: palpate rig calibrate has to find them."""

@@ -323,5 +323,5 @@ def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeC
         raise TypeError("another process needs real time")
     # Made here as well, which opens nothing: so a wrong rig file is refused before anything starts.
     arm = served(arm_maker(entry.adapter)(entry.settings, context), context)
-    assignment = Assignment(entry, context.portable(), clock.origin_ns, real_time, timeout_ns, tuple(sys.path))
+    assignment = Assignment(entry, context.portable(), clock, real_time, timeout_ns, tuple(sys.path))
     return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.tell)

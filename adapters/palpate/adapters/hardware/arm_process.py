@@ -257,7 +257,7 @@ class Assignment(NamedTuple):
 
     entry: DeviceEntry
     context: RigContext
-    origin_ns: int
+    clock: MonotonicClock
     real_time: RealTimeConfig
     timeout_ns: int
     path: tuple[str, ...]
@@ -294,7 +294,7 @@ def main() -> None:
 
 def _serve(given: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
     sys.path[:] = given.path
-    clock = MonotonicClock(given.origin_ns)
+    clock = given.clock
     hurry = _hurrying(given.real_time)
     hurry()
     # Between the bus's receiver and this thread.

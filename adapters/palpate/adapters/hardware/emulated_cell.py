@@ -62,8 +62,10 @@ class EmulatedCell:
         self._hum = np.random.default_rng(6)
         self._felt: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
         self._servers, self._start_rad = ExitStack(), start
-        self.arm = emulated_arm(config, emulation, start, self._wrench_source, counts_file)
-        self.sensor = emulated_sensor(config, emulation, self.arm, self._wrench_source)
+        # Wires and cell have one clock.
+        self._clock = clock = MonotonicClock(0, emulation.real_time_factor)
+        self.arm = emulated_arm(config, emulation, start, self._wrench_source, clock.now_ns, counts_file)
+        self.sensor = emulated_sensor(config, emulation, self.arm, self._wrench_source, clock.now_ns)
         self._faults = self.arm.faults | self.sensor.faults
         self._events = [PlannedEvent.of(event, self._faults) for event in events]
         self.insertions = 0
@@ -94,6 +96,8 @@ class EmulatedCell:
         """
         name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
+        if (factor := self.emulation.real_time_factor) != 1.0:
+            lines.append(f"real_time_factor = {factor}\n")
         lines += [f"job = {literal(job)}\n"] if job else []
         sensor = {**self.sensor.entries(), "facts": self.sensor.facts}
         # An arm by its URDF is in the job file.
@@ -135,7 +139,7 @@ class EmulatedCell:
         Args:
             told: Called with the truth when the peg has newly reached full depth.
         """
-        clock = MonotonicClock()
+        clock = self._clock
         begun_ns = deadline_ns = start_ns = clock.now_ns()
         moved_ns = tick = 0
         while not ended():

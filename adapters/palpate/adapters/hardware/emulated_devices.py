@@ -23,6 +23,8 @@ from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolFor
 
 WrenchSource: TypeAlias = Callable[[int], tuple[float, ...]]
 """Wrench that a sensor feels at a time in ns, (6,) N and N m."""
+ClockNs: TypeAlias = Callable[[], int]
+"""The devices' clock, in ns."""
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _BEHIND_FILTER: Final = 0.77
@@ -84,38 +86,44 @@ class EmulatedArm(EmulatedDevice):
 
 
 def emulated_arm(
-    config: RunConfig, emulation: EmulationConfig, start: JointVector, feel: WrenchSource, counts_file: str
+    config: RunConfig,
+    emulation: EmulationConfig,
+    start: JointVector,
+    feel: WrenchSource,
+    clock_ns: ClockNs,
+    counts_file: str,
 ) -> EmulatedArm:
     """Return the arm with the wires that are chosen, at these joint angles."""
     if emulation.wires == ZEBRA:
-        return _zebra(emulation, start, counts_file)
+        return _zebra(emulation, start, clock_ns, counts_file)
     if emulation.wires == UR:
-        return _ur(config, start, feel)
+        return _ur(config, start, feel, clock_ns)
     if emulation.wires == ROS2:
-        return _ros2(config, start, feel)
-    return _cia402(emulation, start)
+        return _ros2(config, start, feel, clock_ns)
+    return _cia402(emulation, start, clock_ns)
 
 
-def _zebra(emulation: EmulationConfig, start: JointVector, counts_file: str) -> EmulatedArm:
+def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, counts_file: str) -> EmulatedArm:
     plant = JointPlant(start, radians(emulation.wrist_backlash_deg))
     chain = NmcChain(plant)
-    server = PtyServer(chain)
+    server = PtyServer(chain, clock_ns)
     # Emulated modules wake at once: the wait is for the reset to get through the line.
     arm = EmulatedArm(server, lambda: {
         "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
         "adapter_latency_ms": 0.0, "divider": emulation.divider, "at_home": True,
         "counts_file": counts_file, "reset_wait_ms": 20.0,
+        "patience": 1.0 / emulation.real_time_factor,
     }, motors=plant, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: chain.set_power(powered=False))
     return arm
 
 
-def _cia402(emulation: EmulationConfig, start: JointVector) -> EmulatedArm:
+def _cia402(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs) -> EmulatedArm:
     scale = (_COUNTS_PER_RAD,) * len(start)
     motors = DirectMotors(scale, start)
     drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
-    server = PtyServer(SlcanAdapter(EmulatedCanBus(drives)), paced=False)
+    server = PtyServer(SlcanAdapter(EmulatedCanBus(drives)), clock_ns, paced=False)
     arm = EmulatedArm(server, lambda: {
         "adapter": "cia402", "interface": "slcan", "channel": server.path, "divider": emulation.divider,
         "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
@@ -125,9 +133,9 @@ def _cia402(emulation: EmulationConfig, start: JointVector) -> EmulatedArm:
     return arm
 
 
-def _ur(config: RunConfig, start: JointVector, feel: WrenchSource) -> EmulatedArm:
+def _ur(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: ClockNs) -> EmulatedArm:
     controller = UrController(start, ToolForce(feel), ControllerConfig(arm=str(config.arm), **_entered(config, start)))
-    server = UrServer(controller)
+    server = UrServer(controller, clock_ns)
     noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)
     facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
     arm = EmulatedArm(
@@ -144,10 +152,10 @@ def _ur(config: RunConfig, start: JointVector, feel: WrenchSource) -> EmulatedAr
     return arm
 
 
-def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource) -> EmulatedArm:
+def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: ClockNs) -> EmulatedArm:
     names = Kinematics(arm_named(config.arm), config.tool.geometry).model.names
     robot = Ros2Robot(tuple(names)[1 : len(start) + 1], start)
-    server = Ros2Server(robot, feel)
+    server = Ros2Server(robot, feel, clock_ns=clock_ns)
     # The robot states no range: that of a common sensor.
     facts: dict[str, Any] = {**_noise(config), "range_N": [300.0] * 3, "range_Nm": [20.0] * 3}
 
@@ -165,14 +173,14 @@ def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource) -> Emulated
 
 
 def emulated_sensor(
-    config: RunConfig, emulation: EmulationConfig, arm: EmulatedArm, feel: WrenchSource
+    config: RunConfig, emulation: EmulationConfig, arm: EmulatedArm, feel: WrenchSource, clock_ns: ClockNs
 ) -> EmulatedDevice:
     """Return the force sensor that is chosen."""
     if emulation.force in (UR, ROS2) and arm.in_flange is not None:
         return arm.in_flange
     if emulation.force == "ati-netft":
         device = EmulatedBox(feel)
-        box = NetFtServer(device)
+        box = NetFtServer(device, clock_ns)
         faults: dict[str, Callable[[], object]] = {
             "sensor-silent": lambda: setattr(device, "network", lambda datagrams: []),
             "sensor-cable": lambda: setattr(device, "status", _NO_TRANSDUCER),
@@ -183,7 +191,7 @@ def emulated_sensor(
         }, faults, _noise(config))  # fmt: skip
     # The board was switched on long before anyone connects.
     node = Jr3CanNode(_JR3_NODE, feel, Jr3Config(boot_ns=0))
-    server = PtyServer(SlcanAdapter(EmulatedCanBus([node])), paced=False)
+    server = PtyServer(SlcanAdapter(EmulatedCanBus([node])), clock_ns, paced=False)
     faults = {
         "sensor-silent": lambda: setattr(node.firmware, "silent", True),
         "sensor-cable": lambda: setattr(node.firmware, "connected", False),

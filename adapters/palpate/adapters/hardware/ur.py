@@ -70,7 +70,7 @@ class UrToolTable(Settings):
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
     """An arm of Universal Robots over RTDE, by the client ur_rtde."""
-    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry))
+    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry, context.real_time_factor))
 
 
 def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
@@ -151,5 +151,5 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:
     """The tool force of an e-Series arm."""
-    link = partial(UrLink, table.host, table.rate_Hz, context.hurry)
+    link = partial(UrLink, table.host, table.rate_Hz, context.hurry, context.real_time_factor)
     return UrToolForceSensor(link, context.clock, table)

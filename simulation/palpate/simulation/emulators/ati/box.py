@@ -80,8 +80,8 @@ class NetFtServer:
 
     host = "127.0.0.1"
 
-    def __init__(self, box: EmulatedBox) -> None:
-        self._box, self._ended = box, threading.Event()
+    def __init__(self, box: EmulatedBox, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self._box, self._clock_ns, self._ended = box, clock_ns, threading.Event()
         self._client: tuple[str, int] | None = None
 
     def __enter__(self) -> Self:
@@ -102,7 +102,7 @@ class NetFtServer:
 
     def _serve(self) -> None:
         while not self._ended.is_set():
-            wait_s = (self._box.next_event_ns() - time.monotonic_ns()) * 1e-9
+            wait_s = (self._box.next_event_ns() - self._clock_ns()) * 1e-9
             ready, _, _ = select.select([self._rdt, self._web], [], [], max(0.0, min(wait_s, _LOOK_S)))
             # A client that is gone shows as an error of the next call; the box continues.
             with suppress(OSError):
@@ -110,8 +110,8 @@ class NetFtServer:
                     self._answer()
                 if self._rdt in ready:
                     request, self._client = self._rdt.recvfrom(64)
-                    self._box.receive(request, time.monotonic_ns())
-                for datagram in self._box.step(time.monotonic_ns()):
+                    self._box.receive(request, self._clock_ns())
+                for datagram in self._box.step(self._clock_ns()):
                     if self._client is not None:
                         self._rdt.sendto(datagram, self._client)
 

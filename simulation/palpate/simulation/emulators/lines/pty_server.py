@@ -10,7 +10,7 @@ import termios
 import threading
 import time
 import tty
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final, Generic
 
@@ -78,8 +78,10 @@ class PtyServer(Generic[Emulator]):
         paced: Whether bytes take their time on the line.
     """
 
-    def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
-        self._serial = SerialLine(emulator, paced=paced)
+    def __init__(
+        self, emulator: Emulator, clock_ns: Callable[[], int] = time.monotonic_ns, *, paced: bool = True
+    ) -> None:
+        self._serial, self._clock_ns = SerialLine(emulator, paced=paced), clock_ns
         self._backlog = bytearray()
         self._lock = threading.Lock()
         self._line: PtyLine | None = None
@@ -95,7 +97,7 @@ class PtyServer(Generic[Emulator]):
 
     def __enter__(self) -> PtyServer[Emulator]:
         self._line = PtyLine(self._serial.emulator.baud)
-        self._serial.connect(self._line.host_baud, time.monotonic_ns())
+        self._serial.connect(self._line.host_baud, self._clock_ns())
         self._thread.start()
         return self
 
@@ -121,11 +123,11 @@ class PtyServer(Generic[Emulator]):
     def _serve(self) -> None:
         while not self._stopping:
             with self._lock:
-                for data in self._serial.step(time.monotonic_ns()):
+                for data in self._serial.step(self._clock_ns()):
                     self._backlog += data if len(self._backlog) < _BACKLOG_BYTES else b""
                 self._write()
                 fds = [] if self._line is None else [self._line.master]
-                timeout_s = max(0, self._serial.next_event_ns() - time.monotonic_ns() - _WAKES_LATE_NS) / _NS
+                timeout_s = max(0, self._serial.next_event_ns() - self._clock_ns() - _WAKES_LATE_NS) / _NS
             try:
                 # The next event is a millisecond away at most: a terminal that is closed meanwhile lives no longer.
                 ready, _, _ = select.select(fds, [], [], timeout_s)
@@ -134,7 +136,7 @@ class PtyServer(Generic[Emulator]):
             with self._lock:
                 self._write()
                 if self._line is not None and self._line.master in ready:
-                    self._serial.receive(self._line.read(_READ_SIZE), time.monotonic_ns())
+                    self._serial.receive(self._line.read(_READ_SIZE), self._clock_ns())
 
     def _write(self) -> None:
         # A full terminal takes nothing or a part; the rest waits for its turn.

@@ -34,7 +34,14 @@ class Ros2Server:
     address: Final = "127.0.0.1"
     commands: Final = "forward_position_controller/commands"
 
-    def __init__(self, robot: Ros2Robot, wrench: Callable[[int], tuple[float, ...]], rate_Hz: float = 500.0) -> None:
+    def __init__(
+        self,
+        robot: Ros2Robot,
+        wrench: Callable[[int], tuple[float, ...]],
+        rate_Hz: float = 500.0,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self._clock_ns = clock_ns
         self.domain, self.rate_Hz, self.is_unplugged = 0, rate_Hz, False
         self.network: Callable[[Any], Any] = lambda message: message
         self._robot, self._wrench, self._lock = robot, wrench, threading.Lock()
@@ -79,9 +86,10 @@ class Ros2Server:
         wrenches = DataWriter(self._participant, topic(WRENCH, idl.WrenchStamped), offered)
         wanted = Qos(Policy.Reliability.Reliable(0), Policy.History.KeepLast(10))
         controller: Any = None
-        due_ns = time.monotonic_ns()
+        due_ns = self._clock_ns()
+        epoch_ns = time.time_ns() - due_ns
         while not self._ended.is_set():
-            now_ns = time.monotonic_ns()
+            now_ns = self._clock_ns()
             if self._robot.is_active != (controller is not None):
                 commands = topic(self.commands, idl.Float64MultiArray)
                 controller = DataReader(self._participant, commands, wanted) if self._robot.is_active else None
@@ -91,7 +99,7 @@ class Ros2Server:
                         self._robot.command(message.data, now_ns)
                 self._robot.step(now_ns)
                 angles = self._robot.position_rad
-            stamp_ns = time.time_ns()
+            stamp_ns = epoch_ns + now_ns
             for writer, message in (
                 (joints, idl.joint_state(stamp_ns, self._robot.names, angles)),
                 (wrenches, idl.wrench(stamp_ns, FRAME, self._wrench(now_ns))),
@@ -100,7 +108,7 @@ class Ros2Server:
                 if sent is not None:
                     writer.write(sent)
             due_ns = max(due_ns + round(_NS / self.rate_Hz), now_ns)
-            time.sleep(max(0, due_ns - time.monotonic_ns()) * 1e-9)
+            time.sleep(max(0, due_ns - self._clock_ns()) * 1e-9)
 
 
 def _is_free(domain: int) -> bool:

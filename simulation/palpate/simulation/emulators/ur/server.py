@@ -63,10 +63,10 @@ class UrServer:
         is_unplugged: Nobody is there: connections break, new ones are refused.
     """
 
-    def __init__(self, controller: UrController) -> None:
+    def __init__(self, controller: UrController, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self.host, self.is_unplugged = "", False
         self.network: Callable[[bytes], bytes] = lambda data: data
-        self._controller, self._lock, self._end = controller, threading.Lock(), False
+        self._controller, self._clock_ns, self._lock, self._end = controller, clock_ns, threading.Lock(), False
         self._listeners: dict[int, socket.socket] = {}
         self._lines: dict[int, list[_Connection]] = {}
         self._thread: threading.Thread | None = None
@@ -126,10 +126,10 @@ class UrServer:
         self._listeners = {}
 
     def _serve(self) -> None:
-        due_ns = time.monotonic_ns()
+        due_ns = self._clock_ns()
         while not self._end:
-            self._talk(max(0.0, (due_ns - time.monotonic_ns()) * 1e-9))
-            now_ns = time.monotonic_ns()
+            self._talk(max(0.0, (due_ns - self._clock_ns()) * 1e-9))
+            now_ns = self._clock_ns()
             if now_ns >= due_ns:
                 # Cycles that are made up for have their own times, or the joints would seem to jump.
                 cycle_ns, due_ns = due_ns, max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
@@ -171,7 +171,7 @@ class UrServer:
                 line.send(_GREETING)
 
     def _hear(self, port: int, line: _Connection) -> None:
-        line.receive(time.monotonic_ns())
+        line.receive(self._clock_ns())
         if line.session is not None:
             line.send(line.session.receive(line.arrived))
             line.arrived, line.is_over = b"", line.is_over or line.session.is_broken
