@@ -87,7 +87,6 @@ class TestCia402Arm(ArmCommandContract):
         ({"nodes": [1, 2]}, "arm.nodes"),
         ({"counts_per_rad": [0.0] * 3}, "arm"),
         ({"counts_per_rad": [1e4] * 3, "nodes": [1, 1, 2]}, "arm"),
-        ({"counts_per_rad": [1e4] * 3, "bitrate": 10_000}, "arm"),
         ({"counts_per_rad": [1e4] * 3, "patience": 0.0}, "arm.patience"),
     ],
 )

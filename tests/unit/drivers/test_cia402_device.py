@@ -7,7 +7,7 @@ from math import nan
 import pytest
 from canopen.sdo import SdoAbortedError
 
-from palpate.drivers.device import AppliedReason, ArmState
+from palpate.drivers.device import ArmState
 from palpate.drivers.errors import (
     DeviceFaultError,
     DriverError,
@@ -78,18 +78,9 @@ def test_cycles_that_come_sooner_than_a_period_make_shorter_steps():
     bench = Bench().enabled()
     begin_ns = bench.network.now_ns
     for _ in range(50):
-        applied = bench.arm.cycle((0.5,) * 6).applied
+        bench.arm.cycle((0.5,) * 6)
     took_s = (bench.network.now_ns - begin_ns) * 1e-9
-    assert applied is not None
-    assert max(applied.position_rad) <= took_s + 1 / 140
-
-
-def test_preview_sends_nothing():
-    bench = Bench().enabled()
-    sent = len(bench.network.sent)
-    assert bench.arm.preview((0.005,) * 6).reason is AppliedReason.AS_ASKED
-    assert bench.arm.preview((0.5,) * 6).reason is AppliedReason.VELOCITY_LIMIT
-    assert len(bench.network.sent) == sent
+    assert 0.0 < max(bench.arm.setpoint_rad) <= took_s + 1 / 140
 
 
 @pytest.mark.parametrize("bad", [(nan,) * 6, (0.0,) * 5, (0.0,) * 7])
@@ -211,20 +202,14 @@ def _write_without(write, missing, index, sub, data, *, check_writable):
     write(index, sub, data)
 
 
-def test_answers_that_are_missing_twice_or_cut_short_are_counted():
+def test_answers_that_are_missing_are_counted():
     bench = Bench().enabled()
     on_answers(bench.drives[2], lost, 1)
-    measured = bench.cycle()
-    assert measured.is_fresh == (True, True, False, True, True, True)
+    bench.cycle()
     on_answers(bench.drives[4], twice, 1)
     on_answers(bench.drives[5], short, 1)
     bench.cycle(times=20)
-    told = bench.arm.diagnostics()["answers"].split("; ")
-    assert told[1:] == [
-        "drive 3: 1 answers missing",
-        "drive 5: 1 twice",
-        "drive 6: 1 answers missing, 1 frames of another length",
-    ]
+    assert bench.arm.diagnostics()["answers"].endswith(" cycles; missing: 1 of drive 3, 1 of drive 6")
 
 
 def obey_nothing(bench):
@@ -282,7 +267,7 @@ CASES = {
     "answers cut short": (
         lambda b: on_answers(b.drives[1], short, 3),
         SilentError,
-        "drive 2: left 3 SYNCs in a row unanswered, and 3 of its frames had another length",
+        "drive 2: left 3 SYNCs in a row unanswered in time",
     ),
     "silence": (lambda b: mute(b.drives[1]), SilentError, "drive 2: left 3 SYNCs in a row"),
     "restart": (lambda b: b.drives[1].reset(), DeviceFaultError, "drive 2: has restarted"),
@@ -300,8 +285,6 @@ CASES = {
     "beyond its limits": (astray, DeviceFaultError, "drive 2: is at 1.1000 rad"),
     "too fast": (lambda b: put(b, 0.2), DeviceFaultError, "drive 2: moves at"),
     "status 9": (status(9), DeviceFaultError, r"drive 2: does not obey this bus \(remote, .*from local to remote"),
-    "status 11": (status(11), DeviceFaultError, r"drive 2: has held back for 0.2 s by a limit of its own \(internal"),
-    "status 12": (status(12), DeviceFaultError, r"drive 2: ignores its set-points \(target ignored"),
     "status 13": (status(13), DeviceFaultError, r"drive 2: has fallen behind its set-points \(following error"),
     "mode taken": (
         lambda b: b.drives[1].objects.set_data(0x6060, 0, b"\0"),
@@ -310,13 +293,13 @@ CASES = {
     ),
     "late answers": (
         lambda b: Delay(b.network, b.drives[1], 5_000_000),
-        LateError,
-        "drive 2: answered 3 SYNCs in a row too late; end other work here",
+        SilentError,
+        "drive 2: left 3 SYNCs in a row unanswered in time.*end other work here",
     ),
     "host away": (
         lambda b: b.network.sleep(0.15),
         LateError,
-        "this computer kept the drives waiting for 1[56][0-9] ms; after that drive 1: ",
+        r"has not heard this computer for \d+ ms",
     ),
     "bus error": (
         lambda b: setattr(b.network.notifier, "exception", ValueError("non-hexadecimal number found")),
@@ -344,7 +327,7 @@ def test_fault_stops_the_arm_and_stays(provoke, kind, told):
     if bench.network.broken is None:
         assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= AT_REST
     sent = len(bench.network.sent)
-    for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable, lambda: bench.arm.preview((0.0,) * 6)):
+    for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable):
         with pytest.raises(DeviceFaultError, match="latched"):
             refused()
     assert len(bench.network.sent) == sent
@@ -363,7 +346,8 @@ def test_fault_that_a_person_clears_leaves_the_arm_without_power(case):
     bench.cycle(times=10)
     assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
     bench.arm.enable()
-    assert bench.cycle(0.001).applied is not None
+    bench.cycle(0.001)
+    assert bench.arm.setpoint_rad == (0.001,) * 6
 
 
 def test_fault_that_does_not_go_away_stays_latched():
@@ -407,13 +391,6 @@ def test_single_lost_answer_is_no_fault():
     for _ in range(5):
         on_answers(bench.drives[3], lost, 2)
         bench.cycle(0.001, times=3)
-    assert bench.arm.state is ArmState.ENABLED
-
-
-def test_drive_that_never_says_that_it_follows_is_believed():
-    bench = Bench()
-    on_answers(bench.drives[1], flipped(12))
-    bench.enabled().cycle(0.001, times=10)
     assert bench.arm.state is ArmState.ENABLED
 
 

@@ -1,4 +1,4 @@
-"""The NMC codec: golden bytes, replies and how much damage is found, scaling, settings and the bus budget."""
+"""The NMC codec: golden bytes, replies and how much damage is found, scaling and settings."""
 
 import random
 import struct
@@ -9,21 +9,17 @@ from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.nmc import (
-    NOP,
     Aux,
     BusSettings,
     NmcCommand,
     NmcStatus,
     Reply,
-    SerialTiming,
     StatusItem,
     StopControl,
     TrajectoryControl,
     acceleration_word,
     commands,
-    exchange_size_bytes,
     load_traj,
-    same_for_all,
     stop_motor,
     velocity_word,
 )
@@ -200,49 +196,6 @@ def test_zeros_and_a_reply_to_a_damaged_command_are_not_believed():
 
 
 POS_VEL = StatusItem.POSITION | StatusItem.VELOCITY
-POLL = exchange_size_bytes(NOP, POS_VEL)
-TO_ALL = load_traj(NOW, position_counts=0, velocity_word=0, acceleration_word=0)
-
-
-def cycle(baud, *sizes, latency_s=0.0, reserve=0.0):
-    return same_for_all(SerialTiming(baud, latency_s), 6, sizes, reserve)
-
-
-def test_exchange_has_the_bytes_of_command_and_reply():
-    assert POLL == 12
-    assert exchange_size_bytes(TO_ALL, POS_VEL) == 17 + 8
-    assert exchange_size_bytes(load_traj(NOW, position_counts=0), StatusItem.POSITION) == 9 + 6
-    assert exchange_size_bytes(HERE, StatusItem.POSITION) == 9 + 6
-
-
-@pytest.mark.parametrize(
-    ("baud", "sizes", "cycle_ms", "rate_Hz"),
-    [
-        (19_200, (POLL,), 37.5, 26.7),
-        (115_200, (POLL,), 6.25, 160.0),
-        (115_200, (POLL, 25), 19.27, 51.9),
-        (115_200, (15,), 7.8125, 128.0),
-        (230_400, (15,), 3.906, 256.0),
-    ],
-)
-def test_cycle_takes_the_time_of_its_bytes(baud, sizes, cycle_ms, rate_Hz):
-    budget = cycle(baud, *sizes)
-    assert budget.cycle_s * 1e3 == pytest.approx(cycle_ms, rel=1e-3)
-    assert budget.max_rate_Hz == pytest.approx(rate_Hz, rel=3e-3)
-
-
-def test_rate_that_does_not_fit_is_refused_with_the_rates_that_do():
-    cycle(230_400, 15).require(140, 1)
-    with pytest.raises(SettingError) as caught:
-        cycle(115_200, 15, reserve=0.1).require(140, 1)
-    message = str(caught.value)
-    for part in ("140 Hz", "90 bytes", "115200 baud", "7.81 ms", "115.2 Hz", "70, 46.67, 35, 28"):
-        assert part in message
-    with pytest.raises(SettingError, match="none"):
-        cycle(19_200, POLL, latency_s=1.0).require(140, 1)
-    for rate_Hz, divider in ((140, 0), (0, 1), (-140, 1), (float("nan"), 1)):
-        with pytest.raises(SettingError, match="no rate of cycles"):
-            cycle(230_400, 15).require(rate_Hz, divider)
 
 
 def test_divisors_are_the_documented_ones():

@@ -60,7 +60,6 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
         )  # fmt: skip
         arm_settings = ArmSettings(
             joints=drives,
-            bitrate=table.bus["bitrate"],
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,
             host_node=table.host_node,

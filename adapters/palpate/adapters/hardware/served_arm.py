@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import DeviceError
-from palpate.core.ports import AppliedCommand, Clock, CommandReason, JointSample, JointVector
+from palpate.core.ports import AppliedCommand, Clock, JointSample, JointVector
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
 
@@ -72,7 +72,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
-        """Exchange a set-point, None to hold, for joint angles; gives what became of it, where there was one."""
+        """Exchange a set-point, None to hold, for joint angles; gives what became of it where it ``answers``."""
 
     @abstractmethod
     def stop(self) -> None:
@@ -189,9 +189,7 @@ class DriverArm(ServedArm):
             # What was measured before is no news; it grows old.
             count = 1 if sample is None else sample.sequence + 1
             sample = self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), count)
-        if found.applied is None:
-            return sample, None
-        return sample, AppliedCommand(found.applied.position_rad, CommandReason[found.applied.reason.name])
+        return sample, None
 
     @override
     def stop(self) -> None:

@@ -64,8 +64,6 @@ class Status(enum.IntFlag):
     """Bits of the statusword besides those of the state. Standard knowledge, CiA 402-2, mode CSP."""
 
     REMOTE = 1 << 9
-    INTERNAL_LIMIT = 1 << 11
-    FOLLOWS_TARGET = 1 << 12
     FOLLOWING_ERROR = 1 << 13
 
 

@@ -16,28 +16,15 @@ from palpate.drivers.cia402.codec import FAULTS, Controlword, DriveState
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.settings import ArmSettings
-from palpate.drivers.cia402.watch import KEEP_TIME, outside, trouble
-from palpate.drivers.device import (
-    Applied,
-    AppliedReason,
-    ArmState,
-    LatchingArm,
-    Measured,
-    clamped,
-    held_back,
-    require_angles,
-)
-from palpate.drivers.errors import DriverError, LateError, SilentError, StateError
+from palpate.drivers.cia402.watch import outside, trouble
+from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, require_angles
+from palpate.drivers.errors import DriverError, SilentError, StateError
 
 _CONTROLWORD: Final = {
     ArmState.CONFIGURED: Controlword.DISABLE_VOLTAGE,
     ArmState.ENABLED: Controlword.ENABLE_OPERATION,
     ArmState.STOPPED: Controlword.QUICK_STOP,
 }
-_AWAY_PERIODS: Final = 4
-"""A cycle that comes so many periods after the last one is this computer's doing."""
-_BLAMED_NS: Final = 500_000_000
-"""So long after it, what the drives complain of is taken for a consequence. Assumed: their watchdogs are quicker."""
 _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
@@ -62,10 +49,7 @@ class Cia402Arm(LatchingArm):
         self._now_ns = now_ns
         self._exchange = CyclicExchange(link, settings, now_ns)
         self._bring_up = BringUp(link, settings, self._exchange, now_ns, sleep)
-        self._reference_rad: tuple[float, ...] = ()
-        self._cycles_since_stop = 0
-        self._stepped_ns = 0
-        self._away_ns = self._back_ns = 0
+        self._cycles_since_stop = self._stepped_ns = 0
 
     @property
     @override
@@ -77,8 +61,9 @@ class Cia402Arm(LatchingArm):
         found, settings = super().diagnostics(), self.settings
         known = zip(settings.joints, self._bring_up.identities, strict=False)
         found["drives"] = ", ".join(f"{joint.node} {name}" for joint, name in known)
-        found["bus"] = f"{settings.bitrate} bit/s, at most {settings.budget.max_rate_Hz:.0f} Hz, computed"
-        found["answers"] = self._exchange.counters()
+        missing = zip(settings.joints, self._exchange.missing, strict=True)
+        lacking = ", ".join(f"{count} of drive {joint.node}" for joint, count in missing if count)
+        found["answers"] = f"{self._exchange.cycles} cycles; missing: {lacking or 'none'}"
         found["fault"] = found["fault"] or self._shown()
         return found
 
@@ -117,23 +102,9 @@ class Cia402Arm(LatchingArm):
             self._bring_up.watchdogs(on=True)
             self._bring_up.walk(DriveState.ENABLED)
         # The very place that the drives have as their target, not a newer measurement: no count of difference.
-        self._reference_rad = self._bring_up.held_rad
+        self.setpoint_rad = self._bring_up.held_rad
         self._stepped_ns = self._now_ns() - self.settings.period_ns
         self._state = ArmState.ENABLED
-
-    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a :meth:`cycle` that is on time would make of a set-point now; nothing is sent."""
-        return self._limited(setpoint_rad, self.settings.period_s)
-
-    def _limited(self, setpoint_rad: Sequence[float], step_s: float) -> Applied:
-        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-        joints = self.settings.joints
-        asked_rad = require_angles(setpoint_rad, len(joints))
-        if self._state is ArmState.STOPPED:
-            return Applied(self._positions_rad(), AppliedReason.STOPPED)
-        within_rad = clamped(asked_rad, [joint.lower_rad for joint in joints], [joint.upper_rad for joint in joints])
-        most_rad = [joint.velocity_rad_per_s * step_s for joint in joints]
-        return held_back(asked_rad, within_rad, self._reference_rad, most_rad)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """One cycle: write set-points, send SYNC, wait for the drives' answers.
@@ -143,22 +114,23 @@ class Cia402Arm(LatchingArm):
         shortens the step in proportion.
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        now_ns = self._now_ns()
-        away_ns = now_ns - self._stepped_ns
-        if away_ns > _AWAY_PERIODS * self.settings.period_ns and self._state is not ArmState.CONFIGURED:
-            self._away_ns, self._back_ns = away_ns, now_ns
-        step_s = min(away_ns * 1e-9, self.settings.period_s)
-        applied = None if setpoint_rad is None else self._limited(setpoint_rad, step_s)
+        now_ns, joints = self._now_ns(), self.settings.joints
+        step_s = min((now_ns - self._stepped_ns) * 1e-9, self.settings.period_s)
+        targets, enabled = self._exchange.hold(), self._state is ArmState.ENABLED
+        if setpoint_rad is not None:
+            self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+            asked_rad = require_angles(setpoint_rad, len(joints))
+            within_rad = clamped(asked_rad, [each.lower_rad for each in joints], [each.upper_rad for each in joints])
+            if enabled:
+                most_rad = [joint.velocity_rad_per_s * step_s for joint in joints]
+                self.setpoint_rad = held_back(within_rad, self.setpoint_rad, most_rad)
         self._stepped_ns = now_ns
-        targets = self._exchange.hold()
-        if self._state is ArmState.ENABLED:
-            self._reference_rad = self._reference_rad if applied is None else applied.position_rad
-            aimed = zip(self.settings.joints, self._reference_rad, strict=True)
-            targets = tuple(joint.counts(angle) for joint, angle in aimed)
+        if enabled:
+            targets = tuple(joint.counts(angle) for joint, angle in zip(joints, self.setpoint_rad, strict=True))
         with self._latching():
             self._exchange.run([_CONTROLWORD[self._state]] * len(targets), targets)
             self._judge(self._allowed())
-        return self._measured(applied)
+        return Measured(self._positions_rad(), self._exchange.sync_ns)
 
     def stop(self) -> None:
         """Quick-stop every drive. Never raises; works in every state, twice too, and when the bus is gone.
@@ -228,9 +200,6 @@ class Cia402Arm(LatchingArm):
     def _judge(self, allowed: tuple[DriveState, ...] | None) -> None:
         error = trouble(self._exchange.views, self.settings, self._now_ns(), allowed)
         if error is not None:
-            if allowed is not None and self._back_ns and self._now_ns() - self._back_ns < _BLAMED_NS:
-                waited = f"this computer kept the drives waiting for {self._away_ns * 1e-6:.0f} ms"
-                raise LateError("arm", f"{waited}; after that {error.device}: {error.problem}", KEEP_TIME) from error
             raise error
 
     def _positions_rad(self) -> tuple[float, ...]:
@@ -238,12 +207,3 @@ class Cia402Arm(LatchingArm):
         if len(known) != len(self.settings.joints):
             raise SilentError("arm", "not every drive has told its position", "check the bus")
         return tuple(known)
-
-    def _measured(self, applied: Applied | None) -> Measured:
-        views = self._exchange.views
-        return Measured(
-            position_rad=self._positions_rad(),
-            is_fresh=tuple(view.missed_in_a_row == 0 for view in views),
-            time_ns=self._exchange.sync_ns,
-            applied=applied,
-        )

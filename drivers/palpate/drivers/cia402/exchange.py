@@ -1,7 +1,6 @@
 """One cycle on the wire: set-points out, SYNC, answers in; and what the answers mean for each joint."""
 
 import contextlib
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
@@ -17,7 +16,6 @@ from palpate.drivers.cia402.codec import (
     TPDO,
     TPDO1,
     DriveState,
-    Status,
     state_of,
 )
 from palpate.drivers.cia402.link import CanopenLink
@@ -42,6 +40,7 @@ class CyclicExchange:
     Attributes:
         views: The joints as the last SYNC showed them; empty before the first.
         targets: Position targets as sent last, in counts.
+        cycles: How many there were. missing: SYNCs that each drive has left unanswered.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
@@ -52,8 +51,8 @@ class CyclicExchange:
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
         self._samples: list[tuple[tuple[int, float], ...]] = [()] * len(self._nodes)
-        self._cycles = 0
-        self._missed: Counter[int] = Counter()
+        self.cycles = 0
+        self.missing = [0] * len(self._nodes)
         self.views: tuple[AxisView, ...] = ()
         self.targets: tuple[int, ...] = (0,) * len(self._nodes)
         self.sync_ns = 0
@@ -107,8 +106,8 @@ class CyclicExchange:
         sync_ns = self._now_ns()
         self._link.send(SYNC, b"")
         boxes = self._mailbox.wait(sync_ns + self._deadline_ns)
-        self._cycles += 1
-        self._missed.update(box.node for box in boxes if box.answers == 0)
+        self.cycles += 1
+        self.missing = [count + (not box.answered) for count, box in zip(self.missing, boxes, strict=True)]
         self._read(boxes, sync_ns)
         return self.views
 
@@ -126,18 +125,6 @@ class CyclicExchange:
         with contextlib.suppress(SilentError):
             self._link.send(SYNC, b"")
 
-    def counters(self) -> str:
-        """Cycles, and what came besides answers in time."""
-        text = f"{self._cycles} cycles"
-        for box in self._mailbox.look():
-            counts = {
-                "answers missing": self._missed[box.node], "too late": box.late, "twice": box.duplicates,
-                "frames of another length": box.malformed,
-            }  # fmt: skip
-            if any(counts.values()):
-                text += f"; drive {box.node}: " + ", ".join(f"{n} {what}" for what, n in counts.items() if n)
-        return text
-
     def _keep_alive(self, now_ns: int) -> None:
         every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
         if self._settings.host_watchdog_ms > 0 and now_ns - self._last_heartbeat_ns >= every_ns:
@@ -150,26 +137,15 @@ class CyclicExchange:
         self.views = tuple(self._view(i, box, old) for i, (box, old) in enumerate(zip(boxes, before, strict=True)))
 
     def _view(self, axis: int, box: NodeBox, old: AxisView | None) -> AxisView:
-        if box.answers == 0 or box.tpdo is None:
+        if not box.answered or box.tpdo is None:
             missed = 1 if old is None else old.missed_in_a_row + 1
             if old is None:
                 return AxisView(box, None, None, None, None, 0.0, missed)
-            late = old.late_in_a_row + box.late - old.box.late
-            return replace(old, box=box, missed_in_a_row=missed, late_in_a_row=late)
+            return replace(old, box=box, missed_in_a_row=missed)
         statusword, counts, mode = TPDO.unpack(box.tpdo)
         position_rad = self._settings.joints[axis].angle_rad(counts)
         speed = self._speed_rad_per_s(axis, box.tpdo_ns, position_rad, None if old is None else old.state)
-        state = state_of(statusword)
-        limited = ignoring = None
-        if state is DriveState.ENABLED:
-            before = (0, None) if old is None else (old.limited_in_a_row, old.ignoring_in_a_row)
-            limited = before[0] + 1 if statusword & Status.INTERNAL_LIMIT else 0
-            # In a row since it followed last; a drive that never told that it follows cannot tell that it does not.
-            ignoring = 0 if statusword & Status.FOLLOWS_TARGET else None if before[1] is None else before[1] + 1
-        return AxisView(
-            box, statusword, state, counts, position_rad, speed, 0,
-            limited_in_a_row=limited or 0, ignoring_in_a_row=ignoring, mode=mode,
-        )  # fmt: skip
+        return AxisView(box, statusword, state_of(statusword), counts, position_rad, speed, 0, mode)
 
     def _speed_rad_per_s(self, axis: int, answered_ns: int, position_rad: float, was: DriveState | None) -> float:
         """The least speed that a drive had over its last intervals, rad/s.

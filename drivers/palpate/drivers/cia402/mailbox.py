@@ -27,9 +27,8 @@ class NodeBox:
     """What is known about one node; the cycle gets copies.
 
     Attributes:
-        answers: To the newest SYNC.
-        late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from answers
-            to the next SYNC, because process data carry no number.
+        answered: The newest SYNC, in time. A later answer cannot be told from one to the next SYNC, because process
+            data carry no number.
         nmt_state: As its newest heartbeat has it; None before the first one.
         active: EMCY messages of errors that were not cleared.
     """
@@ -37,10 +36,7 @@ class NodeBox:
     node: int
     tpdo: bytes | None = None
     tpdo_ns: int = 0
-    answers: int = 0
-    late: int = 0
-    duplicates: int = 0
-    malformed: int = 0
+    answered: bool = False
     heartbeat_ns: int = 0
     nmt_state: int | None = None
     boots: int = 0
@@ -64,15 +60,10 @@ class Mailbox:
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != self._tpdo_bytes:
-                box.malformed += 1
                 return
             box.tpdo, box.tpdo_ns = bytes(data), time_ns
-            box.answers += 1
-            if box.answers > 1:
-                box.duplicates += 1
-            elif not self._waiting:
-                box.late += 1
-            else:
+            if self._waiting and not box.answered:
+                box.answered = True
                 self._missing -= 1
                 if self._missing == 0:
                     self._all_here.notify_all()
@@ -83,7 +74,6 @@ class Mailbox:
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != 1:
-                box.malformed += 1
                 return
             box.heartbeat_ns, box.nmt_state = time_ns, data[0] & 0x7F
             box.boots += data[0] == 0
@@ -93,7 +83,6 @@ class Mailbox:
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != _EMCY.size:
-                box.malformed += 1
                 return
             emergency = Emergency(*_EMCY.unpack(data))
             clears = emergency.code & 0xFF00 == 0
@@ -103,7 +92,7 @@ class Mailbox:
         """Right before a SYNC: from now on process data answer it."""
         with self._all_here:
             for box in self._boxes.values():
-                box.answers = 0
+                box.answered = False
             self._missing = len(self._boxes)
             self._waiting = True
 

@@ -1,44 +1,12 @@
-"""How the arm's drives are set up, one record a joint and one for the arm, and the rates that the bus carries.
-
-Standard knowledge (CAN 2.0A): a data frame with an 11-bit identifier and s data bytes is 44 + 8 s bits plus 3 of
-interframe space; of these 34 + 8 s bits are subject to stuffing, at worst one bit for every four after the first.
-CALC: 8 bytes make 111 bits, at worst 135; a PDO of 6 bytes 95, at worst 115.
-"""
+"""How the arm's drives are set up, one record a joint and one for the arm."""
 
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.cia402.codec import HIGHEST_NODE, RPDO, TPDO
-from palpate.drivers.device import BusBudget
+from palpate.drivers.cia402.codec import HIGHEST_NODE
 from palpate.drivers.errors import SettingError, require_all
-
-HIGHEST_LOAD: Final = 0.8
-"""Share of the bus that cyclic frames may fill: SDO answers and repeated frames need the rest. A choice."""
-
-
-def frame_bits(data_bytes: int) -> int:
-    """Bits of one data frame with an 11-bit identifier at worst, interframe space included."""
-    return 47 + 8 * data_bytes + (33 + 8 * data_bytes) // 4
-
-
-def bits_per_cycle(drives: int) -> int:
-    """Bits of the RPDOs, the SYNC and the TPDOs of one cycle."""
-    return drives * (frame_bits(RPDO.size) + frame_bits(TPDO.size)) + frame_bits(0)
-
-
-def bus_budget(drives: int, bitrate: int, heartbeat_s: float) -> BusBudget:
-    """The load that one arm puts on its bus, in the worst case of stuffing.
-
-    Args:
-        heartbeat_s: Period of every drive's heartbeat, and of the host's.
-    """
-    bits = bits_per_cycle(drives)
-    heartbeats = (drives + 1) * frame_bits(1) / heartbeat_s
-    load = f"{drives} drives need {bits} bits a cycle at worst, of {bitrate} bit/s"
-    return BusBudget("CAN bus", load, bits / bitrate, max(0.0, HIGHEST_LOAD - heartbeats / bitrate))
-
 
 HEARTBEAT_MS: Final = 50
 """Period of each drive's heartbeat."""
@@ -105,7 +73,7 @@ class ArmSettings:
 
     Attributes:
         joints: One drive a joint, in the order of the kinematic model.
-        divider: Control ticks per cycle; refused when the bus cannot carry that.
+        divider: Control ticks per cycle.
         missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.
         heartbeat_timeout_ms: Silence of a drive that stops the arm for good.
         host_node: Node number of the host's own heartbeat.
@@ -117,12 +85,11 @@ class ArmSettings:
         transition_timeout_s: Longest wait for a change of state of all drives.
 
     Raises:
-        SettingError: A value that cannot work, or a rate that does not fit the bus.
+        SettingError: A value that cannot work.
     """
 
     joints: tuple[JointDrive, ...]
     control_rate_Hz: int
-    bitrate: int = 1_000_000
     divider: int = 1
     missed_cycles: int = 3
     heartbeat_timeout_ms: int = 150
@@ -136,7 +103,7 @@ class ArmSettings:
         nodes = [*(joint.node for joint in self.joints), self.host_node]
         if not self.joints or len(set(nodes)) != len(nodes):
             raise SettingError("arm", f"nodes {nodes}, the host's last", "give every drive and the host its own node")
-        positive = ("bitrate", "missed_cycles", "quick_stop_rad_per_s2", "sdo_timeout_s", "transition_timeout_s")
+        positive = ("missed_cycles", "quick_stop_rad_per_s2", "sdo_timeout_s", "transition_timeout_s")
         values = {name: getattr(self, name) for name in positive}
         timeout_ms = self.heartbeat_timeout_ms
         require_all(
@@ -148,7 +115,6 @@ class ArmSettings:
                 (1 <= self.host_node <= HIGHEST_NODE, f"host_node = {self.host_node}", f"1 to {HIGHEST_NODE}"),
             ),
         )
-        self.budget.require(self.control_rate_Hz, self.divider)
         # Three heartbeats of the host within the drives' patience, and they are sent by the cycle alone.
         if 0 < self.host_watchdog_ms < 3 * self.period_s * 1e3:
             problem = f"host_watchdog_ms = {self.host_watchdog_ms} is shorter than three cycles"
@@ -168,8 +134,3 @@ class ArmSettings:
     def period_ns(self) -> int:
         """The same in whole nanoseconds."""
         return int(1_000_000_000 / self.rate_Hz)
-
-    @property
-    def budget(self) -> BusBudget:
-        """The load on the bus."""
-        return bus_budget(len(self.joints), self.bitrate, HEARTBEAT_MS * 1e-3)

@@ -11,11 +11,9 @@ from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, Sil
 
 _MS: Final = 1_000_000
 _REMEDY: Final = "find out why, then acknowledge"
-_LIMITED_S: Final = 0.2
-"""So long a drive may be at a limit of its own, as of its current while it accelerates. Assumed."""
 _HOST_UNHEARD: Final = 0x8130
 """Heartbeat error (CiA 301)."""
-KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise [arm] patience, then acknowledge"
+_KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise [arm] patience, then acknowledge"
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +26,6 @@ class AxisView:
         counts: Newest position counts, or None before the first.
         position_rad: The same as an angle, or None before the first.
         mode: Of operation, as the drive shows it; None before the first.
-        ignoring_in_a_row: Answers that tell that the set-point is ignored until now; None before the drive has followed
-            one since it was enabled, since some makers leave that bit 0.
     """
 
     box: NodeBox
@@ -39,9 +35,6 @@ class AxisView:
     position_rad: float | None
     speed_rad_per_s: float
     missed_in_a_row: int
-    late_in_a_row: int = 0
-    limited_in_a_row: int = 0
-    ignoring_in_a_row: int | None = None
     mode: int | None = None
 
 
@@ -63,8 +56,8 @@ def trouble(
         for view, joint in axes:
             for error in (
                 *_left(view, joint, allowed),
-                *_disobeys(view, joint, settings),
-                *_astray(view, joint, settings),
+                *_disobeys(view, joint),
+                *_astray(view, joint),
             ):
                 return error
     return None
@@ -88,7 +81,7 @@ def _reports(view: AxisView, joint: JointDrive, settings: ArmSettings, _now_ns: 
         worst = view.box.active[0]
         if worst.code == _HOST_UNHEARD:
             problem = f"has not heard this computer for {settings.host_watchdog_ms} ms (EMCY 0x{worst.code:04X})"
-            yield LateError(f"drive {joint.node}", problem, f"check the bus cable, or {KEEP_TIME}")
+            yield LateError(f"drive {joint.node}", problem, f"check the bus cable, or {_KEEP_TIME}")
         problem = (
             f"reports EMCY 0x{worst.code:04X} (register 0x{worst.register:02X}, maker's bytes {worst.vendor.hex()})"
         )
@@ -100,16 +93,10 @@ def _silent(view: AxisView, joint: JointDrive, settings: ArmSettings, now_ns: in
     if silence_ms > settings.heartbeat_timeout_ms:
         problem = f"no heartbeat for {silence_ms:.0f} ms (limit {settings.heartbeat_timeout_ms})"
         yield SilentError(f"drive {joint.node}", problem, "check its power and cable, then acknowledge")
-    elif view.missed_in_a_row >= settings.missed_cycles and view.late_in_a_row:
-        problem = f"answered {view.missed_in_a_row} SYNCs in a row too late"
-        yield LateError(f"drive {joint.node}", problem, KEEP_TIME)
     elif view.missed_in_a_row >= settings.missed_cycles:
-        problem = f"left {view.missed_in_a_row} SYNCs in a row unanswered"
-        if view.box.malformed:
-            problem += f", and {view.box.malformed} of its frames had another length"
-        yield SilentError(
-            f"drive {joint.node}", problem, "check its power, its cable and the bus load, then acknowledge"
-        )
+        problem = f"left {view.missed_in_a_row} SYNCs in a row unanswered in time"
+        remedy = f"check its power, its cable and the bus load; on a busy computer {_KEEP_TIME}"
+        yield SilentError(f"drive {joint.node}", problem, remedy)
 
 
 def _left(view: AxisView, joint: JointDrive, allowed: Sequence[DriveState]) -> Iterator[DriverError]:
@@ -124,20 +111,16 @@ def _left(view: AxisView, joint: JointDrive, allowed: Sequence[DriveState]) -> I
         yield DeviceFaultError(f"drive {joint.node}", f"went to {state} by itself ({told})", _REMEDY)
 
 
-def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Iterator[DriverError]:
+def _disobeys(view: AxisView, joint: JointDrive) -> Iterator[DriverError]:
     if view.statusword is None or view.state is not DriveState.ENABLED:
         return
-    word, limited_s = view.statusword, view.limited_in_a_row * settings.period_s
+    word = view.statusword
     problems = (
         (view.mode != CSP, f"is in mode {view.mode}, not in CSP (another master",
          "see what else is on the bus"),
         (bool(word & Status.FOLLOWING_ERROR), "has fallen behind its set-points (following error",
          "see whether the joint is blocked"),
         (not word & Status.REMOTE, "does not obey this bus (remote", "switch it from local to remote control"),
-        ((view.ignoring_in_a_row or 0) >= settings.missed_cycles, "ignores its set-points (target ignored",
-         "see in its manual what holds it"),
-        (limited_s >= _LIMITED_S, f"has held back for {limited_s:.1f} s by a limit of its own (internal limit",
-         "hold its limits of position, speed and current against those of the arm"),
     )  # fmt: skip
     for is_so, problem, remedy in problems:
         if is_so:
@@ -145,7 +128,7 @@ def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Itera
             yield DeviceFaultError(f"drive {joint.node}", told, f"{remedy}, then acknowledge")
 
 
-def _astray(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Iterator[DriverError]:
+def _astray(view: AxisView, joint: JointDrive) -> Iterator[DriverError]:
     if view.position_rad is None:
         return
     if outside(view.position_rad, joint):

@@ -1,4 +1,4 @@
-"""What drivers have in common: arms, force sensors, and the budget of a bus."""
+"""What drivers have in common: arms and force sensors."""
 
 import lazy_loader
 

@@ -1,5 +1,3 @@
-from .arm import Applied as Applied
-from .arm import AppliedReason as AppliedReason
 from .arm import ArmDriver as ArmDriver
 from .arm import ArmState as ArmState
 from .arm import LatchingArm as LatchingArm
@@ -7,7 +5,6 @@ from .arm import Measured as Measured
 from .arm import clamped as clamped
 from .arm import held_back as held_back
 from .arm import require_angles as require_angles
-from .budget import BusBudget as BusBudget
 from .sensor import ForceSample as ForceSample
 from .sensor import PolledSensor as PolledSensor
 from .sensor import Vector3 as Vector3

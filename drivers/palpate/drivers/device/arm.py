@@ -16,28 +16,6 @@ _SLACK: Final = 1e-11
 """A step of exactly the greatest length must not be called too long for its rounding error."""
 
 
-class AppliedReason(enum.Enum):
-    """Why the applied set-point is not the one that was asked for."""
-
-    AS_ASKED = "as asked"
-    POSITION_LIMIT = "joint position limit"
-    VELOCITY_LIMIT = "joint velocity or acceleration limit"
-    STOPPED = "arm is stopped"
-
-
-@dataclass(frozen=True, slots=True)
-class Applied:
-    """A set-point after the limits.
-
-    Attributes:
-        position_rad: Joint angles, (n,).
-        reason: ``AS_ASKED`` exactly when nothing was changed.
-    """
-
-    position_rad: tuple[float, ...]
-    reason: AppliedReason = AppliedReason.AS_ASKED
-
-
 def require_angles(asked_rad: Sequence[float], joints: int) -> tuple[float, ...]:
     """The set-point as floats.
 
@@ -57,15 +35,14 @@ def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: S
 
 
 def held_back(
-    asked_rad: Sequence[float], within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
-) -> Applied:
-    """What is applied of a set-point when no joint may go further than so much.
+    within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
+) -> tuple[float, ...]:
+    """A set-point of which no joint goes further than so much, (n,).
 
     All joints are held back by the same share, so the arm keeps its direction in joint space.
 
     Args:
-        asked_rad: What is wanted, (n,).
-        within_rad: The same within the position limits, (n,).
+        within_rad: What is wanted, within the position limits, (n,).
         previous_rad: Set-point before, (n,).
         most_rad: How far each joint can go in time, (n,).
     """
@@ -74,28 +51,21 @@ def held_back(
         step = abs(target - start)
         if step > most * (1.0 + _SLACK):
             share = min(share, most / step)
-    if share < 1.0:
-        steps = zip(previous_rad, within_rad, strict=True)
-        shortened = tuple(start + share * (target - start) for start, target in steps)
-        return Applied(shortened, AppliedReason.VELOCITY_LIMIT)
-    as_asked = tuple(within_rad) == tuple(asked_rad)
-    return Applied(tuple(within_rad), AppliedReason.AS_ASKED if as_asked else AppliedReason.POSITION_LIMIT)
+    if share == 1.0:
+        return tuple(within_rad)
+    return tuple(start + share * (target - start) for start, target in zip(previous_rad, within_rad, strict=True))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Measured:
     """What one cycle of the bus found.
 
     Attributes:
         position_rad: Joint angles, (n,); where an axis did not answer, its last one.
-        is_fresh: Which axes answered in this cycle, (n,).
-        applied: What became of the set-point; None when there was none.
         time_ns: When the angles were measured, on the driver's clock.
     """
 
     position_rad: tuple[float, ...]
-    is_fresh: tuple[bool, ...]
-    applied: Applied | None
     time_ns: int
 
 
@@ -117,7 +87,7 @@ class ArmDriver(Protocol):
 
     Raises:
         StateError: By any request that is out of order, or that finds a joint outside its limits.
-        RefusedError: By ``preview`` and ``cycle``: a wrong number of angles, or one is not finite; nothing was sent.
+        RefusedError: By ``cycle``: a wrong number of angles, or one is not finite; nothing was sent.
         SettingError, WiringError: By ``open``: no device is there, or another one, or it is set up otherwise.
         SilentError, GarbledError: The bus, or a device on it, fell silent or makes no sense.
         DeviceFaultError: A fault is reported, or a pose is where it may not be.
@@ -142,12 +112,8 @@ class ArmDriver(Protocol):
         """Let the servos hold the arm where it stands."""
 
     @abstractmethod
-    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a cycle would make of a set-point now; sends nothing."""
-
-    @abstractmethod
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """One cycle of the bus; None holds."""
+        """One cycle of the bus; None holds. A set-point is held to the limits; a stopped arm takes none."""
 
     def diagnostics(self) -> dict[str, str]:
         """Return identity, state and error counters by name; ``fault`` is what is wrong at present."""
@@ -175,10 +141,12 @@ class LatchingArm(ArmDriver):
 
     Attributes:
         fault: Why the arm stopped for good, or None.
+        setpoint_rad: Where an enabled arm is led, within the limits, (n,).
     """
 
     def __init__(self) -> None:
         self.fault: str | None = None
+        self.setpoint_rad: tuple[float, ...] = ()
         self._state = ArmState.NEW
 
     @override

@@ -1,4 +1,4 @@
-"""The NMC serial bus of PIC-SERVO motor controllers: codec, conversation, start-up and time budget.
+"""The NMC serial bus of PIC-SERVO motor controllers: codec, conversation and start-up.
 
 Marks in this package: FACT is read in the source named, CALC is arithmetic on facts, INFERENCE is judgement.
 Sources: *libnmc* is the NMC library of the public ROS 2 port brendandburns/ros2_zebra_zero; *PyLabRobot* is its

@@ -17,11 +17,10 @@ from .frames import StatusItem as StatusItem
 from .frames import StopControl as StopControl
 from .frames import TrajectoryControl as TrajectoryControl
 from .replies import Reply as Reply
+from .replies import reply_size_bytes as reply_size_bytes
 from .settings import POWER_UP_BAUD as POWER_UP_BAUD
 from .settings import BusSettings as BusSettings
 from .settings import SerialTiming as SerialTiming
-from .settings import exchange_size_bytes as exchange_size_bytes
-from .settings import same_for_all as same_for_all
 from .startup import Module as Module
 from .startup import attach as attach
 from .startup import start as start

@@ -1,14 +1,11 @@
-"""Settings of the bus, what is known of its baud rates, and the rates of cycles that the line allows."""
+"""Settings of the bus, what is known of its baud rates, and the time of an exchange."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.device import BusBudget
 from palpate.drivers.errors import require_all
-from palpate.drivers.nmc.frames import GROUP_BIT, NmcCommand, StatusItem
-from palpate.drivers.nmc.replies import reply_size_bytes
+from palpate.drivers.nmc.frames import GROUP_BIT
 
 POWER_UP_BAUD: Final = 19_200
 """FACT (libnmc): where every module is after power-up and after HARD_RESET."""
@@ -85,25 +82,3 @@ class SerialTiming:
     def exchange_s(self, size_bytes: int) -> float:
         """Time of an exchange of so many bytes, both ways together; the next may only begin after it."""
         return self.wire_s(size_bytes) + self.adapter_latency_s + self.turnaround_s
-
-
-def exchange_size_bytes(command: NmcCommand, mask: StatusItem) -> int:
-    """Bytes of the command and of its reply."""
-    return command.size_bytes + reply_size_bytes(mask)
-
-
-def same_for_all(line: SerialTiming, axes: int, sizes_bytes: Sequence[int], reserve: float = 0.0) -> BusBudget:
-    """The budget of a cycle that has the same exchanges with every axis.
-
-    Args:
-        sizes_bytes: Size of each exchange with one axis, both ways.
-        reserve: Share of the period that is to stay free.
-    """
-    sizes = tuple(sizes_bytes) * axes
-    cycle_s = sum(line.exchange_s(size) for size in sizes)
-    load = (
-        f"{len(sizes)} exchanges, {sum(sizes)} bytes in all at {line.baud} baud, each with"
-        f" {line.adapter_latency_s * 1e3:.3g} ms adapter latency and"
-        f" {line.turnaround_s * 1e3:.3g} ms turnaround, take {cycle_s * 1e3:.2f} ms"
-    )
-    return BusBudget("NMC bus", load, cycle_s, 1.0 - reserve)

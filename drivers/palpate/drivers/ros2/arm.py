@@ -10,16 +10,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.device import (
-    Applied,
-    AppliedReason,
-    ArmState,
-    LatchingArm,
-    Measured,
-    clamped,
-    held_back,
-    require_angles,
-)
+from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, require_angles
 from palpate.drivers.errors import DriverError, SettingError, SilentError
 from palpate.drivers.ros2.judgement import (
     StampClock,
@@ -47,7 +38,6 @@ class Ros2Arm(LatchingArm):
         self._link, self._now_ns, self._sleep = link, now_ns, sleep
         self._stamps = StampClock(link.reads)
         self._seen_rad: tuple[float, ...] = ()
-        self._reference_rad: tuple[float, ...] = ()
         self._heard_ns = self._time_ns = 0
 
     def open(self) -> None:
@@ -70,24 +60,13 @@ class Ros2Arm(LatchingArm):
                 problem = f"{joint} stands at {angle:.4f} rad, outside {low:.4f} to {high:.4f}"
                 raise SettingError(NAME, problem, "move it back by the robot's own means")
         require_subscriber(self._link)
-        self._reference_rad = self._seen_rad
+        self.setpoint_rad = self._seen_rad
         self._state = ArmState.ENABLED
 
-    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a cycle would make of a set-point now: at most one period ahead of where the arm is."""
-        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-        settings = self.settings
-        asked = require_angles(setpoint_rad, len(settings.joints))
-        if self._state is ArmState.STOPPED:
-            return Applied(self._seen_rad, AppliedReason.STOPPED)
-        within = clamped(asked, settings.lower_rad, settings.upper_rad)
-        most_rad = [speed * settings.period_s for speed in settings.velocity_rad_s]
-        return held_back(asked, within, self._seen_rad, most_rad)
-
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Take the newest angles and send a command; None holds."""
+        """Take the newest angles and send a command, at most one period ahead of them; None holds."""
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        before_ns, enabled = self._time_ns, self._state is ArmState.ENABLED
+        enabled, settings, goal_rad = self._state is ArmState.ENABLED, self.settings, self.setpoint_rad
         with self._latching():
             self._take()
             require_one_publisher(self._link)
@@ -95,14 +74,17 @@ class Ros2Arm(LatchingArm):
                 require_subscriber(self._link)
             if self._state is not ArmState.STOPPED:
                 self._require_heard()
-        applied = None if setpoint_rad is None else self.preview(setpoint_rad)
+        if setpoint_rad is not None:
+            self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+            asked = require_angles(setpoint_rad, len(settings.joints))
+            most_rad = [speed * settings.period_s for speed in settings.velocity_rad_s]
+            goal_rad = held_back(clamped(asked, settings.lower_rad, settings.upper_rad), self._seen_rad, most_rad)
         with self._latching():
             if enabled:
-                self._command(self._reference_rad if applied is None else applied.position_rad)
+                self._command(goal_rad)
             elif self._state is ArmState.STOPPED:
                 self._hold()
-        is_fresh = (self._time_ns > before_ns,) * len(self._seen_rad)
-        return Measured(position_rad=self._seen_rad, is_fresh=is_fresh, applied=applied, time_ns=self._time_ns)
+        return Measured(self._seen_rad, self._time_ns)
 
     @override
     def diagnostics(self) -> dict[str, str]:
@@ -164,8 +146,8 @@ class Ros2Arm(LatchingArm):
             raise SilentError(NAME, problem, "check the robot's driver and the network, and how busy this computer is")
 
     def _command(self, goal_rad: tuple[float, ...]) -> None:
-        settings, before = self.settings, self._reference_rad
-        self._reference_rad = goal_rad
+        settings, before = self.settings, self.setpoint_rad
+        self.setpoint_rad = goal_rad
         if not settings.velocities:
             self._link.write(goal_rad)
             return
@@ -174,8 +156,8 @@ class Ros2Arm(LatchingArm):
         self._link.write([min(max(speed, -most), most) for speed, most in wanted])
 
     def _hold(self) -> None:
-        if self._reference_rad:
-            self._link.write(held(self._reference_rad, self.settings.velocities))
+        if self.setpoint_rad:
+            self._link.write(held(self.setpoint_rad, self.settings.velocities))
 
 
 def held(position_rad: Sequence[float], velocities: bool) -> tuple[float, ...]:

@@ -9,16 +9,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.device import (
-    Applied,
-    AppliedReason,
-    ArmState,
-    LatchingArm,
-    Measured,
-    clamped,
-    held_back,
-    require_angles,
-)
+from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, require_angles
 from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SettingError, SilentError, WiringError
 from palpate.drivers.ur.link import CHECK, KEEP_TIME, NAME, UrHello, UrLink, UrState
 from palpate.drivers.ur.settings import (
@@ -53,7 +44,6 @@ class UrArm(LatchingArm):
         self.tcp_offset: tuple[float, ...] = ()
         self._link, self._now_ns, self._sleep = link, now_ns, sleep
         self._seen: UrState | None = None
-        self._reference_rad: tuple[float, ...] = ()
         self._force_N: tuple[float, ...] | None = None
         self._cycled_ns = 0
 
@@ -96,36 +86,28 @@ class UrArm(LatchingArm):
                 raise SettingError(NAME, problem, "move it back from the pendant")
         self._link.call("control", _PROGRAM_S, 1.0 / self.settings.watchdog_s)
         seen = self._fresh()
-        self._reference_rad, self._force_N = seen.q_rad, seen.wrench[:3]
+        self.setpoint_rad, self._force_N = seen.q_rad, seen.wrench[:3]
         self._cycled_ns = self._now_ns()
         self._state = ArmState.ENABLED
-
-    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a cycle would make of a set-point now; nothing is sent."""
-        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-        asked = require_angles(setpoint_rad, JOINTS)
-        if self._state is ArmState.STOPPED:
-            return Applied(self._position_rad(), AppliedReason.STOPPED)
-        settings = self.settings
-        within = clamped(asked, settings.lower_rad, settings.upper_rad)
-        most_rad = [speed * settings.period_s for speed in settings.velocity_rad_s]
-        return held_back(asked, within, self._reference_rad, most_rad)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """Send a set-point, look at the newest state; None holds."""
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        applied = None if setpoint_rad is None else self.preview(setpoint_rad)
-        enabled, before = self._state is ArmState.ENABLED, self._seen
+        enabled, before, settings = self._state is ArmState.ENABLED, self._seen, self.settings
+        if setpoint_rad is not None:
+            self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+            within = clamped(require_angles(setpoint_rad, JOINTS), settings.lower_rad, settings.upper_rad)
+            if enabled:
+                most_rad = [speed * settings.period_s for speed in settings.velocity_rad_s]
+                self.setpoint_rad = held_back(within, self.setpoint_rad, most_rad)
         away_s, self._cycled_ns = (self._now_ns() - self._cycled_ns) * 1e-9, self._now_ns()
         with self._latching():
             if enabled:
-                self._reference_rad = self._reference_rad if applied is None else applied.position_rad
-                settings = self.settings
-                self._link.servo(self._reference_rad, settings.period_s, settings.lookahead_s, settings.gain)
+                self._link.servo(self.setpoint_rad, settings.period_s, settings.lookahead_s, settings.gain)
             try:
                 seen = self._fresh()
             except SilentError as error:
-                if enabled and away_s > self.settings.silence_s:
+                if enabled and away_s > settings.silence_s:
                     told = f"this computer was away for {away_s * 1e3:.0f} ms; after that {error.problem}"
                     raise LateError(NAME, told, KEEP_TIME) from error
                 if self._state is not ArmState.STOPPED or before is None:
@@ -133,13 +115,10 @@ class UrArm(LatchingArm):
                 # It is at rest: the next enable() makes the connection again.
                 seen = before
             if enabled:
-                require_led(seen, self._force_N, self.settings.guard_N, self._link.host)
+                require_led(seen, self._force_N, settings.guard_N, self._link.host)
             elif self._state is ArmState.STOPPED:
                 require_ready(seen, self._link.host)
-        is_new = before is None or seen.timestamp_s != before.timestamp_s
-        return Measured(
-            position_rad=seen.q_rad, is_fresh=(is_new,) * JOINTS, applied=applied, time_ns=self._time_ns(seen)
-        )
+        return Measured(seen.q_rad, self._now_ns() - max(0, self._link.stamp_ns() - seen.stamp_ns))
 
     @override
     def diagnostics(self) -> dict[str, str]:
@@ -224,12 +203,6 @@ class UrArm(LatchingArm):
 
     def _age_s(self, seen: UrState) -> float:
         return (self._link.stamp_ns() - seen.stamp_ns) * 1e-9
-
-    def _time_ns(self, seen: UrState) -> int:
-        return self._now_ns() - max(0, self._link.stamp_ns() - seen.stamp_ns)
-
-    def _position_rad(self) -> tuple[float, ...]:
-        return self._reference_rad if self._seen is None else self._seen.q_rad
 
     def _judge_controller(self, seen: UrState) -> None:
         require_ready(seen, self._link.host)

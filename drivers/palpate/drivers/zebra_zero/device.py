@@ -6,11 +6,11 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from palpate.drivers.device import Applied, AppliedReason, ArmState, LatchingArm, Measured, listed
+from palpate.drivers.device import ArmState, LatchingArm, Measured, listed, require_angles
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.nmc import NOP, Aux, Module, NmcBus, NmcCommand, NmcStatus, start
 from palpate.drivers.serial_port import ByteStream
-from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts, six
+from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.faults import TRIPPED, ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.servos import (
     AXES,
@@ -125,11 +125,6 @@ class ZebraZero(LatchingArm):
         self._setpoints.begin_at(self._tracking.position_rad, self._clock_ns())
         self._state = ArmState.ENABLED
 
-    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What a cycle that is on time would make of the set-point now; sends nothing."""
-        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-        return self._setpoints.preview(setpoint_rad) if self._state is ArmState.ENABLED else self._held(setpoint_rad)
-
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """Hand out the set-point, if any, and bring back the pose from before it: one exchange with every axis.
 
@@ -140,11 +135,10 @@ class ZebraZero(LatchingArm):
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         begin_ns = self._clock_ns()
-        applied, commands = self._plan(setpoint_rad, begin_ns)
+        commands = self._plan(setpoint_rad, begin_ns)
         with self._latching():
-            is_fresh = self._rounds.run(commands)
-        time_ns = (begin_ns + self._clock_ns()) // 2
-        return Measured(position_rad=self._tracking.position_rad, is_fresh=is_fresh, applied=applied, time_ns=time_ns)
+            self._rounds.run(commands)
+        return Measured(self._tracking.position_rad, (begin_ns + self._clock_ns()) // 2)
 
     @override
     def diagnostics(self) -> dict[str, str]:
@@ -156,7 +150,7 @@ class ZebraZero(LatchingArm):
             "fault": found["fault"] or ("" if shown is None else str(shown)),
             "modules": f"{len(self.modules)}, {'; '.join(kinds)}",
             "line": f"{self._bus.line.baud} baud, set-points {self.streaming.value}",
-            "highest rate": f"{self.settings.budget().max_rate_Hz:.1f} Hz, computed",
+            "highest rate": f"{self.settings.highest_rate_Hz:.1f} Hz, computed",
             "exchanges": f"{self._bus.exchanges}, errors: {listed(self._bus.errors) or 'none'}",
             "counters": "not kept: set counts_file to keep them" if self._store is None else "kept in a file",
         }
@@ -239,19 +233,16 @@ class ZebraZero(LatchingArm):
                 return fault
         return self._rounds.beyond_limits()
 
-    def _held(self, asked_rad: Sequence[float]) -> Applied:
-        six(asked_rad)
-        return Applied(self._tracking.position_rad, AppliedReason.STOPPED)
-
-    def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[Applied | None, tuple[NmcCommand, ...]]:
+    def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[NmcCommand, ...]:
         if asked_rad is not None:
             self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-        if asked_rad is None or self._state is ArmState.STOPPED:
+            require_angles(asked_rad, JOINTS)
+        if asked_rad is None or self._state is not ArmState.ENABLED:
             self._setpoints.hold()
-            return None if asked_rad is None else self._held(asked_rad), (NOP,) * JOINTS
-        applied = self._setpoints.advance(asked_rad, now_ns)
-        counts = self.settings.transmission.to_counts(applied.position_rad)
-        return applied, tuple(setpoint(self.streaming, count) for count in counts)
+            return (NOP,) * JOINTS
+        self.setpoint_rad = self._setpoints.advance(asked_rad, now_ns)
+        counts = self.settings.transmission.to_counts(self.setpoint_rad)
+        return tuple(setpoint(self.streaming, count) for count in counts)
 
     @override
     def _fail(self, error: DriverError) -> None:

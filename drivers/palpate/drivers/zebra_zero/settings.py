@@ -6,16 +6,15 @@ from dataclasses import asdict, dataclass, field
 from math import copysign, isfinite
 from typing import Final
 
-from palpate.drivers.device import Applied, BusBudget, clamped, held_back
-from palpate.drivers.errors import require_all
+from palpate.drivers.device import clamped, held_back
+from palpate.drivers.errors import SettingError, require_all
 from palpate.drivers.nmc import (
     BusSettings,
     NmcCommand,
     SerialTiming,
     StatusItem,
     StopControl,
-    exchange_size_bytes,
-    same_for_all,
+    reply_size_bytes,
     set_gain,
     stop_motor,
 )
@@ -74,7 +73,7 @@ class JointLimits:
         previous_rad: Sequence[float],
         velocity_rad_per_s: Sequence[float],
         step_s: float,
-    ) -> Applied:
+    ) -> Six:
         """The set-point for the next cycle: within the position limits, and no further than the joints may go.
 
         All joints are held back by the same share, so the path keeps its direction. Speeding up is limited, slowing
@@ -89,10 +88,9 @@ class JointLimits:
         Raises:
             RefusedError: There are not six finite angles.
         """
-        asked = six(asked_rad)
-        within = clamped(asked, self.lower_rad, self.upper_rad)
+        within = clamped(six(asked_rad), self.lower_rad, self.upper_rad)
         moves = zip(within, previous_rad, velocity_rad_per_s, strict=True)
-        return held_back(asked, within, previous_rad, [self._most_rad(q - p, speed, step_s) for q, p, speed in moves])
+        return six(held_back(within, previous_rad, [self._most_rad(q - p, speed, step_s) for q, p, speed in moves]))
 
     def _most_rad(self, step_rad: float, velocity_rad_per_s: float, step_s: float) -> float:
         already = max(0.0, copysign(1.0, step_rad) * velocity_rad_per_s)
@@ -179,15 +177,19 @@ class ZebraZeroSettings:
     def __post_init__(self) -> None:
         checks = ((self.bus.max_modules >= JOINTS, f"max_modules = {self.bus.max_modules}", f"{JOINTS} at least"),)
         require_all(DEVICE, checks)
-        self.budget().require(self.control_rate_Hz, self.divider)
+        if self.rate_Hz > self.highest_rate_Hz:
+            problem = f"{self.rate_Hz:.4g} Hz does not fit the bus, which carries {self.highest_rate_Hz:.4g} Hz"
+            raise SettingError(DEVICE, problem, "choose a larger divider, a higher baud rate or a lower latency timer")
 
     @property
     def rate_Hz(self) -> float:
         """Rate of ``cycle``."""
         return self.control_rate_Hz / self.divider
 
-    def budget(self) -> BusBudget:
-        """What one cycle with set-points for all axes costs; both ways of streaming cost the same."""
+    @property
+    def highest_rate_Hz(self) -> float:
+        """The highest rate that leaves the reserve; both ways of streaming take the same time. CALC."""
         line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
         setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)
-        return same_for_all(line, JOINTS, (exchange_size_bytes(setpoint, REPLY_ITEMS),), RESERVE)
+        exchange_s = line.exchange_s(setpoint.size_bytes + reply_size_bytes(REPLY_ITEMS))
+        return (1.0 - RESERVE) / (JOINTS * exchange_s)

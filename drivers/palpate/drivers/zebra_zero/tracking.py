@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final
 
-from palpate.drivers.device import Applied
 from palpate.drivers.errors import DriverError, GarbledError
 from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts, six
@@ -98,8 +97,7 @@ class Setpoints:
     def __init__(self, settings: ZebraZeroSettings) -> None:
         self._limits = settings.limits
         self._period_s = 1.0 / settings.rate_Hz
-        self._position: tuple[float, ...] = _STILL
-        self._velocity, self._time_ns = _STILL, 0
+        self._position, self._velocity, self._time_ns = _STILL, _STILL, 0
 
     def begin_at(self, position_rad: Six, now_ns: int) -> None:
         """Begins where the servos hold the arm; the first step may take a whole period."""
@@ -110,18 +108,13 @@ class Setpoints:
         """A cycle without a set-point: the next one starts from rest."""
         self._velocity = _STILL
 
-    def preview(self, asked_rad: Sequence[float]) -> Applied:
-        """What would be applied a whole period after the last set-point; changes nothing."""
-        return self._limits.applied(asked_rad, self._position, self._velocity, self._period_s)
-
-    def advance(self, asked_rad: Sequence[float], now_ns: int) -> Applied:
+    def advance(self, asked_rad: Sequence[float], now_ns: int) -> Six:
         """What is applied now; no more than a period counts, so that a late cycle gets no longer step."""
         step_s = min((now_ns - self._time_ns) * 1e-9, self._period_s)
         applied = self._limits.applied(asked_rad, self._position, self._velocity, step_s)
         if step_s > 0.0:
-            moves = zip(applied.position_rad, self._position, strict=True)
-            self._velocity = six([(q - p) / step_s for q, p in moves])
-            self._position, self._time_ns = applied.position_rad, now_ns
+            self._velocity = six([(q - p) / step_s for q, p in zip(applied, self._position, strict=True)])
+            self._position, self._time_ns = applied, now_ns
         return applied
 
 
@@ -139,18 +132,18 @@ class Rounds:
         self._bus, self._servos, self._tracking = bus, servos, tracking
         self._settings, self._clock_ns = settings, clock_ns
 
-    def run(self, commands: tuple[NmcCommand, ...]) -> tuple[bool, ...]:
-        """One exchange with each axis, in their order; which of them gave news.
+    def run(self, commands: tuple[NmcCommand, ...]) -> None:
+        """One exchange with each axis, in their order.
 
         Raises:
             DriverError: A fault shows, or the bus failed.
         """
-        is_fresh = tuple(self._visit(axis, command) for axis, command in zip(AXES, commands, strict=True))
+        for axis, command in zip(AXES, commands, strict=True):
+            self._visit(axis, command)
         # Also when an axis gave no news: the others may be where they must not be.
         fault = self.beyond_limits() if self._servos.on else None
         if fault is not None:
             raise fault
-        return is_fresh
 
     def look_once(self) -> None:
         """Takes the positions at rest, as far as they are to be had."""
@@ -168,10 +161,10 @@ class Rounds:
             return None
         return ArmFaultError(FaultKind.OUT_OF_LIMITS, None, f"joint {joint + 1} at {position[joint]:.4f} rad")
 
-    def _visit(self, axis: int, command: NmcCommand) -> bool:
+    def _visit(self, axis: int, command: NmcCommand) -> None:
         reply = self._bus.exchange(axis, command)
         if reply is None:
-            return False
+            return
         is_on = axis in self._servos.on
         doubts = self._tracking.take(axis, reply, self._clock_ns(), is_driven=is_on)
         if doubts >= self._settings.bus.errors_in_a_row:
@@ -179,8 +172,7 @@ class Rounds:
             raise GarbledError(DEVICE, problem, "check the cable, and that nothing else talks on the bus")
         if doubts:
             self._bus.disown(axis)
-            return False
+            return
         fault = fault_in(axis, reply, self._settings, should_be_on=True) if is_on else None
         if fault is not None:
             raise fault
-        return True

@@ -18,7 +18,7 @@ from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError
 from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
-from palpate.drivers.device import Applied, ArmDriver, Measured
+from palpate.drivers.device import ArmDriver, Measured
 from palpate.drivers.errors import SilentError
 from tests.contracts import test_cia402, test_ur, test_zebra
 from tests.fake_devices import FakeArm, FakeJointEncoder
@@ -45,15 +45,12 @@ class SlowDriver(ArmDriver):
     def acknowledge(self): ...
     def close(self): ...
 
-    def preview(self, setpoint_rad, /):
-        return Applied(tuple(setpoint_rad))
-
     def cycle(self, setpoint_rad=None, /):
         while self.hangs:
             self.clock.sleep(0.1)
         if self.is_dead:
             raise SilentError("drive 3", "is dead", "bury it")
-        return Measured(position_rad=(0.0,), is_fresh=(True,), applied=None, time_ns=self.clock.now_ns())
+        return Measured((0.0,), self.clock.now_ns())
 
     def stop(self):
         self.stops += 1

@@ -65,9 +65,6 @@ def test_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point():
         def enable(self):
             pytest.fail("got power")
 
-        def preview(self, setpoint_rad, /):
-            pytest.fail("was commanded")
-
         def cycle(self, setpoint_rad=None, /):
             assert setpoint_rad is None
             return super().cycle(None)
