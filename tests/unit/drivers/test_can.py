@@ -188,13 +188,6 @@ def test_frames_that_no_adapter_takes_are_refused_in_time_until_it_takes_bytes_a
     assert not bus.serialPortOrig.is_open  # type: ignore[attr-defined]
 
 
-def test_frame_that_was_taken_is_not_refused_because_this_program_was_held_up(cable):
-    bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
-    # Such a write counts as late as soon as time goes on at all.
-    bus.send(can.Message(arbitration_id=0x201, is_extended_id=False, data=bytes(8)), timeout=1e-9)
-    bus.shutdown()
-
-
 def test_adapter_that_is_held_up_while_it_is_opened_is_waited_for(cable, monkeypatch):
     # Whoever makes room in this test may be held up himself.
     monkeypatch.setattr(link_module, "OPEN_TIMEOUT_S", 20.0 * link_module.OPEN_TIMEOUT_S)

@@ -86,11 +86,6 @@ def test_after_a_stall_of_any_length_no_reply_is_taken_for_another_modules(line,
         assert isinstance(found, Reply), stall_ms
 
 
-def test_reply_in_two_parts_is_put_together(line, bus):
-    once(line, lambda reply: [(0.0, reply[:3]), (0.004, reply[3:])])
-    assert isinstance(bus.exchange(1, NOP), Reply)
-
-
 def test_reply_that_came_twice_is_flushed_and_counted(line, bus):
     line.modules[0].counts = line.modules[0].target = 7
     once(line, lambda reply: [(0.0, reply + reply)])
@@ -114,12 +109,6 @@ def test_two_failures_in_a_row_demand_a_new_start(line, bus, change, error):
     assert isinstance(bus.attempt(1, NOP), Reply)
     start(bus)
     assert isinstance(bus.exchange(1, NOP), Reply)
-
-
-def test_disowned_reply_is_counted(line, bus):
-    bus.exchange(3, NOP)
-    bus.disown(3)
-    assert bus.errors[f"module 3: {Discarded.ANOTHER.value}"] == 1
 
 
 @pytest.mark.parametrize("newest_first", [True, False])
@@ -188,29 +177,6 @@ def test_interrupted_exchange_leaves_nothing_behind(line, bus):
     with pytest.raises(KeyboardInterrupt):
         bus.exchange(1, NOP)
     assert bus.exchange(2, NOP).position_counts == 0
-
-
-def test_group_command_has_no_answer(line, bus):
-    bus.group(stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT))
-    assert all(module.is_on for module in line.modules)
-    assert isinstance(bus.exchange(1, NOP), Reply)
-
-
-def test_sticky_bits_are_told_until_cleared(line, bus):
-    line.modules[0].overcurrent = True
-    assert bus.exchange(1, NOP).status & 4
-    assert bus.exchange(1, NOP).status & 4
-    assert not any(code == 0xB for module in line.modules for code, _ in module.seen)
-    assert not bus.clear_bits(1).status & 4
-
-
-def test_timeout_is_computed_from_the_line(line, bus):
-    assert bus.timeout_s(16) == pytest.approx(160 / 115_200 + 0.001 + 0.02)
-    begin = line.clock.ns
-    line.modules[0].address = 0
-    bus.attempt(1, NOP)
-    assert (line.clock.ns - begin) * 1e-9 == pytest.approx(line.timeout, rel=0.05)
-    assert line.timeout == pytest.approx(380 / 115_200 + 0.021)
 
 
 @pytest.mark.parametrize("left_at", BAUD_DIVISORS)
@@ -317,29 +283,5 @@ def test_attach_changes_nothing():
     assert all(module.counts == 77 and module.is_on for module in line.modules)
 
 
-def test_attach_finds_another_rate_and_changes_it():
-    line = Line()
-    start(bus_on(line, baud=57_600))
-    assert attach(bus_on(line), 6)
-    assert {module.baud for module in line.modules} == {115_200}
-
-
 def test_attach_to_fresh_modules_finds_none():
     assert attach(bus_on(Line()), 6) is None
-
-
-def test_attach_when_one_module_was_reset():
-    line = Line()
-    start(bus_on(line))
-    line.modules[3].reset()
-    with pytest.raises(SilentError, match="module 4"):
-        attach(bus_on(line), 6)
-
-
-def test_masks_are_forgotten_at_a_start():
-    line = Line([Module()])
-    bus = bus_on(line)
-    start(bus)
-    assert isinstance(bus.exchange(1, NOP), Reply)
-    assert bus.exchange(1, stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)).position_counts is None
-    assert StatusItem(line.modules[0].mask) == StatusItem(0)

@@ -65,12 +65,6 @@ def test_counts_come_back_exactly(counts, transmission):
     assert transmission.to_counts(transmission.to_rad(counts)) == counts
 
 
-def test_motor_rates_are_never_exceeded():
-    rates = PLAIN.motor_rates((1.0,) * 6)
-    assert rates[:4] == pytest.approx((C, C, C, 2.5 * W))
-    assert rates[4:] == pytest.approx((5.5 * W, 3.5 * W))
-
-
 @pytest.mark.parametrize("bad", [(0.0,) * 5, (0.0,) * 7, (nan, *[0.0] * 5), (*[0.0] * 5, inf)])
 def test_pose_of_other_than_six_finite_angles_is_refused(bad):
     with pytest.raises(RefusedError):
@@ -113,13 +107,13 @@ def test_applied_lies_on_the_way_to_what_is_asked_and_keeps_all_limits(asked, pr
 @pytest.mark.parametrize(
     ("kind", "wrong"),
     [
-        (Transmission, {"joint_1_sign": 0}), (Transmission, {"wrist_factor": 0.0}),
-        (Transmission, {"wrist_factor": nan}), (JointLimits, {"lower_rad": (0.0,) * 5}),
-        (JointLimits, {"lower_rad": (4.0,) * 6}), (JointLimits, {"upper_rad": (nan,) * 6}),
-        (JointLimits, {"velocity_rad_per_s": 0.0}), (JointLimits, {"acceleration_rad_per_s2": inf}),
+        (Transmission, {"joint_1_sign": 0}),
+        (Transmission, {"wrist_factor": nan}),
+        (JointLimits, {"lower_rad": (4.0,) * 6}),
+        (JointLimits, {"acceleration_rad_per_s2": inf}),
         (ZebraZeroSettings, {"bus": BusSettings(max_modules=5)}),
     ],
-)  # fmt: skip
+)
 def test_setting_that_cannot_work_is_refused(kind, wrong):
     rate = {"control_rate_Hz": 140} if kind is ZebraZeroSettings else {}
     with pytest.raises(SettingError):

@@ -86,11 +86,6 @@ def test_steps_have_their_order(line):
     assert all(module.is_on for module in line.modules)  # they continue to hold the arm
 
 
-def test_home_that_no_person_confirms_is_refused(line):
-    with pytest.raises(StateError, match="at_home=True"):
-        ready(line, at_home=False)
-
-
 def test_axis_is_switched_on_in_the_documented_order(line):
     """Motor off is 0x02; then hold here with the amplifier on; bits are cleared; a profile to the same place."""
     arm = ready(line)
@@ -264,13 +259,6 @@ def test_power_lost_leaves_the_motors_off(line):
     with pytest.raises(DeviceFaultError, match="supply"):
         tick(arm, line)
     assert not any(module.is_on for module in line.modules)
-
-
-def test_power_and_limit_bits_can_be_told_not_to_count(line):
-    arm = running(line, require_power=False, use_limit_inputs=False)
-    for module in line.modules:
-        module.power, module.limit = False, True
-    tick(arm, line)
 
 
 def test_measured_pose_beyond_a_limit_is_a_fault(line):

@@ -6,18 +6,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.emulators.nmc.motion import ONE_COUNT, Profile
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
 from tests.support import nmc_vectors as golden
-from tests.support.ideal_motors import IdealPlant
 from tests.unit.simulation.emulators.nmc_host import ALL, GAINS, TICK_NS, Bench, command, trajectory
 
 MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1 = 0x01, 0x04, 0x08, 0x10, 0x20
 WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN = 0x02, 0x04, 0x08, 0x10, 0x20
 VELOCITY, ACCELERATION = 1_025_348, 5_250  # 1 rad/s and 10 rad/s^2 on joint 1
-VELOCITY_WORD_PER_COUNT_PER_s = 33.554432
-ACCELERATION_WORD_PER_COUNT_PER_s2 = 0.017179869
 
 
 def test_golden_commands_have_golden_replies():
@@ -79,14 +75,6 @@ def test_zeros_end_a_partial_frame(cut):
     assert bench.raw(b"\x00\x55\x01\xff" + command(1, 0xE)) == b"\x19\x19"  # noise between frames is skipped
 
 
-def test_time_is_relative_and_never_goes_back():
-    bus = NmcChain(IdealPlant())
-    start = 10**18
-    assert bus.advance(start) == b""
-    assert bus.feed(command(0, 0x1, bytes([1, ALL])), start + TICK_NS) == b"\x19\x19"
-    assert bus.feed(command(1, 0xE), start) == b"\x19\x19"
-
-
 @pytest.mark.parametrize(
     ("code", "data"),
     [
@@ -144,16 +132,6 @@ def test_stop_holds_at_once_or_after_a_ramp(way, farther):
     bench.ticks_until(lambda: bool(bench.status(1) & MOVE_DONE), 201)
     assert (bench.position(1) > here > 0) is farther
     assert bench.auxiliary(1) & SERVO_ON
-
-
-def test_motor_off_releases_and_tells():
-    bench = moving(bench_of_one())
-    here = bench.position(1)
-    assert bench.ask(1, 0x7, b"\x02").status == MOVE_DONE | POWER | POSITION_ERROR
-    assert bench.auxiliary(1) & SERVO_ON == 0
-    bench.plant.push(0, 50.0)
-    bench.wait(10)
-    assert bench.position(1) == here + 50
 
 
 @pytest.mark.parametrize("preparation", [[(0x6, GAINS), (0x7, b"\x04")], [(0x7, b"\x05")]], ids=["amplifier", "gains"])
@@ -215,59 +193,6 @@ def test_power_loss_switches_the_servo_off_for_good():
     assert bench.status(1) == MOVE_DONE | POSITION_ERROR | POWER
     bench.ask(1, 0x7, b"\x05")
     assert bench.auxiliary(1) & SERVO_ON
-
-
-def test_rate_divisor_slows_the_servo():
-    bench = bench_of_one()
-    bench.ask(1, 0x6, GAINS[:-2] + b"\x04\x00")
-    bench.ask(1, 0x4, trajectory(0x97, 10_000, 1 << 16, 1 << 16))
-    bench.wait(400)
-    assert bench.position(1) == 100
-
-
-def test_hard_reset_of_a_moving_module():
-    bench = moving(Bench(modules=2).running())
-    here = bench.plant.motor_counts(0)
-    module = bench.bus.modules[0]
-    module.set_limits(True, False)
-    bench.wait(1)
-    assert bench.status(1) & LIMIT1
-    here = bench.plant.motor_counts(0)
-    bench.tell(1, 0xF)
-    assert (module.address, module.servo.on, module.servo.measured_counts) == (0, False, 0)
-    bench.wait(100)
-    assert bench.plant.motor_counts(0) == here
-    assert bench.raw(command(2, 0xE)) != b""
-    assert len(bench.raw(command(0, 0x1, bytes([1, ALL])))) == 2
-    assert bench.status(1) & LIMIT1  # the switch is still pressed
-
-
-def run(profile):
-    ticks = 0
-    while not profile.done and ticks < 1_000_000:
-        profile.tick()
-        ticks += 1
-    return ticks
-
-
-@pytest.mark.parametrize("counts", [30_558, -192_000, 5_000])
-@pytest.mark.parametrize(("velocity", "acceleration"), [(30_557.75, 100_000.0), (8_000.0, 40_000.0)])
-def test_trapezoid_takes_the_time_of_its_closed_form(counts, velocity, acceleration):
-    profile = Profile()
-    profile.start_trapezoid(
-        counts,
-        round(velocity * VELOCITY_WORD_PER_COUNT_PER_s),
-        round(acceleration * ACCELERATION_WORD_PER_COUNT_PER_s2),
-    )
-    took_s = run(profile) * TICK_NS * 1e-9
-    distance = abs(counts)
-    expected_s = (
-        distance / velocity + velocity / acceleration
-        if distance > velocity**2 / acceleration
-        else 2 * (distance / acceleration) ** 0.5
-    )
-    assert took_s == pytest.approx(expected_s, rel=2e-3, abs=4 * TICK_NS * 1e-9)
-    assert profile.position == counts * ONE_COUNT
 
 
 @settings(max_examples=60, deadline=None)

@@ -42,17 +42,6 @@ def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path, 
     assert compiled(arm).body("link_1").mass[0] == pytest.approx(waist.mass)
 
 
-def test_a_given_mass_is_kept_where_only_the_inertia_is_missing(tmp_path):
-    arm = zebra(tmp_path, INERTIAL, '<inertial><origin xyz="0 0.02 0.1"/><mass value="5"/></inertial>', count=1)
-    waist = body_inertias(Kinematics(arm, TOOL))[0][0]
-    assert waist.mass == 5.0
-    assert waist.lever == pytest.approx([0.0, 0.02, 0.1])
-
-
-def test_an_arm_without_any_inertia_can_be_simulated(tmp_path):
-    assert compiled(zebra(tmp_path, INERTIAL, "")).body("link_6").mass[0] > 0.0
-
-
 @pytest.mark.parametrize("name", sorted(set(ARMS) - {"ur20"}))
 def test_arms_that_come_with_palpate_have_the_usual_servos(name):
     kinematics = Kinematics(arm_named(name), TOOL)

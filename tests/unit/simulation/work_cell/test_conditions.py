@@ -6,15 +6,13 @@ from math import atan2, degrees, hypot, sin
 import numpy as np
 import pytest
 
-from palpate.adapters.config import overlay
-from palpate.core.errors import ConfigurationError
 from palpate.core.ports import axis_of
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import TRIALS_OF_A_SERIES as SERIES
 from palpate.core.trial import Purpose, draw_in_disc, generator
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, trial_world
-from palpate.simulation.work_cell.accuracy import accuracy_lines, play_error_mm, valid
-from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig
+from palpate.simulation.work_cell.accuracy import accuracy_lines, valid
+from palpate.simulation.work_cell.config import PegConfig
 from palpate.simulation.work_cell.contour import ContourConfig
 from tests.unit.simulation.work_cell.test_cell import SILENT, advance, cell_of, ready_rad
 
@@ -51,17 +49,6 @@ def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(name, ba
     assert len({drawn(trial, **{batch: 1}) for trial in range(50)}) == 50
 
 
-def test_no_two_conditions_share_their_chance():
-    both = world(tilt_heading="drawn", zero_heading="drawn", zero_shift_Nm=0.03).drawn
-    assert both["tilt_heading_deg"] != both["zero_heading_deg"]
-
-
-def test_the_zero_moves_across_the_tool_axis_towards_its_heading():
-    moved = world(zero_shift_N=0.2, zero_shift_Nm=0.03, zero_drift_Nm_s=0.001, zero_heading_deg=90.0)
-    assert moved.zero_shift == pytest.approx((0.0, 0.2, 0.0, 0.0, 0.03, 0.0))
-    assert moved.zero_drift_per_s == pytest.approx((0.0, 0.0, 0.0, 0.0, 0.001, 0.0))
-
-
 def test_holes_of_a_batch_lie_round_their_middle():
     config = CellConfig(hole_uncertainty_mm=0.5, conditions=ConditionsConfig(hole_shift_mm=2.5, hole_shift_trials=20))
     middles = set()
@@ -75,21 +62,6 @@ def test_holes_of_a_batch_lie_round_their_middle():
     assert config.hole_reach_mm == 3.0
 
 
-def test_wear_grows_evenly_from_the_beginning_of_a_series_and_ends():
-    def clearance(trial):
-        return world(trial, wear_mm=0.05, wear_trials=50).cell.peg.clearance_mm
-
-    first = CellConfig().peg.clearance_mm
-    assert [clearance(SERIES + k) - first for k in (0, 25, 50, 80)] == pytest.approx([0.0, 0.025, 0.05, 0.05])
-    assert clearance(SERIES + 25) == clearance(25)
-
-
-def test_peg_and_grip_are_the_only_parts_of_the_cell_that_change():
-    config = CellConfig(conditions=ConditionsConfig(tilt_heading="drawn", wear_mm=0.05))
-    changed = trial_world(config, 5, 70).cell
-    assert replace(changed, peg=config.peg, tilt_heading_deg=0.0) == config
-
-
 def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole():
     both = [world(trial, yaw_deg=5.0, plate_lean_mrad=17.5) for trial in range(40)]
     for each in both:
@@ -101,29 +73,6 @@ def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole():
     yaws = [each.drawn["hole_yaw_deg"] for each in both]
     assert -5.0 <= min(yaws) < -4.0 < 4.0 < max(yaws) <= 5.0
     assert [world(trial, yaw_deg=5.0).drawn for trial in range(40)] == [{"hole_yaw_deg": yaw} for yaw in yaws]
-
-
-@pytest.mark.parametrize(
-    ("table", "field"),
-    [
-        ({"conditions": {"grip_trials": 20}}, "conditions.grip_trials"),
-        ({"conditions": {"zero_trials": 1, "zero_shift_Nm": 0.03}}, "conditions.zero_trials"),
-        ({"conditions": {"hole_shift_trials": 20}}, "conditions.hole_shift_trials"),
-        ({"conditions": {"wear_mm": -0.08}}, "conditions.wear_mm"),  # below no clearance at all
-        ({"conditions": {"wear_mm": 4.95}}, "conditions.wear_mm"),
-        ({"peg": {"cross_section": "rounded-square", "corner_radius_mm": 14.5}}, "peg.corner_radius_mm"),
-        ({"peg": {"cross_section": "keyed", "flat_mm": 14.5}}, "peg.flat_mm"),
-        ({"peg": {"cross_section": "keyed", "contact": "spheres"}}, "peg.contact"),
-        ({"peg": {"chamfer_mm": 8.0}}, "peg.chamfer_mm"),
-        ({"peg": {"outer_boxes": 5}}, "peg.outer_boxes"),
-        ({"peg": {"upper_spheres": 11}}, "peg.upper_spheres"),
-        ({"contour": {"shape": "sine"}}, "contacts"),
-    ],
-)
-def test_cell_that_cannot_be_is_refused_by_the_name_of_its_setting(table, field):
-    with pytest.raises(ConfigurationError) as caught:
-        overlay(CellConfig(), table)
-    assert caught.value.field == f"cell.{field}"
 
 
 def test_the_plate_reaches_as_far_as_a_corner_swings():
@@ -217,19 +166,3 @@ def test_the_valid_range_ends_between_3_and_8_micrometres(diameter_mm, tilt_mrad
             cross_section=section, diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=depth_mm
         )
         assert valid(CellConfig(peg=peg, tilt_mrad=tilt_mrad)) == (clearance_mm >= 0.008)
-
-
-def test_what_makes_walls_softer_or_looser_makes_the_play_error_larger():
-    cell = CellConfig()
-    for worse in (
-        CellConfig(compliance=ComplianceConfig(moving_mass_kg=0.1)),
-        CellConfig(peg=PegConfig(wall_boxes=16, rim_spheres=16)),
-        CellConfig(conditions=ConditionsConfig(yaw_deg=2.0)),
-    ):
-        assert play_error_mm(worse) > play_error_mm(cell)
-
-
-def test_a_cell_without_a_hole_has_no_play_error():
-    cell = CellConfig(peg=PegConfig(clearance_mm=0.001), contacts="searched", contour=ContourConfig(shape="sine"))
-    assert play_error_mm(cell) == 0.0
-    assert accuracy_lines(cell) == []
