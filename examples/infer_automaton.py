@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/automaton"), help="must not be there, or be empty")
     options = parser.parse_args()
-    walks, networks, steps, trials = (200, 4, 150, 200) if options.quick else (1000, 64, 500, 1500)
+    walks, networks, steps, trials = (100, 4, 100, 200) if options.quick else (1000, 64, 500, 1500)
     try:
         training = TrainingSettings(restarts=networks, batch=networks, steps=steps, seed=options.seed)
         require_free_folder(options.out)

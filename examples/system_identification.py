@@ -14,7 +14,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -37,7 +37,7 @@ SETTLED = slice(20, 30)
 TOUCHED_TICKS = FREE_TICKS + 20
 MOST_TICKS = 280
 SMOOTH_TICKS = 5
-CONTACT_MEANS = (TOUCHED_TICKS - SETTLED.start) // SMOOTH_TICKS
+MOST_ITERATIONS = 30
 NOTHING_DRAWN: dict[str, Any] = {
     "contacts": "searched", "hole_uncertainty_mm": 0.0, "hole_height_error_mm": 0.0, "tilt_mrad": 0.0,
     "sensor": {
@@ -141,7 +141,7 @@ def optimized(start: Any, names: Iterable[str], residual: Callable[[Any], list[A
         tried.update_from_vector(np.ravel(vector))
         return residual(tried), None, None
 
-    settings: dict[str, Any] = {"max_iters": 30, "diff_step": 0.05, "x_scale": "jac", "loss": "soft_l1"}
+    settings: dict[str, Any] = {"max_iters": MOST_ITERATIONS, "diff_step": 0.05, "x_scale": "jac", "loss": "soft_l1"}
     # The optimiser prints its steps.
     with redirect_stdout(sys.stderr):
         found, result = sysid.optimize(free, of, optimizer="scipy", verbose=False, **settings)
@@ -155,8 +155,13 @@ def fit(trials: Sequence[Recorded]) -> None:
     """
     recorded_share = np.array([sliding_share(trial.force_N) for trial in trials])
 
+    touched = [
+        replace(trial, command_rad=trial.command_rad[:TOUCHED_TICKS], force_N=trial.force_N[:TOUCHED_TICKS])
+        for trial in trials
+    ]
+
     def touch(tried: Any) -> list[Array]:
-        return [residual_N(trial, tried)[:CONTACT_MEANS, 2] for trial in trials]
+        return [residual_N(trial, tried)[:, 2] for trial in touched]
 
     def slide(tried: Any) -> list[Array]:
         return [recorded_share - [sliding_share(simulated_N(trial, tried)) for trial in trials]]

@@ -1,11 +1,17 @@
 """Simulated trials with injected faults: every fault stops the trial in time, or does no harm."""
 
+from itertools import product
+
 import pytest
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import ready_pose
+from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.ports import SensorFacts
+from tests.golden.fault_plans import arm, square
+from tests.golden.fault_scenario import FaultScenario, recorded
+from tests.golden.record import shown
 from tests.support.fault_trials import (
     Bench,
     Case,
@@ -28,13 +34,12 @@ def run(keep, config=CONFIG, *, supervised=True):
     ]
 
 
-@pytest.mark.parametrize("fault", DEVICES[::3], ids=lambda fault: fault.name)
-def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm(fault):
-    [one] = run(lambda case: case.fault == fault and case.phase == "explore")
-    assert one.delivered
-    assert one.safe_stop
-    assert one.verdict in (Verdict.TOLERABLE, Verdict.DETECTED, Verdict.UNOBSERVABLE)
-    assert bool(one.cause) is (one.verdict is Verdict.DETECTED)
+def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm():
+    for one in run(lambda case: case.fault in DEVICES[::3] and case.phase == "explore"):
+        assert one.delivered, one
+        assert one.safe_stop, one
+        assert one.verdict in (Verdict.TOLERABLE, Verdict.DETECTED, Verdict.UNOBSERVABLE), one
+        assert bool(one.cause) is (one.verdict is Verdict.DETECTED), one
 
 
 def test_without_the_supervisor_faults_do_harm():
@@ -56,24 +61,30 @@ BACKLOG = {"kind": "lag", "time_s": 0.05, "honest": False}
 """Later and later, by 50 ms a second, under new times."""
 
 
-@pytest.mark.parametrize(
-    ("name", "plan"),
-    [
-        ("a backlog of forces that grows", BACKLOG | FORCE),
-        ("a backlog of angles that grows", BACKLOG | JOINTS),
-        ("angles 60 ms late under new times", {"kind": "delay", "delay_ticks": 8, "honest": False} | JOINTS),
-        ("a joint that does not follow", {"kind": "freeze", "channels": (1,)} | JOINTS),
-        ("an arm that does not follow", {"kind": "stuck", "port": "arm"}),
-    ],
-)
-@pytest.mark.parametrize("phase", ["approach", "explore"])
-def test_what_comes_late_under_new_times_or_does_not_follow_is_found(name, plan, phase):
+LATE = [
+    Fault("a backlog of forces that grows", (BACKLOG | FORCE,)),
+    Fault("a backlog of angles that grows", (BACKLOG | JOINTS,)),
+    Fault("angles 60 ms late under new times", ({"kind": "delay", "delay_ticks": 8, "honest": False} | JOINTS,)),
+    Fault("a joint that does not follow", ({"kind": "freeze", "channels": (1,)} | JOINTS,)),
+    Fault("an arm that does not follow", ({"kind": "stuck", "port": "arm"},)),
+]
+
+
+def test_what_comes_late_under_new_times_or_does_not_follow_is_found():
     with SimulatedRig(CONFIG, ready_pose(CONFIG)) as rig:
         bench = Bench(CONFIG, rig, "torque", supervised=True)
-        ticks = bench.ticks(1)[phase]
-        one = bench.run(Fault(name, (plan,)), phase, ticks[len(ticks) // 2], 1)
-    assert (one.verdict, one.latched, one.safe_stop) == (Verdict.DETECTED, True, True)
-    assert one.peak_force_N < 60.0
+        ticks = bench.ticks(1)
+        for fault, phase in product(LATE, ("approach", "explore")):
+            one = bench.run(fault, phase, ticks[phase][len(ticks[phase]) // 2], 1)
+            assert (one.verdict, one.latched, one.safe_stop) == (Verdict.DETECTED, True, True), one
+            assert one.peak_force_N < 60.0, one
+
+
+@pytest.mark.parametrize("trial", [0, 2])
+def test_a_square_goes_in_by_an_arm_that_is_29_ms_late(trial, tmp_path):
+    late = FaultScenario("inserted", (arm("delay", 0, delay_ticks=4),), square(), policy="corner-first", trial=trial)
+    (tmp_path / "late.mcap").write_bytes(recorded(late))
+    assert shown(read_log(tmp_path / "late.mcap")) == late.shows
 
 
 def test_fresh_noise_is_added_after_the_fault_on_every_channel():

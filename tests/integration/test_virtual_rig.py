@@ -23,11 +23,8 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
     [
         ("zebra-zero", "zebra-nmc", "jr3-can", (0.7, 1.8)),
         ("zebra-zero", "cia402", "jr3-can", (0.7, 1.7)),
-        ("ur5", "ur-rtde", "ati-netft", (0.0, 1.0)),
         ("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0)),
-        ("ur10e", "ur-rtde", "ati-netft", (0.0, 1.0)),
         ("ur5e", "ros2", "ros2", (0.0, 1.0)),
-        ("ur10e", "ros2", "ros2", (0.0, 1.0)),
     ],
 )
 def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(kind, arm, force, age_ticks, tmp_path):
@@ -45,7 +42,7 @@ def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are
     assert age_ticks[0] < age < age_ticks[1]
 
 
-def struck(arm, force, strike, at_ns=900_000_000):
+def struck(arm, force, strike, at_ns=200_000_000):
     """How a trial ends that is struck some time after its beginning."""
     config = replace(scenario("paper"), seed=3, arm="ur5" if arm == "ur-rtde" else "zebra-zero")
     run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, HiddenValues(), phase=0.4))
@@ -64,24 +61,13 @@ def struck(arm, force, strike, at_ns=900_000_000):
     return "went on"
 
 
-def box_silent(rig):
-    until_ns = rig.desk.clock.now_ns() + 200_000_000
-    rig.cell.box.box.network = lambda datagrams: [] if rig.desk.clock.now_ns() < until_ns else datagrams
-
-
-def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_gave():
-    said = struck("ur-rtde", "ati-netft", box_silent)
-    told = r"stale \(ATI Net F/T: has sent nothing for 5. ms; check its power"
-    assert re.search(f"^rig: trial 0: .*{told}", said), said
-
-
 @pytest.mark.parametrize(
     ("arm", "force", "event", "told"),
     [
         ("ur-rtde", "ati-netft", "protective-stop", "protective stop; clear what the arm has met, and unlock it"),
         ("ur-rtde", "ati-netft", "emergency-stop", "release the button, power on and release the brakes"),
         ("ur-rtde", "ati-netft", "program-end", "switch back to remote control"),
-        ("ur-rtde", "ati-netft", "sensor-silent", "stale (ATI Net F/T: has sent nothing for"),
+        ("ur-rtde", "ati-netft", "sensor-silent", r"^rig: trial 0: .*stale \(ATI Net F/T: has sent nothing for 5. ms"),
         ("ur-rtde", "ati-netft", "sensor-cable", "transducer unplugged"),
         ("zebra-nmc", "jr3-can", "emergency-stop", "motor supply is off; check emergency stop and motor supply"),
         ("zebra-nmc", "jr3-can", "sensor-silent", "check cable and power"),
@@ -89,7 +75,7 @@ def test_a_trial_that_ends_for_its_samples_says_which_device_and_what_its_wire_g
     ],
 )
 def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):
-    assert told in struck(arm, force, lambda rig: rig.cell._faults[event]())
+    assert re.search(told, struck(arm, force, lambda rig: rig.cell._faults[event]()))
 
 
 def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s():
@@ -112,6 +98,7 @@ def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s():
     assert struck("zebra-nmc", "jr3-can", again, 540_000_000) == "went on"
 
 
+@pytest.mark.nightly
 def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path):
     """The second begins in the hole, with a turned tool; each pushes at walls with an arm 20 to 35 ms behind."""
     config = overlay(
