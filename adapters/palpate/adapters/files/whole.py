@@ -1,6 +1,5 @@
 """Files and folders that are whole or not there: made under another name beside their place, renamed when complete."""
 
-import errno
 import io
 import json
 import os
@@ -8,29 +7,18 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from palpate.core.errors import ConfigurationError, OutputError
 
-_MOST_BYTES: Final = 1 << 28
-
-
-def whole_file(path: str | Path) -> bytes:
-    """All that a file holds, a pipe's and a device's too.
-
-    Raises:
-        OSError: It cannot be read, or holds more than 2^28 bytes: a device need not have an end.
-    """
-    with Path(path).open("rb") as stream:
-        data = stream.read(_MOST_BYTES + 1)
-    if len(data) > _MOST_BYTES:
-        raise OSError(errno.EFBIG, f"more than {_MOST_BYTES >> 20} MiB", str(path))
-    return data
-
 
 def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper:
-    """A text file in UTF-8, read as :func:`whole_file` does, without the byte-order mark that it may begin with."""
-    return io.TextIOWrapper(io.BytesIO(whole_file(path)), encoding="utf-8-sig", newline=newline)
+    """A text file in UTF-8, without the byte-order mark that it may begin with.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    return io.TextIOWrapper(io.BytesIO(Path(path).read_bytes()), encoding="utf-8-sig", newline=newline)
 
 
 def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:
@@ -160,12 +148,7 @@ def new_folder(path: Path) -> Iterator[Path]:
     with _passing_folder(path) as passing:
         yield passing
         _require_empty(path)
-        for folder, _, names in os.walk(passing):
-            for name in names:
-                _sync(Path(folder, name))
-            _sync(Path(folder))
         os.replace(passing, path)
-        _sync(path.absolute().parent)
 
 
 @contextmanager

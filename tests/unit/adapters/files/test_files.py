@@ -15,7 +15,6 @@ from palpate.adapters.files import (
     load_policy,
     new_file,
     new_folder,
-    read_text,
     require_free_folder,
     whole_text,
     write_whole,
@@ -24,14 +23,6 @@ from palpate.adapters.files.strings import read_strings, strings_of, text_of, wr
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from tests.unit.core.policy.bench import EIGHT, refuse
-
-
-def test_file_without_end_is_refused(monkeypatch):
-    monkeypatch.setattr("palpate.adapters.files.whole._MOST_BYTES", 5 << 20)
-    with pytest.raises(OSError, match="more than 5 MiB"):
-        whole_text("/dev/zero")
-    with pytest.raises(ConfigurationError, match=r"map = '/dev/zero' is refused: .*\(more than 5 MiB\)"):
-        read_text(Path("/dev/zero"), "map")
 
 
 def test_pipe_or_device_that_ends_is_read_whole(tmp_path):
@@ -77,18 +68,6 @@ def test_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeyp
     monkeypatch.undo()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_complete_folder_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
-    path, synced = tmp_path / "out", list[str]()
-    monkeypatch.setattr(os, "fsync", lambda fd: synced.append(os.path.basename(os.readlink(f"/proc/self/fd/{fd}"))))
-    with new_folder(path) as passing:
-        (passing / "deep").mkdir(parents=True)
-        (passing / "deep" / "a.csv").write_text("1\n")
-        (passing / "b.csv").write_text("2\n")
-    assert sorted(synced[:-1]) == sorted(["a.csv", "b.csv", "deep", passing.name])
-    assert synced[-1] == tmp_path.name
-    assert (path / "deep" / "a.csv").read_text() == "1\n"
 
 
 @pytest.mark.parametrize("fails", [False, True])
