@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.errors import RefusedError, SettingError
+from palpate.drivers.errors import RefusedError
 from palpate.drivers.nmc import (
     Aux,
-    BusSettings,
     NmcCommand,
     NmcStatus,
     Reply,
@@ -176,15 +175,3 @@ def test_divisors_are_the_documented_ones():
     assert max(abs(error[baud]) for baud in (19_200, 57_600, 115_200)) < 0.035
     assert error[230_400] == pytest.approx(-0.096, abs=0.001)
     assert error[250_000] == 0.0
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"baud": 9600}, {"adapter_latency_s": -1.0}, {"slack_s": float("nan")}, {"errors_in_a_row": 0},
-        {"max_modules": 128},
-    ],
-)  # fmt: skip
-def test_setting_that_cannot_work_is_refused(wrong):
-    with pytest.raises(SettingError):
-        BusSettings(**wrong)

@@ -104,22 +104,6 @@ def test_applied_lies_on_the_way_to_what_is_asked_and_keeps_all_limits(asked, pr
     assert LIMITS.outside(applied, 1e-12) is None
 
 
-@pytest.mark.parametrize(
-    ("kind", "wrong"),
-    [
-        (Transmission, {"joint_1_sign": 0}),
-        (Transmission, {"wrist_factor": nan}),
-        (JointLimits, {"lower_rad": (4.0,) * 6}),
-        (JointLimits, {"acceleration_rad_per_s2": inf}),
-        (ZebraZeroSettings, {"bus": BusSettings(max_modules=5)}),
-    ],
-)
-def test_setting_that_cannot_work_is_refused(kind, wrong):
-    rate = {"control_rate_Hz": 140} if kind is ZebraZeroSettings else {}
-    with pytest.raises(SettingError):
-        kind(**rate, **wrong)
-
-
 def test_rate_that_the_bus_cannot_carry_is_refused():
     with pytest.raises(
         SettingError, match=r"140 Hz does not fit the bus, which carries 62\.79 Hz; choose a larger divider"

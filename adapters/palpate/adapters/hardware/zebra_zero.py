@@ -20,7 +20,7 @@ from palpate.adapters.hardware.served_arm import JointLimits as CommandLimits
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
 from palpate.drivers.errors import WiringError
-from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
+from palpate.drivers.nmc import BAUD_DIVISORS, POWER_UP_BAUD, BusSettings
 from palpate.drivers.serial_port import close_serial, open_serial
 from palpate.drivers.zebra_zero import (
     CountsStore,
@@ -68,7 +68,7 @@ class ZebraTable(Settings):
 
     port: str = "/dev/ttyUSB0"
     """Serial port of the bus."""
-    baud: int = 115_200
+    baud: Annotated[int, OneOf(*BAUD_DIVISORS)] = 115_200
     """Its rate, once the modules are awake."""
     adapter_latency_ms: Annotated[float, Range(0.0, 100.0)] = 1.0
     """Latency timer of the USB adapter."""
@@ -86,9 +86,9 @@ class ZebraTable(Settings):
     """No report of the motors' supply is a fault; false for amplifiers that never report it."""
     use_limit_inputs: bool = True
     """A limit input that is set is a fault; false where no switch is wired to it."""
-    velocity_rad_s: float = 1.0
+    velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = 1.0
     """Limit of each joint's velocity."""
-    acceleration_rad_s2: float = 19.0
+    acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = 19.0
     """Limit of each joint's acceleration."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
     """Age above which a sample of the joints is marked as stale."""

@@ -18,6 +18,8 @@ from .frames import StopControl as StopControl
 from .frames import TrajectoryControl as TrajectoryControl
 from .replies import Reply as Reply
 from .replies import reply_size_bytes as reply_size_bytes
+from .settings import BAUD_DIVISORS as BAUD_DIVISORS
+from .settings import ERRORS_IN_A_ROW as ERRORS_IN_A_ROW
 from .settings import POWER_UP_BAUD as POWER_UP_BAUD
 from .settings import BusSettings as BusSettings
 from .settings import SerialTiming as SerialTiming

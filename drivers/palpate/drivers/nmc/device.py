@@ -21,7 +21,7 @@ from palpate.drivers.nmc.frames import (
     StatusItem,
 )
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
-from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings, SerialTiming
+from palpate.drivers.nmc.settings import ERRORS_IN_A_ROW, POWER_UP_BAUD, BusSettings, SerialTiming
 from palpate.drivers.serial_port import ByteStream, write_unless_stuck
 
 DEVICE: Final = "NMC bus"
@@ -72,7 +72,7 @@ class NmcBus:
         self._demand: str | None = None
         self._is_dirty = True
         self._asked = 0
-        self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
+        self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s)
 
     def timeout_s(self, size_bytes: int) -> float:
         """How long an exchange of so many bytes, both ways together, may take."""
@@ -84,7 +84,7 @@ class NmcBus:
 
     def set_line(self, baud: int) -> None:
         """Changes the rate of our own end."""
-        self.line = SerialTiming(baud, self.settings.adapter_latency_s, self.settings.turnaround_s)
+        self.line = SerialTiming(baud, self.settings.adapter_latency_s)
         try:
             self._stream.baudrate = baud
             self._stream.timeout = self.timeout_s(_LONGEST_BYTES)
@@ -183,7 +183,7 @@ class NmcBus:
         if self._demand is not None:
             raise StateError(DEVICE, f"stopped after errors ({self._demand})", "start or attach to the bus again")
         result = self.attempt(address, command)
-        allowed = self.settings.errors_in_a_row
+        allowed = ERRORS_IN_A_ROW
         if self._stray_run >= allowed:
             raise self._stop(self._stray_error())
         if isinstance(result, Reply):

@@ -13,7 +13,7 @@ from palpate.drivers.nmc.commands import HARD_RESET, read_stat, set_addr, set_ba
 from palpate.drivers.nmc.device import DEVICE, NmcBus
 from palpate.drivers.nmc.frames import EVERYBODY, StatusItem
 from palpate.drivers.nmc.replies import Discarded, ModuleIdentity, Reply
-from palpate.drivers.nmc.settings import BAUD_DIVISORS, POWER_UP_BAUD
+from palpate.drivers.nmc.settings import BAUD_DIVISORS, MAX_MODULES, POWER_UP_BAUD
 
 _WAKE: Final = bytes(20)
 _RESETS: Final = 2
@@ -111,7 +111,7 @@ def _reset_all(bus: NmcBus, baud: int) -> None:
 
 def _address_chain(bus: NmcBus) -> range:
     found = 0
-    for address in range(1, bus.settings.max_modules + 1):
+    for address in range(1, MAX_MODULES + 1):
         command = set_addr(address)
         result: Reply | Discarded = Discarded.MISSING
         for _ in range(_TRIES):

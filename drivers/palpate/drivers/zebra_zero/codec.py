@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from math import isfinite, pi
 from typing import Final, TypeAlias
 
-from palpate.drivers.errors import RefusedError, require_all
+from palpate.drivers.errors import RefusedError
 
 DEVICE: Final = "Zebra Zero"
 JOINTS: Final = 6
@@ -50,23 +50,10 @@ class Transmission:
     Attributes:
         joint_1_sign: 1, or -1 for a motor that is mounted upside down. FACT: client 1, newest version of the port -1.
         wrist_factor: 1.0, or ``ALTERNATIVE_WRIST_FACTOR``.
-
-    Raises:
-        SettingError: Another sign, or a factor that is not positive.
     """
 
     joint_1_sign: int = 1
     wrist_factor: float = 1.0
-
-    def __post_init__(self) -> None:
-        factor = self.wrist_factor
-        require_all(
-            DEVICE,
-            (
-                (self.joint_1_sign in (1, -1), f"joint_1_sign = {self.joint_1_sign}", "1 or -1"),
-                (isfinite(factor) and factor > 0.0, f"wrist_factor = {factor}", "positive"),
-            ),
-        )
 
     def to_counts(self, position_rad: Sequence[float]) -> SixCounts:
         """The nearest counter values for joint angles.

@@ -30,6 +30,7 @@ from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.settings import (
     FIRMWARE_WITH_MOVING_TARGETS,
+    GAINS,
     PROFILE_MARGIN,
     REPLY_ITEMS,
     STORED_TOLERANCE_COUNTS,
@@ -191,7 +192,7 @@ class Servos:
         counts = []
         for axis in AXES:
             self._bus.require(axis, def_stat(REPLY_ITEMS))
-            self._bus.require(axis, self._settings.gains.command())
+            self._bus.require(axis, GAINS)
             reply = self._look(axis)
             counts.append(_position(reply))
             fault = fault or fault_in(axis, reply, self._settings, should_be_on=axis in self.on)
@@ -251,14 +252,13 @@ class Servos:
 
     def _profile(self, axis: int, position_counts: int) -> NmcCommand:
         settings, limits = self._settings, self._settings.limits
-        divisor = settings.gains.servo_rate_divisor
         speeds = settings.transmission.motor_rates((PROFILE_MARGIN * limits.velocity_rad_per_s,) * JOINTS)
         rates = settings.transmission.motor_rates((PROFILE_MARGIN * limits.acceleration_rad_per_s2,) * JOINTS)
         return load_traj(
             _STREAMED,
             position_counts=position_counts,
-            velocity_word=velocity_word(speeds[axis - 1], divisor),
-            acceleration_word=acceleration_word(rates[axis - 1], divisor),
+            velocity_word=velocity_word(speeds[axis - 1]),
+            acceleration_word=acceleration_word(rates[axis - 1]),
         )
 
 

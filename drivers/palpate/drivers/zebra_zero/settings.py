@@ -2,15 +2,14 @@
 
 import enum
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
-from math import copysign, isfinite
+from dataclasses import dataclass, field
+from math import copysign
 from typing import Final
 
 from palpate.drivers.device import clamped, held_back
-from palpate.drivers.errors import SettingError, require_all
+from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc import (
     BusSettings,
-    NmcCommand,
     SerialTiming,
     StatusItem,
     StopControl,
@@ -32,32 +31,12 @@ class JointLimits:
         velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; of the arm itself NOT FOUND.
         acceleration_rad_per_s2: Highest joint acceleration. CALC from the port's servo default of 10 000 on joints 1
             to 3. (One configuration of it has 0.2, another software cap.)
-
-    Raises:
-        SettingError: Limits that leave no room, or are not finite.
     """
 
     lower_rad: Six = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
     upper_rad: Six = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
     velocity_rad_per_s: float = 1.0
     acceleration_rad_per_s2: float = 19.0
-
-    def __post_init__(self) -> None:
-        numbers = (*self.lower_rad, *self.upper_rad, self.velocity_rad_per_s, self.acceleration_rad_per_s2)
-        right = len(self.lower_rad) == len(self.upper_rad) == JOINTS and all(map(isfinite, numbers))
-        ordered = all(lower < upper for lower, upper in zip(self.lower_rad, self.upper_rad, strict=right))
-        require_all(
-            DEVICE,
-            (
-                (right, f"joint limits {self}", f"finite, for {JOINTS} joints"),
-                (ordered, f"joint limits {self}", "in order, each lower one below the upper one"),
-                (
-                    min(self.velocity_rad_per_s, self.acceleration_rad_per_s2) > 0.0,
-                    f"joint limits {self}",
-                    "positive in velocity and acceleration",
-                ),
-            ),
-        )
 
     def outside(self, position_rad: Sequence[float], tolerance_rad: float = 0.0) -> int | None:
         """The first joint, counted from 0, that is beyond a limit by more than the tolerance; None when none is."""
@@ -129,27 +108,13 @@ STOP_TIMEOUT_S: Final = 1.0
 """Time in which a stop must be seen to be over. CALC: 53 ms brake the highest velocity."""
 
 
-@dataclass(frozen=True, slots=True)
-class ServoGains:
-    """Servo filter. FACT: the port sends these defaults to the real arm.
-
-    Attributes:
-        servo_rate_divisor: Servo tick in units of 0.512 ms.
-    """
-
-    kp: int = 100
-    kd: int = 1000
-    ki: int = 0
-    integration_limit: int = 0
-    output_limit: int = 255
-    current_limit: int = 0
-    error_limit_counts: int = 4000
-    servo_rate_divisor: int = 1
-    deadband: int = 0
-
-    def command(self) -> NmcCommand:
-        """The SET_GAIN command."""
-        return set_gain(**asdict(self))
+ERROR_LIMIT_COUNTS: Final = 4000
+"""Position error at which the firmware switches a servo off."""
+GAINS: Final = set_gain(
+    kp=100, kd=1000, ki=0, integration_limit=0, output_limit=255, current_limit=0,
+    error_limit_counts=ERROR_LIMIT_COUNTS, servo_rate_divisor=1, deadband=0,
+)  # fmt: skip
+"""Servo filter. FACT: the port sends these defaults to the real arm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,21 +127,18 @@ class ZebraZeroSettings:
         use_limit_inputs: A limit input that is set is a fault. NOT FOUND whether the arm has limit switches.
 
     Raises:
-        SettingError: A value that cannot work.
+        SettingError: The bus cannot carry the rate.
     """
 
     control_rate_Hz: float
     bus: BusSettings = field(default_factory=BusSettings)
     transmission: Transmission = field(default_factory=Transmission)
     limits: JointLimits = field(default_factory=JointLimits)
-    gains: ServoGains = field(default_factory=ServoGains)
     divider: int = 3
     require_power: bool = True
     use_limit_inputs: bool = True
 
     def __post_init__(self) -> None:
-        checks = ((self.bus.max_modules >= JOINTS, f"max_modules = {self.bus.max_modules}", f"{JOINTS} at least"),)
-        require_all(DEVICE, checks)
         if self.rate_Hz > self.highest_rate_Hz:
             problem = f"{self.rate_Hz:.4g} Hz does not fit the bus, which carries {self.highest_rate_Hz:.4g} Hz"
             raise SettingError(DEVICE, problem, "choose a larger divider, a higher baud rate or a lower latency timer")
@@ -189,7 +151,7 @@ class ZebraZeroSettings:
     @property
     def highest_rate_Hz(self) -> float:
         """The highest rate that leaves the reserve; both ways of streaming take the same time. CALC."""
-        line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
+        line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s)
         setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)
         exchange_s = line.exchange_s(setpoint.size_bytes + reply_size_bytes(REPLY_ITEMS))
         return (1.0 - RESERVE) / (JOINTS * exchange_s)

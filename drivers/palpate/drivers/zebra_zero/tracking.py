@@ -5,11 +5,16 @@ from contextlib import suppress
 from typing import Final
 
 from palpate.drivers.errors import DriverError, GarbledError
-from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
+from palpate.drivers.nmc import ERRORS_IN_A_ROW, NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts, six
 from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.servos import AXES, Servos
-from palpate.drivers.zebra_zero.settings import LIMIT_TOLERANCE_RAD, STORED_TOLERANCE_COUNTS, ZebraZeroSettings
+from palpate.drivers.zebra_zero.settings import (
+    ERROR_LIMIT_COUNTS,
+    LIMIT_TOLERANCE_RAD,
+    STORED_TOLERANCE_COUNTS,
+    ZebraZeroSettings,
+)
 
 _STILL: Final = six((0.0,) * JOINTS)
 
@@ -24,7 +29,7 @@ class Tracking:
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
         self._transmission = settings.transmission
-        self._slack_counts = settings.gains.error_limit_counts
+        self._slack_counts = ERROR_LIMIT_COUNTS
         rates = settings.transmission.motor_rates((settings.limits.velocity_rad_per_s,) * JOINTS)
         self._jump_counts_per_s = tuple(2.0 * rate for rate in rates)
         self._counts = [0] * JOINTS
@@ -167,7 +172,7 @@ class Rounds:
             return
         is_on = axis in self._servos.on
         doubts = self._tracking.take(axis, reply, self._clock_ns(), is_driven=is_on)
-        if doubts >= self._settings.bus.errors_in_a_row:
+        if doubts >= ERRORS_IN_A_ROW:
             problem = f"motor {axis} reports a position that it cannot have reached"
             raise GarbledError(DEVICE, problem, "check the cable, and that nothing else talks on the bus")
         if doubts:
