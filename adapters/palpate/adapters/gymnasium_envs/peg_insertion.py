@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
-import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.config import Tables, configured, without_world
@@ -32,58 +32,11 @@ from palpate.core.ports import PERIOD_S, Rig
 from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import WorkCell
 
-_MOST_TRIALS: Final = 1_000_000_000
-
-
-class Numbering:
-    """Episodes after ``reset(seed=s)`` are the trials 0, 1, 2, ... of the seed s, whatever happened before."""
-
-    def __init__(self) -> None:
-        self._seed: int | None = None
-        self._next = 0
-
-    def next(self, seed: int | None, options: Mapping[str, Any] | None, rng: np.random.Generator) -> tuple[int, int]:
-        """Seed and index of the next episode's trial.
-
-        Args:
-            seed: A new seed; its trials begin at 0.
-            options: ``{"trial": k}`` goes to that trial; those after it follow.
-
-        Raises:
-            ConfigurationError: An option is unknown or refused.
-        """
-        if options is not None and not isinstance(options, Mapping):
-            raise ConfigurationError("options", options, 'a table such as {"trial": 3}, or None')
-        trial = None
-        for name, value in (options or {}).items():
-            if name != "trial":
-                raise ConfigurationError(f"options.{name}", value, "no such option; there is trial")
-            trial = value
-        if trial is not None:
-            require_whole("options.trial", trial, 0, _MOST_TRIALS)
-        if seed is not None:
-            require_whole("seed", seed, 0, 2**63 - 1)
-            self._seed, self._next = seed, 0
-        elif self._seed is None:
-            self._seed = int(rng.integers(2**31))
-        return self._seed, self._next if trial is None else trial
-
-    def passed(self, trial: int) -> None:
-        """This trial has begun; the one after it comes next."""
-        self._next = trial + 1
-
-
 if TYPE_CHECKING:
     from palpate.adapters.gymnasium_envs.picture import Camera
 
 _NAME: Final = "palpate/PegInsertion-v0"
-
-
-class OneArmError(LifecycleError, TypeError):
-    """An environment on a rig can be neither pickled nor copied: there is one arm."""
-
-    def __init__(self) -> None:
-        super().__init__(_NAME, "on a rig", "pickling or copying", "make it in the process that drives the arm")
+_MOST_TRIALS: Final = 1_000_000_000
 
 
 class PegInsertionEnv(gymnasium.Env[Any, Any]):
@@ -147,11 +100,19 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         accept_kinematics: bool = False,
         job: Tables = None,
     ) -> None:
-        self._arguments = {
-            "scenario": scenario, "arm": arm, "actions": actions, "observations": observations,
-            "failure_penalty": failure_penalty, "config": config, "render_mode": render_mode, "rig": rig, "task": task,
-            "job": job,
-        }  # fmt: skip
+        # A copy begins anew with the same arguments; its episodes are those of its own seeds.
+        self._copy = partial(
+            PegInsertionEnv,
+            scenario,
+            arm,
+            actions,
+            observations,
+            failure_penalty,
+            config,
+            render_mode,
+            task=task,
+            job=job,
+        )
         require_one_of("actions", actions, ACTION_KINDS)
         require_one_of("observations", observations, OBSERVATION_KINDS)
         if failure_penalty is not None:
@@ -188,8 +149,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             seen = PortReadings(len(run.ready.q_rad))
         self._episodes.observe = seen.of
         self.action_space, self.observation_space = self._actions.space, seen.space
-        self._numbering = Numbering()
-        self._closed = False
+        self._seed, self._next, self._closed = -1, 0, False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Run the next trial to its first decision.
@@ -205,9 +165,18 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         if self._closed:
             raise NotRunningError("the environment is closed; make another")
         super().reset(seed=seed)
-        run_seed, trial = self._numbering.next(seed, options, self.np_random)
-        self._episodes.begin(run_seed, trial)
-        self._numbering.passed(self._episodes.trial)
+        given = {} if options is None else options
+        if not isinstance(given, Mapping) or not {"trial"}.issuperset(given):
+            raise ConfigurationError("options", options, 'a table such as {"trial": 3}, or None')
+        trial = given.get("trial", self._next if seed is None else 0)
+        require_whole("options.trial", trial, 0, _MOST_TRIALS)
+        if seed is not None:
+            require_whole("seed", seed, 0, 2**63 - 1)
+            self._seed = seed
+        elif self._seed < 0:
+            self._seed = int(self.np_random.integers(2**31))
+        self._episodes.begin(self._seed, trial)
+        self._next = self._episodes.trial + 1
         return self._episodes.seen()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -269,15 +238,15 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         return self._episodes.rig
 
     @override
-    def __reduce__(self) -> tuple[Callable[..., PegInsertionEnv], tuple[dict[str, Any]]]:
-        """A copy begins anew with the same arguments; its episodes are those of its own seeds.
+    def __reduce__(self) -> tuple[Callable[..., PegInsertionEnv], tuple[()]]:
+        """Make a copy.
 
         Raises:
-            OneArmError: It is on a rig.
+            LifecycleError: It is on a rig: there is one arm.
         """
-        if self._arguments["rig"]:
-            raise OneArmError
-        return _again, (self._arguments,)
+        if self._episodes.on_rig:
+            raise LifecycleError(_NAME, "on a rig", "pickling or copying", "make it in the process that drives the arm")
+        return self._copy, ()
 
     def close(self) -> None:
         """Stop the arm and close the work cell."""
@@ -286,7 +255,3 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             if self._camera is not None:
                 self._camera.close()
             self._episodes.close()
-
-
-def _again(arguments: dict[str, Any]) -> PegInsertionEnv:
-    return PegInsertionEnv(**arguments)

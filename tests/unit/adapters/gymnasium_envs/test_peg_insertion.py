@@ -10,7 +10,7 @@ import pytest
 
 from palpate.adapters.config import compose, read_job
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
-from palpate.adapters.gymnasium_envs.peg_insertion import Numbering, PegInsertionEnv
+from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.errors import ConfigurationError
 
 EAST, WEST = 0, 4
@@ -165,42 +165,46 @@ def test_a_copy_begins_anew_with_the_same_arguments(env):
 # Episodes after a seed are its trials in order, whatever happened before.
 
 
-def rng():
-    return np.random.default_rng(1)
-
-
-def test_the_episodes_of_a_seed_are_its_trials_in_order():
-    numbering = Numbering()
+@pytest.fixture
+def begun(env, monkeypatch):
+    """Seed and trial of each episode; trial 7 has no decision."""
     seen = []
+
+    def begin(seed, trial):
+        seen.append((seed, trial))
+        env._episodes.trial = trial + (trial == 7)
+
+    monkeypatch.setattr(env._episodes, "begin", begin)
+    return seen
+
+
+def test_the_episodes_of_a_seed_are_its_trials_in_order(env, begun):
     for seed in (5, None, None, 9, None, 5):
-        seen.append(numbering.next(seed, None, rng()))
-        numbering.passed(seen[-1][1])
-    assert seen == [(5, 0), (5, 1), (5, 2), (9, 0), (9, 1), (5, 0)]
+        env.reset(seed=seed)
+    assert begun == [(5, 0), (5, 1), (5, 2), (9, 0), (9, 1), (5, 0)]
 
 
-def test_a_trial_may_be_named_and_those_after_it_follow():
-    numbering = Numbering()
-    assert numbering.next(5, {"trial": 7}, rng()) == (5, 7)
-    numbering.passed(8)  # the seventh had no decision
-    assert numbering.next(None, {}, rng()) == (5, 9)
-    assert numbering.next(None, {"trial": 0}, rng()) == (5, 0)
+def test_a_trial_may_be_named_and_those_after_it_follow(env, begun):
+    env.reset(seed=5, options={"trial": 7})
+    env.reset(options={})
+    env.reset(options={"trial": 0})
+    assert begun == [(5, 7), (5, 9), (5, 0)]
 
 
 @pytest.mark.parametrize(
     ("seed", "options", "message"),
     [
-        (None, {"tria": 1}, "options.tria = 1 is refused: no such option; there is trial"),
+        (None, {"tria": 1}, "options = {'tria': 1} is refused: a table such as"),
         (None, {"trial": -1}, "options.trial = -1 is refused: a whole number from 0"),
         (None, {"trial": 1.5}, "options.trial = 1.5 is refused"),
         (None, 5, "options = 5 is refused: a table such as"),
         (2**63, None, "seed = 9223372036854775808 is refused"),
     ],
 )
-def test_what_is_refused_changes_nothing(seed, options, message):
-    numbering = Numbering()
-    numbering.next(4, None, rng())
-    numbering.passed(0)
+def test_what_is_refused_changes_nothing(env, begun, seed, options, message):
+    env.reset(seed=4)
     with pytest.raises(ConfigurationError) as caught:
-        numbering.next(seed, options, rng())
+        env.reset(seed=seed, options=options)
     assert str(caught.value).startswith(message)
-    assert numbering.next(None, None, rng()) == (4, 1)
+    env.reset()
+    assert begun == [(4, 0), (4, 1)]
