@@ -100,11 +100,6 @@ class CarefulArm:
             self.tick(tuple((begin + (target - begin) * (tick / ticks)).tolist()))
         self.hold(_SETTLE_TICKS)
 
-    def path(self, poses: Sequence[JointVector]) -> None:
-        """Pass joint poses, one a tick."""
-        for pose in poses:
-            self.tick(pose)
-
     def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Felt]:
         """Go straight with the tip, its orientation kept; gives each tick, and ends wherever its reader leaves it."""
         begin = self.place(self._asked)
@@ -116,6 +111,11 @@ class CarefulArm:
             if limited:
                 raise DeviceError("rig", "the arm cannot move its tool straight from here: bring it elsewhere by hand")
             yield self.tick(q_rad)
+
+    def go(self, target_in_base: pin.SE3) -> None:
+        """Go straight with the tip."""
+        for _ in self.tip_line(target_in_base):
+            pass
 
     def hold(self, ticks: int) -> list[Felt]:
         """Stay; gives what was felt, and holds later forces against the one at the end."""

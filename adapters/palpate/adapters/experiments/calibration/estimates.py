@@ -20,7 +20,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 _BATCHES: Final = 10
 """Samples of a filtered sensor are not independent; the means of so many pieces of a second nearly are."""
 _LEAST_SAMPLES: Final = 50
-_SINGULAR: Final = 1e-5
+_SINGULAR: Final = 1e5
 _WEIGHT_SHARE: Final = 0.01
 _CENTRE_M: Final = 1e-3
 _MOUNTING_DEG: Final = 0.25
@@ -59,18 +59,6 @@ class Payload:
     mounting_deg: Estimate
 
 
-@dataclass(frozen=True)
-class Press:
-    """A tool pressed on a plate.
-
-    Attributes:
-        surface_m: Depth of the plate's surface.
-    """
-
-    surface_m: Estimate
-    stiffness_N_per_m: Estimate
-
-
 def mean_of(wrenches: Array) -> tuple[Array, Array]:
     """Mean of samples, (n, 6), and its standard deviation, (6,) each; of pieces, because neighbours are alike.
 
@@ -104,8 +92,14 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
         return misfit
 
     found = least_squares(residual, start, x_scale=np.array([1.0, 0.1, 1.0, 1.0, 1.0, *(0.01,) * 3, *(0.05,) * 3]))
-    covariance = _covariance(found.jac, found.fun)
-    sd = np.sqrt(np.diag(covariance))
+    scale = np.maximum(np.linalg.norm(found.jac, axis=0), 1e-12)
+    scaled = found.jac / scale
+    if np.linalg.cond(scaled) > _SINGULAR:
+        accepted = "poses that tilt the tool about two axes"
+        raise UndeterminedError("weight", "the poses do not determine it", accepted)
+    # A misfit beyond the noise widens the deviations.
+    excess = max(1.0, float(found.fun @ found.fun) / max(len(found.fun) - len(start), 1))
+    sd = np.sqrt(np.diag(np.linalg.inv(scaled.T @ scaled)) * excess) / scale
     misfit_N = float(np.sqrt(np.mean((_load(found.x, down_in_tool) - means)[:, :3] ** 2)))
     weight, turn = found.x[0], degrees(found.x[1])
     x, y, z = (Estimate(float(found.x[i]), float(sd[i])) for i in (5, 6, 7))
@@ -121,8 +115,8 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
     return load
 
 
-def press(depth_m: Array, force_N: Array, direction: Array) -> Press:
-    """The plate's surface and the stiffness, from a press and the way back.
+def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, Estimate]:
+    """Depth of the plate's surface, m, and the stiffness, N/m, from a press and the way back.
 
     Args:
         depth_m: Depth of the tip by the encoders, (n,).
@@ -149,7 +143,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> Press:
     stiffness = Estimate(slope, sd_slope)
     _require("plate's height", surface, _PLATE_M, "m", "a press that is slower or deeper")
     _require("stiffness", stiffness, _STIFFNESS_SHARE * slope, "N/m", "a press that is slower or deeper")
-    return Press(surface, stiffness)
+    return surface, stiffness
 
 
 def joined(what: str, values: Sequence[Estimate], apart: float, unit: str) -> Estimate:
@@ -202,23 +196,6 @@ def _linear_load(down: Array, means: Array) -> Array:
     weight = hypot(across, turned)
     bz = float(np.mean(means[:, 2] - weight * down[:, 2]))
     return np.array([weight, np.arctan2(turned, across), bx, by, bz, 0.0, 0.0, 0.0, *means[:, 3:].mean(axis=0)])
-
-
-def _covariance(jacobian: Array, residual: Array) -> Array:
-    """Covariance of a weighted fit; a misfit beyond the noise widens it."""
-    undetermined = UndeterminedError(
-        "weight", "the poses do not determine it", "poses that tilt the tool about two axes"
-    )
-    scale = np.linalg.norm(jacobian, axis=0)
-    if not scale.all():
-        raise undetermined
-    _, singular, axes = np.linalg.svd(jacobian / scale, full_matrices=False)
-    if singular[-1] < _SINGULAR * singular[0]:
-        raise undetermined
-    excess = float(residual @ residual) / max(len(residual) - jacobian.shape[1], 1)
-    inverse = axes.T / singular
-    covariance: Array = (inverse @ inverse.T) / np.outer(scale, scale) * max(1.0, excess)
-    return covariance
 
 
 def _require(what: str, estimate: Estimate, most: float, unit: str, missing: str) -> None:

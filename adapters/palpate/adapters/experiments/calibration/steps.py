@@ -4,7 +4,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from math import cos, radians, sin
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +16,6 @@ from palpate.adapters.experiments.calibration.estimates import (
     Array,
     Estimate,
     Payload,
-    Press,
     hole,
     joined,
     mean_of,
@@ -57,14 +56,6 @@ _CAREFUL: Final = {
     "time_limit_s": 60.0,
 }  # fmt: skip
 """The task of a commissioning's insertions: ten steps a second are 5 mm/s."""
-
-
-class Pressed(NamedTuple):
-    """A press at one place: depth of the tip by the encoders, m; force, N; +1 inwards, -1 outwards; each (n,)."""
-
-    depth_m: Array
-    force_N: Array
-    direction: Array
 
 
 class Commissioning:
@@ -121,19 +112,19 @@ class Commissioning:
         Returns:
             Height of the plate, m, base frame; stiffness along the tool, N/m.
         """
-        results: list[Press] = []
+        results: list[tuple[Estimate, Estimate]] = []
         with self.arm.moving():
             self._go_above()
             height_m = -_ABOVE_M
             for number, (x, y) in enumerate(_PLACES, start=1):
                 self._tell(f"place {number} of {len(_PLACES)}")
-                result = press(*self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m))
-                results.append(result)
-                height_m = result.surface_m.value - _AGAIN_M
+                results.append(press(*self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)))
+                height_m = results[-1][0].value - _AGAIN_M
             self._lift()
-        depth = joined("plate's height", [each.surface_m for each in results], _PLATE_APART_M, "m")
-        mean = float(np.mean([each.stiffness_N_per_m.value for each in results]))
-        stiffness = joined("stiffness", [each.stiffness_N_per_m for each in results], _STIFFNESS_APART * mean, "N/m")
+        surfaces, found = zip(*results, strict=True)
+        depth = joined("plate's height", surfaces, _PLATE_APART_M, "m")
+        mean = float(np.mean([each.value for each in found]))
+        stiffness = joined("stiffness", found, _STIFFNESS_APART * mean, "N/m")
         return Estimate(float(self._goal.translation[2]) - depth.value, depth.sd), stiffness
 
     def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[Estimate, Estimate]:
@@ -182,7 +173,8 @@ class Commissioning:
         """Draw the tool out of whatever it may be in."""
         for pose in withdrawal(self._approach, self.arm.asked_rad):
             # Made for 20 mm/s.
-            self.arm.path((pose,) * 4)
+            for _ in range(4):
+                self.arm.tick(pose)
 
     def _go_above(self) -> None:
         """Draw the tool out and lift it, well above the believed hole."""
@@ -192,8 +184,7 @@ class Commissioning:
 
     def _lift(self) -> None:
         tip = self.arm.place(self.arm.asked_rad)
-        for _ in self.arm.tip_line(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M]))):
-            pass
+        self.arm.go(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M])))
 
     def _tilted(self, above_rad: Array) -> list[Array]:
         """Poses with the tool tilted about its middle, as far as the arm can take them without turning over."""
@@ -220,8 +211,12 @@ class Commissioning:
         )
         raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
-    def _press_at(self, x_m: float, y_m: float, height_m: float) -> Pressed:
-        """Touch the plate at a place of the task frame, coming from a depth there; press, and go back up."""
+    def _press_at(self, x_m: float, y_m: float, height_m: float) -> Array:
+        """Touch the plate at a place of the task frame, coming from a depth there; press, and go back up.
+
+        Returns:
+            Depth of the tip by the encoders, m; force, N; +1 inwards, -1 outwards; (3, n).
+        """
         arm, rotation = self.arm, self._ready.tip_rotation
 
         def at(depth_m: float) -> pin.SE3:
@@ -229,8 +224,7 @@ class Commissioning:
 
         here = float(self._goal.actInv(arm.place(arm.asked_rad)).translation[2])
         for depth_m in (min(here, height_m), height_m):
-            for _ in arm.tip_line(at(depth_m)):
-                pass
+            arm.go(at(depth_m))
         arm.hold(_TARE_TICKS)
         zero_N = float(fresh_wrenches(arm.hold(_TARE_TICKS))[:, 2].mean())
 
@@ -250,7 +244,5 @@ class Commissioning:
                     rows.append((float(self._goal.actInv(arm.place(felt.q_rad)).translation[2]), force, direction))
                 if force > _PRESS_N if direction > 0.0 else force < _FELT_N:
                     break
-        for _ in arm.tip_line(at(height_m)):
-            pass
-        depth, force, way = np.array(rows).T
-        return Pressed(depth, force, way)
+        arm.go(at(height_m))
+        return np.array(rows).T

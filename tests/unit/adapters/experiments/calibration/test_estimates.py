@@ -76,11 +76,9 @@ def test_a_press_gives_surface_and_stiffness_whatever_friction_there_is(
     deep = np.concatenate((np.linspace(1.0, 6.0, 300), np.linspace(6.0, 1.0, 300))) / stiffness_N_per_mm * 1e-3
     way = np.repeat([1.0, -1.0], 300)
     force = deep * stiffness_N_per_mm * 1e3 + friction_N * way + 0.1 * rng.standard_normal(600)
-    found = press(surface_m + deep, force, way)
-    assert found.surface_m.value == pytest.approx(surface_m, abs=7.0 * found.surface_m.sd)
-    assert found.stiffness_N_per_m.value == pytest.approx(
-        stiffness_N_per_mm * 1e3, abs=7.0 * found.stiffness_N_per_m.sd
-    )
+    surface, stiffness = press(surface_m + deep, force, way)
+    assert surface.value == pytest.approx(surface_m, abs=7.0 * surface.sd)
+    assert stiffness.value == pytest.approx(stiffness_N_per_mm * 1e3, abs=7.0 * stiffness.sd)
 
 
 def test_what_is_no_press_and_no_hole_is_refused():
