@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.hmm.finite_pomdp import FinitePomdp
@@ -23,7 +24,6 @@ _BELIEFS: Final = 200
 _STAGES: Final = 30
 _WALKS, _STEPS, _RANDOM = 64, 16, 0.25  # walks that gather beliefs; their random share
 _GAIN: Final = 0.003  # a stage that improves no belief by more ends the plan
-_SPARSE: Final = 8  # a row of transitions this many times as long as the states that it leads to is not multiplied out
 _LOSS: Final = 0.002 * 2.0**42  # on the grid: a belief that keeps its cost within this is served
 # Sums stay below 2**53: beliefs and emissions sum to one, and no cost is above 1 / (1 - DISCOUNT) = 50 < 2**6.
 _COST: Final = 2.0**20
@@ -83,7 +83,8 @@ def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
     beliefs = _on_grid(_met(model, qmdp(model), rng), _SHARE)
     vectors = np.full((1, model.states), _on_grid(np.array(1.0 / (1.0 - DISCOUNT)), _COST))
     values = (beliefs @ vectors.T).min(axis=1)
-    moves = [_Moves(transitions) for transitions in model.transitions]
+    # All sums are exact, so the order in which they are taken does not matter.
+    moves = [csr_array(_on_grid(transitions, _SHARE)) for transitions in model.transitions]
     for _ in range(_STAGES):
         fresh = _backed_up(model, moves, beliefs, vectors)
         promised = beliefs @ fresh.T
@@ -111,36 +112,14 @@ def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
     return PointBasedPlan(model, vectors / _COST)
 
 
-class _Moves:
-    """The transitions of one action on the grid; where a state leads to few others, by these alone."""
-
-    def __init__(self, transitions: Floats) -> None:
-        moves = _on_grid(transitions, _SHARE)
-        self._dense: Floats | None = moves
-        most = int((moves > 0.0).sum(axis=1).max())
-        if _SPARSE * most <= len(moves):
-            self._dense, self._to = None, np.argsort(moves == 0.0, axis=1, kind="stable")[:, :most].T
-            self._shares = np.take_along_axis(moves, self._to.T, axis=1).T
-
-    def before(self, columns: Floats) -> Floats:
-        """What each column is worth before the action, (states, columns); all sums are exact."""
-        if self._dense is not None:
-            result: Floats = self._dense @ columns
-            return result
-        result = np.zeros_like(columns)
-        for to, shares in zip(self._to, self._shares, strict=True):
-            result += shares[:, None] * columns[to]
-        return result
-
-
-def _backed_up(model: FinitePomdp, moves: Sequence[_Moves], beliefs: Floats, vectors: Floats) -> Floats:
+def _backed_up(model: FinitePomdp, moves: Sequence[csr_array], beliefs: Floats, vectors: Floats) -> Floats:
     """For each belief the best plan of one step and then one of the vectors for each symbol, (beliefs, states)."""
     # By what may be read: cost of each vector, times the probability of the reading, after the move.
     read = np.rint(model.emissions.T[:, None, :] * vectors[None])
     columns = np.ascontiguousarray(read.reshape(-1, model.states).T)
     best, promised = [], []
     for each in moves:
-        behind = each.before(columns)
+        behind = each @ columns
         np.rint(behind / _SHARE, out=behind)
         costs = (beliefs @ behind).reshape(len(beliefs), model.symbols, -1)
         best.append(costs.argmin(axis=2))
@@ -150,7 +129,7 @@ def _backed_up(model: FinitePomdp, moves: Sequence[_Moves], beliefs: Floats, vec
     for number, each in enumerate(moves):
         rows = np.flatnonzero(action == number)
         follow = read[np.arange(model.symbols), best[number][rows]]  # (rows, symbols, states)
-        behind = np.rint(each.before(follow.reshape(-1, model.states).T) / _SHARE)
+        behind = np.rint(each @ follow.reshape(-1, model.states).T / _SHARE)
         picked = behind.T.reshape(follow.shape).sum(axis=1)
         backed[rows] = np.rint(_COST + DISCOUNT * picked)
     return backed
