@@ -125,14 +125,6 @@ def test_an_output_that_is_closed_full_or_of_few_characters(palpate, trained, mo
     assert capsys.readouterr().err == "palpate: No space left on device; what was finished before is kept\n"
 
 
-def test_a_working_folder_that_is_gone(palpate, monkeypatch, capsys):
-    Path("gone").mkdir()
-    monkeypatch.chdir("gone")
-    Path("../gone").rmdir()
-    assert main(["train"]) == 2
-    assert "the working folder cannot be used (No such file or directory)" in capsys.readouterr().err
-
-
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may go everywhere")
 @pytest.mark.parametrize(
     "words",

@@ -52,7 +52,6 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     if any(word in ("-h", "--help") for word in words):
         sys.stdout.write(help_text(kind, command))
         raise SystemExit(0)
-    _require_once(kind, words)
     own, rest = _own(kind, command, words)
     if not isinstance(own, RunSettings):
         if rest:
@@ -173,41 +172,22 @@ def _one_line(boxed: str) -> str:
     return message
 
 
-def flags_of(kind: type) -> dict[str, bool]:
-    """Return every flag of a command, its settings' too; True for those that may be given several times."""
-    found = dict.fromkeys(SETTING_FLAGS, False) if issubclass(kind, RunSettings) else {}
+def flags_of(kind: type) -> set[str]:
+    """Return every flag of a command, its settings' too."""
+    found = set(SETTING_FLAGS) if issubclass(kind, RunSettings) else set()
     for name, annotation in kinds_of(kind).items():
         base, *marks = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
         if any(getattr(mark, "name", None) == "" for mark in marks):
             found |= flags_of(base)
         elif tyro.conf.Positional not in marks and name != "run":
             flag = name.replace("_", "-")
-            found |= dict.fromkeys(
-                (f"--{flag}", *((f"--no-{flag}",) if base is bool else ())), tyro.conf.UseAppendAction in marks
-            )
+            found |= {f"--{flag}", *((f"--no-{flag}",) if base is bool else ())}
     return found
-
-
-def _require_once(kind: type, words: Sequence[str]) -> None:
-    """Refuse an option that is given twice: the parser would take the last one without a word."""
-    flags, given = flags_of(kind), dict[str, str]()
-    for word in words:
-        flag = word.partition("=")[0].replace("_", "-")
-        if flags.get(flag, True):
-            continue
-        # --no-x is the other value of --x.
-        name = re.sub(r"([-.])no-(?=[^.]*$)", r"\1", flag)
-        name = name if name in flags else flag
-        if name in given:
-            several = get_origin(kinds_of(kind).get(name[2:].replace("-", "_"))) is tuple
-            hint = f"list all values after one {name}" if several else "give it once"
-            raise UsageError(f"{name} is given twice: {given[name]} and {word}; {hint}")
-        given[name] = word
 
 
 def _unknown(kind: type, command: str, word: str) -> UsageError:
     word = word.split("=", 1)[0].replace("_", "-")
-    near = difflib.get_close_matches(word, flags_of(kind), n=1, cutoff=0.6)
+    near = difflib.get_close_matches(word, sorted(flags_of(kind)), n=1, cutoff=0.6)
     places = {name: found.options for name, found in COMMANDS.items() if found.options}
     others = [name for name, place in places.items() if word in flags_of(options_of(place))] if word[:2] == "--" else []
     belongs = f", but of palpate {', '.join(others)}" if others else ""

@@ -4,7 +4,7 @@ import io
 import os
 import sys
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
@@ -46,7 +46,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
     try:
-        _require_text((*words, _working_folder()))
         code = _run(words[0], words[1:])
         sys.stdout.flush()
         return code
@@ -113,27 +112,6 @@ def _open_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def _working_folder() -> str:
-    try:
-        return os.getcwd()
-    except OSError as error:
-        raise UsageError(f"the working folder cannot be used ({error.strerror}); change to another") from error
-
-
-def _require_text(words: Iterable[str]) -> None:
-    """Refuse names that no file of ours could hold: all of them are UTF-8."""
-    for word in words:
-        if any("\ud800" <= sign <= "\udfff" for sign in word):
-            raise UsageError(f"{word} is no text in UTF-8; give it another name")
-
-
-def _print_completion(words: Sequence[str]) -> int:
-    from palpate.adapters.cli.completion import print_completion
-
-    print_completion(words)
-    return 0
-
-
 def _print_versions(words: Sequence[str]) -> int:
     if words:
         raise UsageError(f"palpate --version takes no {words[0]}")
@@ -146,8 +124,6 @@ def _print_versions(words: Sequence[str]) -> int:
 def _run(name: str, words: Sequence[str]) -> int:
     if name == "--version":
         return _print_versions(words)
-    if name == "--tyro-print-completion":
-        return _print_completion(words)
     group = name if name in GROUPS else ""
     if group:
         if not words or words[0] in ("-h", "--help"):

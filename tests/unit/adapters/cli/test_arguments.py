@@ -57,34 +57,6 @@ def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp
     assert config("--config", str(file)).learner == "sarsa"
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("--seed 1 --seed 2", "--seed is given twice: --seed and --seed; give it once"),
-        ("--scenario paper --scenario=blind", "--scenario is given twice: --scenario and --scenario=blind"),
-        (
-            "--task.step-mm=1 --task.step_mm 1",
-            "--task.step-mm is given twice: --task.step-mm=1 and --task.step_mm; give it once",
-        ),
-        ("--resume --resume", "--resume is given twice: --resume and --resume"),
-        (
-            "--recording.no-enabled --recording.enabled",
-            "--recording.enabled is given twice: --recording.no-enabled and",
-        ),
-    ],
-)
-def test_a_setting_given_twice_is_refused(words, message):
-    with pytest.raises(UsageError) as caught:
-        parse(TrainOptions, "train", words.split())
-    assert str(caught.value).startswith(message)
-    assert "\n" not in str(caught.value)
-
-
-def test_several_values_go_after_one_flag():
-    with pytest.raises(UsageError, match=r"--policy is given twice: .*; list all values after one --policy"):
-        parse(CompareOptions, "compare", ["--policy", "a", "--policy", "b"])
-
-
 def test_what_may_be_given_several_times_may():
     words = ["log", "--set", "task.step_mm=1", "--set", "task.step_mm=2"]
     assert parse(ReplayOptions, "replay", words).set == ("task.step_mm=1", "task.step_mm=2")
@@ -109,7 +81,7 @@ def test_the_flags_are_those_of_the_help(kind, capsys):
     with pytest.raises(SystemExit):
         parse(kind, "x", ["--help"])
     told = set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out))
-    assert told - {"--help", "--task"} <= set(flags_of(kind))  # --task is short for --task.name
+    assert told - {"--help", "--task"} <= flags_of(kind)  # --task is short for --task.name
 
 
 def test_a_run_toml_of_another_format_is_refused(tmp_path):
