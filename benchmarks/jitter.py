@@ -16,8 +16,8 @@ from dataclasses import replace
 from typing import Final
 
 from benchmarks.emulated_rig import emulated_rig
+from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.config.compose import scenario
-from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.experiments.build import build_perception, build_task, task_actions
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware.approach import find_approach

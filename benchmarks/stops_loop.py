@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.config.rig import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock

@@ -10,7 +10,6 @@ from palpate.adapters.experiments import RunFolder
 from palpate.adapters.experiments.grid import grid_named
 from palpate.adapters.files import json_of_file, load_automaton, load_examples
 from palpate.adapters.log import strings_from
-from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_trials
 from palpate.core.motion import ArmDescription
 from palpate.core.motion.model import load_model
 from tests.unit.core.motion.test_arms import urdf
@@ -45,14 +44,14 @@ def _joints(path):
         pytest.param("map.txt", ".A\nBA\n", lambda path: grid_named(str(path), 2), id="map"),
         pytest.param("rig.toml", RIG, read_toml, id="settings, studies, rigs"),
         pytest.param("rig.toml", RIG, _written, id="a rig with new values"),
-        pytest.param("run.toml", RIG, lambda path: read_run_toml(path.parent), id="settings of a reported run"),
         pytest.param("automaton.json", AUTOMATON, load_automaton, id="automaton"),
         pytest.param("policy.json", POLICY, json_of_file, id="policy, checkpoint"),
         pytest.param("policy.json", POLICY, lambda path: learner_in(str(path)), id="learner of a policy"),
-        pytest.param("summary.json", POLICY, read_json, id="figures of a reported run"),
+        pytest.param(
+            "summary.json", POLICY, lambda path: RunFolder(path.parent).summary(), id="figures of a reported run"
+        ),
         pytest.param("examples.csv", "state,action\na,+x\n", load_examples, id="examples"),
         pytest.param("trials.csv", TRIALS, lambda path: RunFolder(path.parent).read_trials(), id="trials"),
-        pytest.param("trials.csv", TRIALS, lambda path: read_trials(path.parent), id="trials of a reported run"),
         pytest.param("arm.urdf", "", _joints, id="URDF"),
     ],
 )

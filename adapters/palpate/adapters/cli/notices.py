@@ -1,24 +1,22 @@
-"""What the commands that run trials print besides their results."""
-
-from __future__ import annotations
+"""What the commands that run trials print besides their results, and ask a person at a rig."""
 
 import importlib.util
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from palpate.adapters.cli.options import LiveSettings, RunOptions, TrainOptions
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RigFile, RunConfig
+from palpate.adapters.experiments import MakeRig, Run, RunFolder, TrialRow, TrialsObserver, note, open_rig
 from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import UsageError
+from palpate.core.ports import Rig
 from palpate.core.supervision import limits_line
+from palpate.core.trial import ReadyPose
 from palpate.simulation.work_cell import validity_lines
-
-if TYPE_CHECKING:
-    from palpate.adapters.experiments import MakeRig, Run, TrialsObserver
-    from palpate.core.ports import Rig
-    from palpate.core.trial import ReadyPose
 
 
 @contextmanager
@@ -46,8 +44,6 @@ def run_of(
     options: RunOptions | TrainOptions, live: TrialsObserver | None = None, make_rig: MakeRig | None = None
 ) -> Run:
     """Return the run that a command asks for."""
-    from palpate.adapters.cli.confirm import ask_before_motion
-    from palpate.adapters.experiments import Run, note, open_rig
 
     def asked(config: RunConfig, ready: ReadyPose) -> Rig:
         """The rig, not entered: its settings are known to be good, and nothing has got power yet."""
@@ -58,6 +54,52 @@ def run_of(
         return rig
 
     return Run(options.run, rig=options.rig, live=live, notify=note, make_rig=make_rig or asked)
+
+
+def ask_before_motion(options: RunOptions | TrainOptions) -> None:
+    """Say what will move on a rig and, unless it is emulated, ask a person once.
+
+    Raises:
+        UsageError: There is no terminal to ask at.
+        ConfigurationError: ``--confirm`` names another rig.
+        KeyboardInterrupt: The person does not confirm.
+    """
+    file, run = RigFile.load(Path(options.rig)), options.run
+    place, policy, trials = run.place, options.policy or run.learner, options.trials
+    sys.stderr.write(
+        f"palpate: the arm of {file.name!r} will move: from where it is to 100 mm above"
+        f" ({place.x_mm:g}, {place.y_mm:g}, {place.z_mm:g}) mm and down to {run.task.ready_height_mm:g} mm above it,"
+        f" joints at up to {file.approach_rad_s:g} rad/s; then {trials} trials of {run.task.name}, {policy}\n"
+    )
+    if file.emulated:
+        return
+    if options.confirm:
+        options.require("confirm", options.confirm == file.name, f"{file.name!r}, the name of this rig")
+        return
+    if not sys.stdin.isatty():
+        raise UsageError(f"no terminal to ask at: --confirm {file.name!r} lets this rig move")
+    sys.stderr.write("palpate: a hand at the emergency stop; Enter begins, anything else ends: ")
+    sys.stderr.flush()
+    if sys.stdin.readline() not in ("\n", "\r\n"):
+        raise KeyboardInterrupt
+
+
+def trial_line(row: TrialRow) -> str:
+    """Return a line about a finished trial."""
+    end = f"{row.outcome}{f', {row.trip}' if row.trip else ''}"
+    return f"trial {row.trial + 1}: {end} after {row.exploration_time_s:.2f} s, peak force {row.peak_force_N:.1f} N"
+
+
+@contextmanager
+def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterator[None]:
+    """Say where the logs of a rig's trials are if an error ends them."""
+    try:
+        yield
+    except Exception:
+        logs = folder.path / LOG_FOLDER
+        if options.rig and logs.is_dir():
+            sys.stderr.write(f"palpate: logs in {logs}\n")
+        raise
 
 
 def print_grants(session: RealTimeSession, config: RunConfig) -> None:

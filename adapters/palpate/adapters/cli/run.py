@@ -5,8 +5,15 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from palpate.adapters.cli.confirm import logs_named, trial_line
-from palpate.adapters.cli.notices import marked_line, run_of, trips_line, validity_note, watched
+from palpate.adapters.cli.notices import (
+    logs_named,
+    marked_line,
+    run_of,
+    trial_line,
+    trips_line,
+    validity_note,
+    watched,
+)
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RigFile

@@ -8,8 +8,16 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.confirm import logs_named, trial_line
-from palpate.adapters.cli.notices import marked_line, run_of, say, trips_line, validity_note, watched
+from palpate.adapters.cli.notices import (
+    logs_named,
+    marked_line,
+    run_of,
+    say,
+    trial_line,
+    trips_line,
+    validity_note,
+    watched,
+)
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, scenario
@@ -35,7 +43,7 @@ def train(options: TrainOptions) -> int:
     config, folder = options.run, RunFolder(Path(options.out or f"runs/{options.run.scenario}"))
     if options.resume:
         made = Checkpoint.load(folder).next_trial
-        if made >= options.trials and folder.has_summary_of(made):
+        if made >= options.trials and folder.summary().get("trials") == made:
             again = f"palpate train --resume --out {shlex.quote(str(folder.path))} --trials {made + 50}"
             say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
             say(_look_at(folder))

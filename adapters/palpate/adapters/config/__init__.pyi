@@ -29,7 +29,6 @@ from .plugins import entries as entries
 from .plugins import folder_kept as folder_kept
 from .plugins import from_here as from_here
 from .plugins import imported as imported
-from .real_time import RealTimeConfig as RealTimeConfig
 from .rig import RIG_FORMAT as RIG_FORMAT
 from .rig import DeviceEntry as DeviceEntry
 from .rig import OperatorTable as OperatorTable
@@ -38,10 +37,9 @@ from .rig import SensorFactsTable as SensorFactsTable
 from .rig import WatchdogTable as WatchdogTable
 from .run import AdmissionConfig as AdmissionConfig
 from .run import PerceptionConfig as PerceptionConfig
+from .run import RealTimeConfig as RealTimeConfig
 from .run import RecordingConfig as RecordingConfig
 from .run import RunConfig as RunConfig
-from .run_file import RUN_FORMAT as RUN_FORMAT
-from .run_file import run_facts as run_facts
 from .scenarios import JOB as JOB
 from .scenarios import LEARNERS as LEARNERS
 from .scenarios import SCENARIOS as SCENARIOS
@@ -49,9 +47,11 @@ from .tasks import INSERTION as INSERTION
 from .tasks import require_corners as require_corners
 from .tasks import task_kind as task_kind
 from .tasks import with_options as with_options
+from .toml import RUN_FORMAT as RUN_FORMAT
 from .toml import field_value as field_value
 from .toml import literal as literal
 from .toml import merged as merged
 from .toml import overlay as overlay
 from .toml import read_toml as read_toml
+from .toml import run_facts as run_facts
 from .toml import to_toml as to_toml

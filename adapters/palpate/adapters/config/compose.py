@@ -11,10 +11,9 @@ from typing import Any, Final, TypeAlias
 from palpate.adapters.config.learning import learner_in
 from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.run_file import run_facts
 from palpate.adapters.config.scenarios import BLIND, JOB, LEARNERS, SCENARIOS
 from palpate.adapters.config.tasks import INSERTION, task_kind
-from palpate.adapters.config.toml import merged, overlay, read_toml
+from palpate.adapters.config.toml import merged, overlay, read_toml, run_facts
 from palpate.core.errors import ConfigurationError, did_you_mean, require_one_of
 from palpate.core.job import JOB_TABLES, STATED, Job, PlaceConfig, Verdict, derived_settings, judge
 from palpate.core.motion import arm_named, arm_of_table

@@ -6,7 +6,6 @@ from typing import Annotated, ClassVar, Final, TypeAlias
 from typing_extensions import override
 
 from palpate.adapters.config.learning import LearningConfig
-from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.scenarios import LEARNERS, SCENARIOS
 from palpate.core.errors import require_in
 from palpate.core.job import LimitsConfig, PartConfig, PlaceConfig, ToolConfig
@@ -102,6 +101,24 @@ class AdmissionConfig(Settings):
     """Share of ticks in which a sensor may have nothing new; an arm's bus at half the rate has half."""
     learn_from_marked: bool = False
     """Learn from trials that are not admitted, too."""
+
+
+@dataclass(frozen=True)
+class RealTimeConfig(Settings):
+    """Real-time behaviour of the control loop. A refusal by the system is printed, and the run continues without."""
+
+    TABLE: ClassVar[str] = "real_time"
+
+    scheduling: bool = False
+    """Ask for the real-time scheduling class (SCHED_FIFO) while a trial runs."""
+    priority: Annotated[int, Range(1, 99)] = 50
+    """Priority in it, 1 to 99."""
+    lock_memory: bool = False
+    """Keep the memory of the process from being paged out."""
+    cpu: Annotated[int, Range(-1, 4096)] = -1
+    """Keep the loop on this CPU while a trial runs; -1 leaves it to the system."""
+    freeze_objects: bool = False
+    """Exempt the objects that exist at the start from garbage collection."""
 
 
 @dataclass(frozen=True)

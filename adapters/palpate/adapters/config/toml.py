@@ -6,13 +6,15 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 from palpate.adapters.files import whole_text
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Settings, fitted, kinds_of, table_beside
 
 T = TypeVar("T", bound=Settings)
+RUN_FORMAT: Final = "palpate.run/1"
+"""Format of a run folder."""
 
 
 def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
@@ -32,6 +34,21 @@ def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
             if isinstance(named := arm.get(key), str) and named and "://" not in named:
                 arm[key] = str(Path(path).resolve().parent / named)
     return table
+
+
+def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
+    """Take the table ``[run]`` out of a run's settings; empty for settings without one, which a person wrote.
+
+    Raises:
+        ConfigurationError: The run folder has another format.
+    """
+    if "run" not in table:
+        return {}
+    facts = table.pop("run")
+    found = facts.get("format") if isinstance(facts, Mapping) else None
+    if found != RUN_FORMAT:
+        raise ConfigurationError("run.format", found, f"{RUN_FORMAT!r}, which this palpate reads, in {path}")
+    return dict(facts)
 
 
 def overlay(base: T, table: Mapping[str, Any]) -> T:

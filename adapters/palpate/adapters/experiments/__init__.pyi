@@ -10,8 +10,6 @@ from .build import require_limits as require_limits
 from .build import require_usable as require_usable
 from .build import supervisor_of as supervisor_of
 from .build import task_actions as task_actions
-from .checkpoint import Checkpoint as Checkpoint
-from .claim import Claim as Claim
 from .comparison import Comparison as Comparison
 from .comparison import compare as compare
 from .dry import dry_run as dry_run
@@ -57,6 +55,7 @@ from .run import Run as Run
 from .run import note as note
 from .statistics import WINDOW as WINDOW
 from .statistics import Array as Array
+from .statistics import Claim as Claim
 from .statistics import exact_interval as exact_interval
 from .statistics import mean_with_interval as mean_with_interval
 from .statistics import moving_average as moving_average
@@ -67,6 +66,7 @@ from .statistics import window_of as window_of
 from .tables import render_table as render_table
 from .tool import tool_in as tool_in
 from .tool import tool_of as tool_of
+from .training import Checkpoint as Checkpoint
 from .training import Trainer as Trainer
 from .training import run_toml as run_toml
 from .training import write_training as write_training

@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments.build import plain_perception
-from palpate.adapters.experiments.claim import Claim
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
@@ -24,7 +23,7 @@ from palpate.adapters.experiments.policies import (
     pose_of,
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
-from palpate.adapters.experiments.statistics import policy_summary
+from palpate.adapters.experiments.statistics import Claim, policy_summary
 from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.files import load_policy, save_policy
 from palpate.adapters.log import core_sha256, made_with, processor

@@ -227,12 +227,17 @@ class RunFolder:
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 
-    def has_summary_of(self, trials: int) -> bool:
-        """Whether ``summary.json``, which a run writes last, is of this number of trials."""
+    def summary(self) -> dict[str, Any]:
+        """Return ``summary.json``, which a run writes last; empty where there is none.
+
+        Raises:
+            OutputError: It is damaged.
+        """
+        path = self.path / "summary.json"
         try:
-            return bool(json_of_file(self.path / "summary.json")["trials"] == trials)
-        except (OSError, ValueError, KeyError, TypeError):
-            return False
+            return dict(json_of_file(path)) if path.exists() else {}
+        except (ValueError, TypeError, OSError) as error:
+            raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
         """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`."""
@@ -258,7 +263,11 @@ class RunFolder:
             return []
         try:
             with whole_text(path, newline="") as stream:
-                return [TrialRow.read(cells) for cells in csv.DictReader(stream)]
+                lines = stream.readlines()
+            if lines and not lines[-1].endswith("\n"):
+                # It may still read as numbers.
+                raise ValueError("its last line is not whole")
+            return [TrialRow.read(cells) for cells in csv.DictReader(lines)]
         except (KeyError, ValueError, TypeError, OSError) as error:
             raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 

@@ -13,8 +13,6 @@ from typing import Any, Final, Self, TypeAlias
 from palpate.adapters.config import RunConfig, configured
 from palpate.adapters.experiments.blocks import run_blocks
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
-from palpate.adapters.experiments.checkpoint import Checkpoint, cut_back, require_same_run, resume_from
-from palpate.adapters.experiments.claim import Claim
 from palpate.adapters.experiments.evaluation import (
     FIRST_EVALUATION_TRIAL,
     NOBODY_KNOWS,
@@ -24,8 +22,17 @@ from palpate.adapters.experiments.evaluation import (
 )
 from palpate.adapters.experiments.fitting import fitted_perception
 from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, next_free_folder
-from palpate.adapters.experiments.statistics import policy_summary
-from palpate.adapters.experiments.training import Subject, Trainer, run_toml, write_training
+from palpate.adapters.experiments.statistics import Claim, policy_summary
+from palpate.adapters.experiments.training import (
+    Checkpoint,
+    Subject,
+    Trainer,
+    cut_back,
+    require_same_run,
+    resume_from,
+    run_toml,
+    write_training,
+)
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
 from palpate.adapters.hardware.real_time import RealTimeSession

@@ -3,8 +3,12 @@
 scipy.stats takes a second to import and is imported where an interval is made.
 """
 
+from __future__ import annotations
+
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, Final, TypeAlias
 
@@ -13,6 +17,7 @@ import numpy.typing as npt
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.results import TrialRow
+from palpate.core.errors import ConfigurationError
 from palpate.core.trial import reachable_share
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -42,6 +47,36 @@ def exact_interval(successes: int, trials: int) -> tuple[float, float]:
         return 0.0, 1.0
     found = binomtest(successes, trials).proportion_ci(LEVEL, method="exact")
     return float(found.low), float(found.high)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A lower bound of the share of successful trials."""
+
+    share: float
+
+    @classmethod
+    def parse(cls, text: str) -> Claim:
+        """Read a claim.
+
+        Raises:
+            ConfigurationError: The text is not ``success >= SHARE`` with a share between 0 and 1.
+        """
+        found = re.fullmatch(r"\s*success\s*>=\s*(0?\.\d+)\s*", text)
+        share = float(found.group(1)) if found else 0.0
+        if not 0.0 < share < 1.0:
+            raise ConfigurationError("claim", text, "success >= SHARE with a share between 0 and 1: success >= 0.99")
+        return cls(share)
+
+    def verdict(self, successes: int, trials: int) -> str:
+        """Compare the exact 95 % interval of the share of successes with the claim."""
+        low, high = exact_interval(successes, trials)
+        if low >= self.share:
+            return "proved"
+        return "refuted" if high < self.share else "inconclusive"
+
+    def __str__(self) -> str:
+        return f"success >= {self.share:g}"
 
 
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:

@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 
 from palpate.adapters.experiments import RunFolder, build_perception, interrupting, task_actions
-from palpate.adapters.experiments.checkpoint import Checkpoint, resume_from
-from palpate.adapters.experiments.training import Trainer, require_sound
+from palpate.adapters.experiments.training import Checkpoint, Trainer, require_sound, resume_from
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 from palpate.core.policy import (

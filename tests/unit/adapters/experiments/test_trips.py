@@ -13,7 +13,7 @@ from palpate.adapters.experiments import (
     build_perception,
     task_actions,
 )
-from palpate.adapters.experiments.checkpoint import Checkpoint, resume_from
+from palpate.adapters.experiments.training import Checkpoint, resume_from
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.policy import QLearning, QParameters, TemperatureSchedule

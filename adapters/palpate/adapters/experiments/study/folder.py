@@ -14,7 +14,7 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.condition import SUMMARY, Condition
 from palpate.adapters.experiments.study.document import Study, setting_of
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
-from palpate.adapters.files import json_of_file, whole_text
+from palpate.adapters.files import whole_text
 from palpate.adapters.log import csv_text
 from palpate.core.errors import OutputError
 
@@ -63,9 +63,8 @@ class StudyFolder:
         """Write ``summary.csv``, a line for each finished condition in the order of the study; returns their number."""
         rows = []
         for condition in conditions:
-            path = self.conditions / condition.name / SUMMARY
-            if path.exists():
-                rows.append((condition, dict(_flat(json_of_file(path)))))
+            if summary := RunFolder(self.conditions / condition.name).summary():
+                rows.append((condition, dict(_flat(summary))))
         RunFolder(self.path).write("summary.csv", _table(study.fields, rows))
         return len(rows)
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments import TrialRow, render_table, shown_interval, summary_of
-from palpate.adapters.files import load_policy
+from palpate.adapters.config import read_toml, run_facts
+from palpate.adapters.experiments import RunFolder, TrialRow, render_table, shown_interval, summary_of
+from palpate.adapters.files import load_policy, read_text
 from palpate.adapters.log import LOG_FOLDER, read_log
-from palpate.adapters.visualisation.report.files import read_json, read_run_toml, read_text, read_trials
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
 from palpate.adapters.visualisation.report.pictures import force_picture, learning_picture, mean_s
 from palpate.adapters.visualisation.report.policy_picture import policy_picture, touch_pictures
@@ -42,10 +42,11 @@ class RunSource:
     @classmethod
     def read(cls, path: Path) -> RunSource:
         """Read a folder."""
-        rows = read_trials(path)
+        folder, settings = RunFolder(path), read_toml(path / "run.toml")
+        rows = folder.read_trials()
         if not rows:
             raise OutputError(str(path), "holds no finished trial", "there is nothing to report yet")
-        return cls(path, rows, *read_run_toml(path), read_json(path / "summary.json"))
+        return cls(path, tuple(rows), settings, run_facts(settings, path / "run.toml"), folder.summary())
 
     @property
     def learns(self) -> bool:
@@ -100,7 +101,7 @@ def run_page(folder: Path, *, logs: bool) -> Page:
 
 def settings_section(path: Path) -> PageSection:
     """Return a settings file, folded."""
-    return PageSection("Settings", listing=read_text(path))
+    return PageSection("Settings", listing=read_text(path, "file"))
 
 
 def figures_row(name: str, rows: Sequence[TrialRow]) -> tuple[str, ...]:

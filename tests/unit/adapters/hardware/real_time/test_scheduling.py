@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.hardware.real_time import RealTime, join_loop, take_real_time
 
 FLAG = os.SCHED_RESET_ON_FORK
