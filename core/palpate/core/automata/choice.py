@@ -47,8 +47,6 @@ class ExtractionSettings(Settings):
     """Probability above which a symbol, or the end, is among the possible successors. Prediction only."""
     most_states: Annotated[int, Range(1, MOST_STATES)] = 500
     """A q that gives more states, before minimisation, is left out."""
-    centres: bool = False
-    """Let the middle of a cell stand for it, not the hidden state of the first visit."""
     merge_symbols: bool = False
     """Let different symbols lead into one state. Prediction only."""
 
@@ -76,7 +74,7 @@ class ExtractionSettings(Settings):
     def partition(self, network: Network, intervals: int, tree: PrefixTree | None = None) -> Partition | None:
         """One of them; None if it has too many states."""
         apart = network.architecture.reading is Readout.PREDICTION and not self.merge_symbols
-        return bounded_partition(network, intervals, self.most_states, centres=self.centres, by_symbol=apart, tree=tree)
+        return bounded_partition(network, intervals, self.most_states, by_symbol=apart, tree=tree)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -45,21 +45,12 @@ class Machine:
     labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        self._check_names()
         states, symbols = len(self.transitions), len(self.alphabet)
-        if not states:
-            raise ConfigurationError("automaton.transitions", (), "at least one state")
-        if not 0 <= self.start < states:
-            raise ConfigurationError("automaton.start", self.start, f"a state from 0 to {states - 1}")
-        for state, row in enumerate(self.transitions):
-            if len(row) != symbols:
-                name = f"automaton.transitions[{state}]"
-                raise ConfigurationError(name, len(row), f"{symbols} next states, one a symbol")
-            for symbol, target in enumerate(row):
-                if target is not None and not 0 <= target < states:
-                    name = f"automaton.transitions[{state}][{symbol}]"
-                    raise ConfigurationError(name, target, f"a state from 0 to {states - 1}, or none")
-        self._check_outputs()
+        known = {None, *range(states)}
+        rows = all(len(row) == symbols and known.issuperset(row) for row in self.transitions)
+        sizes = len(self.state_outputs) == states and len(self.labels) in (0, states) and 0 <= self.start < states
+        if not (rows and sizes and symbols):
+            raise ConfigurationError("automaton", f"{states} states", "states, symbols and transitions that fit")
         if self.labels == self._numbered():
             # So that a file that names every state gives back what was written.
             object.__setattr__(self, "labels", ())
@@ -111,27 +102,3 @@ class Machine:
 
     def _numbered(self) -> tuple[str, ...]:
         return tuple(f"s{number}" for number in range(len(self.transitions)))
-
-    def _check_names(self) -> None:
-        if not self.alphabet:
-            raise ConfigurationError("automaton.alphabet", (), "at least one symbol")
-        for field, names in (("alphabet", self.alphabet), ("labels", self.labels)):
-            if len(set(names)) != len(names) or not all(isinstance(name, str) and name for name in names):
-                raise ConfigurationError(f"automaton.{field}", names, "different names")
-        if self.labels and len(self.labels) != len(self.transitions):
-            raise ConfigurationError("automaton.labels", len(self.labels), f"{len(self.transitions)} names, or none")
-
-    def _check_outputs(self) -> None:
-        states = len(self.transitions)
-        if len(self.state_outputs) != states:
-            raise ConfigurationError(
-                "automaton.state_outputs", len(self.state_outputs), f"one for each of {states} states"
-            )
-        if self.kind is Kind.DFA and not all(isinstance(output, bool) for output in self.state_outputs):
-            raise ConfigurationError("automaton.state_outputs", self.state_outputs, "true or false for each state")
-        for output in self.state_outputs:
-            if not isinstance(output, bool | str) and not (
-                isinstance(output, tuple) and all(isinstance(name, str) for name in output)
-            ):
-                accepted = "true, false, a name, or a tuple of names"
-                raise ConfigurationError("automaton.state_outputs", output, accepted)

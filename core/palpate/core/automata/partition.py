@@ -2,8 +2,7 @@
 
 The range of each hidden unit is cut into q equal intervals. From the start state on, breadth first, every symbol is
 tried; a hidden state in a cell that nobody was in makes a new state of the automaton, one in a known cell makes a
-transition only, and is not pursued. So the hidden state of the first visit stands for its cell. With ``centres`` the
-middle of the cell does (Blair and Pollack, 1997), which tests whether the network behaves as an automaton at all.
+transition only, and is not pursued. So the hidden state of the first visit stands for its cell.
 
 Where strings are given, nothing is tried but what they do: a network answers everything, also what it was never trained
 on. Then every state is one that a string comes to.
@@ -96,7 +95,6 @@ def bounded_partition(
     intervals: int,
     most_states: int = MOST_STATES,
     *,
-    centres: bool = False,
     by_symbol: bool = False,
     tree: PrefixTree | None = None,
 ) -> Partition | None:
@@ -105,13 +103,12 @@ def bounded_partition(
     Args:
         intervals: Number of intervals of each hidden unit, q, 1 or more.
         most_states: With more of them None is returned; q^h may be many.
-        centres: Let the middle of each cell stand for it, not the hidden state of the first visit.
         by_symbol: Whether a cell that several symbols lead into makes as many states. The last symbol is all that a
             policy has without any automaton.
         tree: The strings; None for all there are.
     """
     require_whole("automaton.intervals", intervals, 1, MOST_INTERVALS)
-    search = _Search(network, intervals, centres, by_symbol)
+    search = _Search(network, intervals, by_symbol)
     if tree is None:
         known = 0
         while known < len(search.vectors) <= most_states:
@@ -130,8 +127,8 @@ def bounded_partition(
 class _Search:
     """What was found of a partition so far."""
 
-    def __init__(self, network: Network, intervals: int, centres: bool, by_symbol: bool) -> None:
-        self._network, self._intervals, self._centres = network, intervals, centres
+    def __init__(self, network: Network, intervals: int, by_symbol: bool) -> None:
+        self._network, self._intervals = network, intervals
         self._low, high = RANGES[network.architecture.activation]
         self._width = (high - self._low) / intervals
         self._by_symbol, self.symbols = by_symbol, len(network.architecture.alphabet)
@@ -169,5 +166,5 @@ class _Search:
         number = self._cell_of.setdefault(cell.tobytes(), len(self._cell_of))
         if (number, symbol) not in self._state_of:
             self._state_of[number, symbol] = len(self.vectors)
-            self.vectors.append(self._low + (cell.astype(np.float64) + 0.5) * self._width if self._centres else vector)
+            self.vectors.append(vector)
         return self._state_of[number, symbol]

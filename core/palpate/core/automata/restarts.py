@@ -15,7 +15,7 @@ from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
 
 if TYPE_CHECKING:
-    from torch import Generator, Tensor
+    from torch import Tensor
 
 _AT_ONCE: Final = 2048
 """Nodes whose outputs are computed at once: all outputs of some ten thousand nodes would not fit in the cache."""
@@ -52,9 +52,7 @@ class Restarts:
             for (name, shape), part in zip(architecture.shapes.items(), np.split(drawn, ends[:-1], axis=1), strict=True)
         }
 
-    def hidden_states(
-        self, levels: list[TreeLevel], *, noise: float = 0.0, generator: Generator | None = None
-    ) -> Tensor:
+    def hidden_states(self, levels: list[TreeLevel]) -> Tensor:
         """Hidden states at all nodes, (R, h, n)."""
         import torch
 
@@ -62,10 +60,7 @@ class Restarts:
         inputs = self.parameters["inputs"].transpose(1, 2)
         states = [activate(self.parameters["start"]).unsqueeze(2)]
         for level in levels:
-            drives = self._drives(states[-1], level, inputs)
-            if noise:
-                drives = drives + noise * torch.randn(drives.shape, generator=generator)
-            states.append(activate(drives))
+            states.append(activate(self._drives(states[-1], level, inputs)))
         return torch.cat(states, 2)
 
     def readings(self, hidden: Tensor) -> Tensor:

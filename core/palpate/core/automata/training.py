@@ -39,9 +39,6 @@ class TrainingSettings(Settings):
     """Step size of Adam."""
     scale: Annotated[float, Range(0.0, above=True)] = 1.0
     """Standard deviation of the initial parameters."""
-    noise: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Standard deviation of noise on the hidden units before the activation function, which drives them into
-    saturation."""
     clip: Annotated[float, Range(0.0, above=True)] = 1.0
     """Longest gradient of a network."""
     enough: Annotated[int, Range(1, 100_000)] = 16
@@ -189,13 +186,12 @@ class _Batch:
 
         settings, restarts = self._settings, self._restarts
         optimiser = torch.optim.Adam(restarts.parameters.values(), lr=settings.learning_rate)
-        generator = torch.Generator().manual_seed(settings.seed + self._first)
         judged = task if self._judged is None else self._judged
         looks = [self._look(judged, 0)]
         yield looks[-1]
         for step in range(1, settings.steps + 1):
             optimiser.zero_grad()
-            hidden = restarts.hidden_states(task.levels, noise=settings.noise, generator=generator)
+            hidden = restarts.hidden_states(task.levels)
             losses, _ = task.losses(restarts, hidden)
             # A sum, so that a network moves as if it were alone.
             losses.sum().backward()

@@ -225,13 +225,11 @@ def parameters(training):
 
 class TestTraining:
     def test_equal_seeds_give_equal_bytes_and_others_do_not(self):
-        settings = TrainingSettings(restarts=6, batch=4, steps=30, noise=0.2, look_every=7)
+        settings = TrainingSettings(restarts=6, batch=4, steps=30, look_every=7)
         one, again = train(WALKS, PREDICTOR, settings), train(WALKS, PREDICTOR, settings)
         assert parameters(one) == parameters(again)
         assert one.curve == again.curve
-        other = train(
-            WALKS, PREDICTOR, TrainingSettings(restarts=6, batch=4, steps=30, noise=0.2, look_every=7, seed=1)
-        )
+        other = train(WALKS, PREDICTOR, TrainingSettings(restarts=6, batch=4, steps=30, look_every=7, seed=1))
         assert parameters(one) != parameters(other)
 
     def test_threads_of_the_caller_are_left_as_they_were(self):
