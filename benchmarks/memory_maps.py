@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.common import Cell, parser_of, seeds_of, sweep, table
 from palpate.adapters.config import GridLearning
-from palpate.adapters.experiments.grid import Bounds, LearningRun, Named, bounds_of, grid_named, learn
+from palpate.adapters.experiments.grid import Bounds, LearningRun, bounds_of, grid_named, learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import TabularLearner
 from palpate.core.policy.hmm import PATIENCE
@@ -85,7 +85,7 @@ def run(cell: Cell) -> dict[str, Any]:
         return {}
     states, settings, trials = LEARNERS[cell["learner"]]
     began = process_time()
-    learned = learn(grid, Named(states), settings, cell["seed"], trials)
+    learned = learn(grid, states_named(states, grid), settings, cell["seed"], trials)
     cpu_s = round(process_time() - began, 2)
     found, exact = frozen_walks(grid, learned, cell["walks"])
     ratio = mean(walk.steps for walk in found) / bounds.belief

@@ -19,10 +19,7 @@ from pathlib import Path
 
 from palpate.adapters.config import GridLearning
 from palpate.adapters.experiments.grid import (
-    Followed,
-    Named,
     Panel,
-    StateMaker,
     bounds_of,
     grid_named,
     learn,
@@ -30,8 +27,9 @@ from palpate.adapters.experiments.grid import (
 )
 from palpate.adapters.files import new_folder, require_free_folder
 from palpate.adapters.visualisation import machine_picture
-from palpate.core.automata import InferenceSettings, TrainingSettings, infer, to_json_text
+from palpate.core.automata import AutomatonState, InferenceSettings, TrainingSettings, infer, to_json_text
 from palpate.core.errors import PalpateError
+from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.simulation.grid import walk_strings
 
 
@@ -51,10 +49,11 @@ def main() -> None:
         strings = walk_strings(grid, walks, options.seed, longest=30)
         found = infer(strings, InferenceSettings(training=training))
         print(found.summary, flush=True)
-        kinds: dict[str, StateMaker] = {"letters": Named(), "automaton": Followed(found.machine, strings)}
+        followed = AutomatonState.of(found.machine, strings, symbols=grid.symbols)
+        kinds: dict[str, StateIdentifier] = {"letters": IdentityState(grid.symbols), "automaton": followed}
         panels = []
-        for name, make in kinds.items():
-            run = learn(grid, make, GridLearning(), options.seed, trials)
+        for name, identifier in kinds.items():
+            run = learn(grid, identifier, GridLearning(), options.seed, trials)
             last = run.steps[-100:]
             print(
                 f"{name}: {len(run.identifier.states)} states, {sum(last) / len(last):.2f} steps in the last 100 trials"

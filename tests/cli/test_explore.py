@@ -7,7 +7,7 @@ import re
 import pytest
 
 from palpate.adapters.cli import explore
-from palpate.adapters.experiments.grid import Named
+from palpate.adapters.experiments.grid import states_named
 from palpate.adapters.files import load_policy, read_strings
 from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.policy import policy_from
@@ -67,7 +67,7 @@ def test_a_map_from_a_file(palpate, tmp_path):
 @pytest.mark.parametrize(("name", "head"), [("figure.svg", b"<?xml"), ("figure.png", b"\x89PNG")])
 def test_the_figure_of_the_paper(palpate, tmp_path, monkeypatch, name, head):
     def at_once(grid, *_):
-        return Named(str(last_symbol(tmp_path, grid.symbols)))
+        return states_named(str(last_symbol(tmp_path, grid.symbols)), grid)
 
     monkeypatch.setattr(explore, "inferred", at_once)
     printed = palpate.succeed("explore", "--figure", tmp_path / name, *QUICK)

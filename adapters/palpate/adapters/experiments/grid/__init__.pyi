@@ -1,5 +1,4 @@
 from .learning import LearningRun as LearningRun
-from .learning import StateMaker as StateMaker
 from .learning import learn as learn
 from .report import Panel as Panel
 from .report import Score as Score
@@ -7,10 +6,8 @@ from .report import learning_figure as learning_figure
 from .report import score_table as score_table
 from .report import summary as summary
 from .report import trials_csv as trials_csv
-from .worlds import SYMBOLS as SYMBOLS
 from .worlds import Bounds as Bounds
-from .worlds import Followed as Followed
-from .worlds import Named as Named
 from .worlds import bounds_of as bounds_of
 from .worlds import grid_named as grid_named
 from .worlds import inferred as inferred
+from .worlds import states_named as states_named

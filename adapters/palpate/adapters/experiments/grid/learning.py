@@ -12,8 +12,6 @@ from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.core.policy import HmmLearner, TabularLearner, tabular_learner
 from palpate.simulation.grid import GridMap, Walk, grid_actions, run_trial
 
-StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
-"""Makes the states of a map: each run gets an identifier of its own."""
 GridLearner: TypeAlias = TabularLearner | HmmLearner
 
 
@@ -49,7 +47,7 @@ class LearningRun:
 
 def learn(
     grid: GridMap,
-    make_identifier: StateMaker,
+    identifier: StateIdentifier,
     learning: GridLearning,
     seed: int,
     trials: int = TRIALS,
@@ -61,18 +59,13 @@ def learn(
         ConfigurationError: The states are over other symbols, or there are too many or too few trials.
     """
     require_whole("trials", trials, 1, 1_000_000)
-    identifier = make_identifier(grid)
     learner = new_grid_learner(learning, identifier)
     walks, temperatures = [], []
-    with _one_thread():
+    # Sums depend on how they are split, and threads would wait for each other over such small products.
+    with threadpool_limits(limits=1):
         for trial in range(trials):
             walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)
             walks.append(walk)
             temperatures.append(learner.temperature)
             on_trial(walk)
     return LearningRun(seed, tuple(walks), tuple(temperatures), learner, identifier)
-
-
-def _one_thread() -> threadpool_limits:
-    """For sums depend on how they are split, and threads would wait for each other over such small products."""
-    return threadpool_limits(limits=1)

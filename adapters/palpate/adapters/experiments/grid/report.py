@@ -7,10 +7,9 @@ would need, because "better than before" means little where it is not known what
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from statistics import fmean
 from typing import Any, Final
-
-import numpy as np
 
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
@@ -23,7 +22,7 @@ LAST: Final = 100
 _COLUMNS: Final = ("seed", "trial", "steps", "reached", "start_column", "start_row", "temperature")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Score:
     """Outcome of one run."""
 
@@ -35,23 +34,19 @@ class Score:
     @classmethod
     def of(cls, run: LearningRun) -> Score:
         """Score a run."""
-        last = run.walks[-LAST:]
-        return cls(
-            seed=run.seed,
-            first=_mean(run.steps[:LAST]),
-            last=_mean([walk.steps for walk in last]),
-            reached=_mean([walk.reached for walk in last]),
-        )
+        reached = fmean([float(walk.reached) for walk in run.walks[-LAST:]])
+        return cls(run.seed, fmean(run.steps[:LAST]), fmean(run.steps[-LAST:]), reached)
 
 
 def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
     """A line for each run, their mean, and what is possible."""
     count = min(LAST, trials)
-    lines = [("seed", f"first {count}", f"last {count}", "goal reached")]
-    lines += [(str(s.seed), *_cells(s.first, s.last, s.reached)) for s in scores]
+    rows = {str(score.seed): (score.first, score.last, score.reached) for score in scores}
     if len(scores) > 1:
-        means = [_mean([getattr(s, name) for s in scores]) for name in ("first", "last", "reached")]
-        lines.append(("mean", *_cells(*means)))
+        first, last, reached = map(fmean, zip(*rows.values(), strict=True))
+        rows["mean"] = first, last, reached
+    lines = [("seed", f"first {count}", f"last {count}", "goal reached")]
+    lines += [(name, f"{first:.2f}", f"{last:.2f}", f"{share:.0%}") for name, (first, last, share) in rows.items()]
     belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
     return (
         f"{aligned(lines, left=0)}\n"
@@ -64,16 +59,16 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
 
 def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
     """The same as plain values, with Student's t interval over runs (95 %); a single run has none."""
-    mean, *ends = mean_with_interval([score.last for score in scores])
+    middle, *ends = mean_with_interval([score.last for score in scores])
     return {
-        "mean_last": round(mean, 4),
+        "mean_last": round(middle, 4),
         "mean_last_95": [None if end is None else round(end, 4) for end in ends],
-        "mean_first": round(_mean([score.first for score in scores]), 4),
-        "reached_last": round(_mean([score.reached for score in scores]), 4),
+        "mean_first": round(fmean([score.first for score in scores]), 4),
+        "reached_last": round(fmean([score.reached for score in scores]), 4),
         "full_information": round(bounds.full, 4),
         "belief_optimum": None if bounds.belief is None else round(bounds.belief, 4),
         "random_walk": round(bounds.random_walk, 4),
-        "runs": [{name: round(getattr(score, name), 4) for name in Score.__slots__} for score in scores],
+        "runs": [{name: round(value, 4) for name, value in asdict(score).items()} for score in scores],
     }
 
 
@@ -84,14 +79,6 @@ def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
         for trial, (walk, temperature) in enumerate(zip(run.walks, run.temperatures, strict=True)):
             rows.append([run.seed, trial, walk.steps, walk.reached, *grid.cells[walk.start], temperature])
     return csv_text(rows)
-
-
-def _cells(first: float, last: float, reached: float) -> tuple[str, str, str]:
-    return f"{first:.2f}", f"{last:.2f}", f"{reached:.0%}"
-
-
-def _mean(values: Sequence[float]) -> float:
-    return float(np.mean(values))
 
 
 # Colours that differ for any colour vision (Okabe and Ito).

@@ -4,11 +4,10 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Final
 
 from palpate.adapters.experiments.build import NONE, identifier
 from palpate.adapters.files import read_text
-from palpate.core.automata import AutomatonState, Machine, Strings
+from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import StateIdentifier
 from palpate.simulation.grid import (
@@ -61,56 +60,26 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
     return Bounds(float(full_information_optimum(grid)), belief, random_walk_steps(grid, step_limit))
 
 
-SYMBOLS: Final = "symbols"
+def states_named(name: str, grid: GridMap) -> StateIdentifier:
+    """The states of a map.
 
-
-@dataclass(frozen=True)
-class Named:
-    """States by a name.
-
-    Attributes:
+    Args:
         name: ``symbols``; ``last-2``, ``last-3`` and so on; or an automaton file.
+
+    Raises:
+        ConfigurationError: There are no such states, more than can be learned, or the file is no automaton over symbols
+            of the map.
     """
-
-    name: str = SYMBOLS
-
-    def __call__(self, grid: GridMap) -> StateIdentifier:
-        """The states of a map.
-
-        Raises:
-            ConfigurationError: There are no such states, more than can be learned, or the file is no automaton over
-                symbols of the map.
-        """
-        try:
-            return identifier(NONE if self.name == SYMBOLS else self.name, grid.symbols)
-        except ConfigurationError as error:
-            # In a grid the state without memory has another name than in the configuration of the insertion task, and
-            # an action leaves no state.
-            accepted = error.accepted.replace(f"{NONE}, last-action,", f"{SYMBOLS},")
-            raise ConfigurationError("state", self.name, accepted) from error
+    try:
+        return identifier(NONE if name == "symbols" else name, grid.symbols)
+    except ConfigurationError as error:
+        # In a grid the state without memory has another name than in the configuration of the insertion task, and an
+        # action leaves no state.
+        accepted = error.accepted.replace(f"{NONE}, last-action,", "symbols,")
+        raise ConfigurationError("state", name, accepted) from error
 
 
-@dataclass(frozen=True)
-class Followed:
-    """States of an automaton that follows the symbols.
-
-    Attributes:
-        strings: What it was inferred from, if that is known: transitions that never occurred there are not followed.
-    """
-
-    machine: Machine
-    strings: Strings | None = None
-
-    def __call__(self, grid: GridMap) -> StateIdentifier:
-        """The states of a map.
-
-        Raises:
-            ConfigurationError: The automaton is over symbols that the map does not have.
-        """
-        return AutomatonState.of(self.machine, self.strings, symbols=grid.symbols)
-
-
-def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> Followed:
+def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> StateIdentifier:
     """States of an automaton that is inferred from random walks in a map, as in the paper (section 4).
 
     Walks of more symbols than ``longest`` are left out; the seed gives them and the first weights of the networks.
@@ -123,4 +92,5 @@ def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> Followed:
 
     strings = walk_strings(grid, walks, seed, longest)
     found = infer(strings, InferenceSettings(training=TrainingSettings(seed=seed)))
-    return Followed(found.machine, strings)
+    # Transitions that never occurred in the walks are not followed.
+    return AutomatonState.of(found.machine, strings, symbols=grid.symbols)

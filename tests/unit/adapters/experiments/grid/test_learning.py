@@ -4,7 +4,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.grid import Named, learn
+from palpate.adapters.experiments.grid import learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
 from palpate.simulation.grid import GridMap
@@ -31,9 +31,9 @@ def test_settings_become_those_of_the_learner():
 def test_equal_seeds_give_equal_runs(learner, kind):
     settings = GridLearning(learner=learner, step_limit=30)
     told = []
-    first = learn(GRID, Named("last-2"), settings, 4, 40, told.append)
-    again = learn(GRID, Named("last-2"), settings, 4, 40)
-    other = learn(GRID, Named("last-2"), settings, 5, 40)
+    first = learn(GRID, states_named("last-2", GRID), settings, 4, 40, told.append)
+    again = learn(GRID, states_named("last-2", GRID), settings, 4, 40)
+    other = learn(GRID, states_named("last-2", GRID), settings, 5, 40)
     assert type(first.learner) is kind
     assert (first.walks, first.temperatures, first.learner.q) == (again.walks, again.temperatures, again.learner.q)
     assert first.walks != other.walks
@@ -49,12 +49,12 @@ def test_it_computes_in_one_thread_whatever_else_is_set_and_sets_nothing_for_oth
 
     seen = []
     with threadpool_limits(limits=2, user_api="blas"):
-        learn(GRID, Named(), GridLearning(), 1, 1, lambda walk: seen.append(threads()))
+        learn(GRID, states_named("symbols", GRID), GridLearning(), 1, 1, lambda walk: seen.append(threads()))
         assert (seen, threads()) == ([{1}], {2})
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one():
-    short, long = (learn(GRID, Named(), GridLearning(), 1, trials) for trials in (20, 60))
+    short, long = (learn(GRID, states_named("symbols", GRID), GridLearning(), 1, trials) for trials in (20, 60))
     assert long.walks[:20] == short.walks
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figure, score_table, summary
-from palpate.adapters.experiments.grid.worlds import Bounds, Named, bounds_of
+from palpate.adapters.experiments.grid.worlds import Bounds, bounds_of, states_named
 from palpate.simulation.grid.maps import GridMap
 
 GRID = GridMap.from_text("ABC·")
@@ -15,7 +15,7 @@ BOUNDS = Bounds(2.333, 3.208, 48.27)
 
 
 def test_a_run_is_scored():
-    run = learn(GRID, Named(), GridLearning(alpha=0.5), 0, 300)
+    run = learn(GRID, states_named("symbols", GRID), GridLearning(alpha=0.5), 0, 300)
     score = Score.of(run)
     assert score.seed == 0
     assert score.first == sum(run.steps[:100]) / 100

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
-from palpate.core.automata.machine import Kind, Machine
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named, states_named
+from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
@@ -60,21 +60,16 @@ MACHINE = Machine(Kind.MOORE, ("A", "B"), ((0, 1), (0, 1)), ("after A", "after B
 
 
 def test_symbols_and_the_last_few():
-    assert Named("symbols")(GRID) == IdentityState(("A", "B"))
-    assert Named("last-3")(GRID) == LastSymbols(("A", "B"), 3)
-
-
-def test_each_run_gets_an_identifier_of_its_own():
-    make = Named("last-2")
-    first, second = make(GRID), make(GRID)
-    first.update(1)
-    assert second.get_state() == []
+    assert states_named("symbols", GRID) == IdentityState(("A", "B"))
+    assert states_named("last-3", GRID) == LastSymbols(("A", "B"), 3)
 
 
 @pytest.mark.parametrize("cells", ["ABC·", "AC·"])
-def test_an_automaton_of_another_map_is_refused(cells):
+def test_an_automaton_of_another_map_is_refused(cells, tmp_path):
+    path = tmp_path / "automaton.json"
+    path.write_text(to_json_text(MACHINE))
     with pytest.raises(ConfigurationError, match="all symbols of the machine and no others: A, B"):
-        Followed(MACHINE)(GridMap.from_text(cells))
+        states_named(str(path), GridMap.from_text(cells))
 
 
 @pytest.mark.parametrize(
@@ -88,4 +83,4 @@ def test_an_automaton_of_another_map_is_refused(cells):
 )
 def test_what_gives_no_states_is_refused(name, says):
     with pytest.raises(ConfigurationError, match=says):
-        Named(name)(GRID)
+        states_named(name, GRID)

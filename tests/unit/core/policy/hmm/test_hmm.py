@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.grid import Named, learn
+from palpate.adapters.experiments.grid import learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
 from palpate.core.policy import (
@@ -131,7 +131,7 @@ HMM = GridLearning(learner="hmm", reach=3)
 
 class TestLearner:
     def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of(self):
-        run = learn(AMBIGUOUS, Named(), HMM, seed=3, trials=45)
+        run = learn(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), HMM, seed=3, trials=45)
         walks = walks_from_all_cells(AMBIGUOUS, run.identifier, run.learner.as_frozen())
         steps, optimum = np.mean([walk.steps for walk in walks]), float(belief_optimum(AMBIGUOUS))
         assert all(walk.reached for walk in walks)
@@ -156,7 +156,7 @@ class TestLearner:
 
     def test_hidden_states_are_found_on_symbols_alone(self):
         with pytest.raises(ConfigurationError, match="symbols, with the learner hmm"):
-            learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="hmm"), 0, 1)
+            learn(AMBIGUOUS, states_named("last-2", AMBIGUOUS), GridLearning(learner="hmm"), 0, 1)
 
     def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever(self):
         here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("B·AA")
