@@ -6,7 +6,6 @@ import pytest
 
 from palpate.adapters.cli.arguments import flags_of, parse
 from palpate.adapters.cli.options import CompareOptions, ExploreOptions, ReplayOptions, RunOptions, TrainOptions
-from palpate.adapters.config.compose import scenario
 from palpate.core.errors import ConfigurationError, UsageError
 
 
@@ -22,11 +21,6 @@ def toml(tmp_path):
 
 def config(*words):
     return parse(TrainOptions, "train", words).run
-
-
-def test_a_preset_is_where_the_rest_starts_from():
-    assert config("--scenario", "blind") == scenario("blind")
-    assert config("--scenario=blind", "--cell.hole-uncertainty-mm", "1").cell.hole_uncertainty_mm == 1.0
 
 
 def test_the_file_wins_over_the_preset(toml):
@@ -55,11 +49,6 @@ def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp
         config("--config", str(file))
     file.write_text(file.read_text() + '[run]\nformat = "palpate.run/1"\ncommand = "train"\n')
     assert config("--config", str(file)).learner == "sarsa"
-
-
-def test_what_may_be_given_several_times_may():
-    words = ["log", "--set", "task.step_mm=1", "--set", "task.step_mm=2"]
-    assert parse(ReplayOptions, "replay", words).set == ("task.step_mm=1", "task.step_mm=2")
 
 
 @pytest.mark.parametrize(
@@ -98,13 +87,6 @@ def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path):
     again = parse(CompareOptions, "compare", ["--config", str(path)])
     assert (again.trials, again.policy) == (7, ("a", "b"))
     assert parse(RunOptions, "run", ["--config", str(path)]).trials == RunOptions().trials
-
-
-def test_all_commands_take_the_same_settings(toml):
-    expected = config("--config", toml)
-    assert parse(RunOptions, "run", ["--config", toml, "--policy", "torque"]).run == expected
-    assert parse(CompareOptions, "compare", ["--config", toml, "--policy", "a", "b"]).run == expected
-    assert parse(CompareOptions, "compare", ["--policy", "a", "b"]).policy == ("a", "b")
 
 
 @pytest.mark.parametrize(

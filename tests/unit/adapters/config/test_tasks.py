@@ -40,7 +40,6 @@ def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world, options, told
     ("name", "told"),
     [
         ("insertoin", "did you mean insertion?"),
-        ("x", "one of insertion, insertion-6dof, or package.module:Name"),
         ("math:pi", "a palpate.core.trial.TaskKind; math:pi has no preset"),
         ("no_such_package:KIND", "No module named 'no_such_package'"),
     ],

@@ -1,7 +1,7 @@
 """The strategies to compare with do what their names say."""
 
 from dataclasses import replace
-from math import atan2, cos, hypot, pi, radians, sin
+from math import cos, hypot, pi, radians, sin
 
 import numpy as np
 import pinocchio as pin
@@ -51,15 +51,6 @@ def test_the_torque_tells_the_heading_of_the_hole(index):
     tx, ty, tz = np.cross(lever, force)
     decision = TorqueFollowing(ACTIONS, 0.01).choose(observation(torque_Nm=(tx, ty, tz)))
     assert (decision.index, decision.action) == (index, ACTIONS[index])
-
-
-@pytest.mark.parametrize("off_rad", [-pi / 8 + 0.01, pi / 8 - 0.01])
-def test_the_nearest_compass_step_is_taken(off_rad):
-    policy = TorqueFollowing(ACTIONS, 0.01)
-    for index, action in enumerate(ACTIONS):
-        heading = atan2(*reversed(action.displacement_m)) + off_rad
-        torque = (0.1 * sin(heading), -0.1 * cos(heading), 0.0)
-        assert policy.choose(observation(torque_Nm=torque)).index == index
 
 
 def test_only_a_torque_below_the_threshold_is_left_to_chance():

@@ -1,20 +1,24 @@
 """A configuration becomes objects that do what it says, or is refused."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from palpate.adapters.config import PerceptionConfig, RunConfig, overlay, scenario
+from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import true_hole_m
-from palpate.adapters.experiments.build import build_perception, build_task, play_mm, supervisor_of
+from palpate.adapters.experiments.build import build_perception, build_task, identifier, play_mm, supervisor_of
 from palpate.adapters.experiments.policies import baseline
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.automata.document import to_json_text
+from palpate.core.automata.machine import Kind, Machine
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.motion import Kinematics, arm_named
+from palpate.core.perception import IdentityState, LastSymbols, stage_from_dict, stage_to_dict
 from palpate.core.ports import CommandReason, JointCommand, Life
-from palpate.core.trial import N_PER_KGF, GoalConfig, TaskConfig, find_ready_pose, goal_in_base
+from palpate.core.trial import GoalConfig, TaskConfig, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell import SensorConfig
 from tests.support.tool import TOOL
 from tests.unit.adapters.samples import QUICK, ready_pose
@@ -48,23 +52,6 @@ def test_a_hole_whose_surroundings_are_out_of_reach_is_refused():
     assert not reachable(inside, 40.0)
 
 
-def test_thresholds_are_converted_to_si():
-    perception = build_perception(
-        RunConfig(perception=PerceptionConfig(position_threshold_mm=2.0, torque_threshold_kgf_mm=1.0))
-    )
-    assert len(perception.states) == 17
-
-    def state_of(x_m, tx_Nm):
-        perception.reset()
-        _, state = perception.observe((x_m, 0.0, 0.0, 0.0, 0.0, 0.0, tx_Nm, 0.0, 0.0))
-        return perception.states[state]
-
-    limit_Nm = 1e-3 * N_PER_KGF
-    assert state_of(2.01e-3, 0.0) == "x+ y0"
-    assert state_of(1.99e-3, 1.01 * limit_Nm) == "tx+ ty0"
-    assert state_of(1.99e-3, 0.99 * limit_Nm) == "tx0 ty0"
-
-
 def test_a_rig_is_freed_from_its_last_stop_and_ends_closed():
     with SimulatedRig(QUICK, ready_pose()) as rig:
         home = JointCommand(rig.cell.joint_angles())
@@ -74,20 +61,6 @@ def test_a_rig_is_freed_from_its_last_stop_and_ends_closed():
         assert rig.ports.arm.send(home).reason is CommandReason.AS_ASKED
     for device in (rig.ports.arm, rig.ports.force_sensor, rig.ports.joint_encoder):
         assert device.life is Life.CLOSED
-
-
-def test_preparing_a_trial_gives_what_its_number_says():
-    blind = replace(QUICK, cell=replace(QUICK.cell, hole_uncertainty_mm=3.0))
-
-    def prepared(trial):
-        rig.prepare(trial)
-        return rig.truth().hole_in_task_m, rig.ports.force_sensor.read().force_N
-
-    with SimulatedRig(blind, ready_pose()) as rig:
-        first, second, again = (prepared(trial) for trial in (0, 1, 0))
-    assert first == again
-    assert first[0] != second[0]
-    assert first[1] != second[1]
 
 
 class Narrow(SimulatedRig):
@@ -139,10 +112,33 @@ def test_a_peg_that_its_chamfer_let_in_far_aside_is_found_in_the_hole():
         assert run_scored_trial(config, rig, task, 0).success
 
 
-def test_a_hole_of_any_play_answers_within_its_play_and_what_the_gripper_bends():
-    # In this trial the peg is pushed from one wall to the other, where it was said to be in no hole: 9 of 150 were.
-    config = overlay(scenario("paper"), {"seed": 5, "cell": {"peg": {"clearance_mm": 0.6}}})
-    with SimulatedRig(config, ready_pose()) as rig:
-        policy = baseline("oracle", config, lambda: true_hole_m(rig))
-        task = build_task(config, ready_pose(), build_perception(config), policy)
-        assert run_scored_trial(config, rig, task, 500_003, first=500_000).success
+SYMBOLS = ("A", "B", "C")
+
+
+def test_names_of_memories():
+    assert identifier("none", SYMBOLS) == IdentityState(SYMBOLS)
+    assert identifier("last-2", SYMBOLS) == LastSymbols(SYMBOLS, 2)
+    assert len(identifier("last-3", SYMBOLS).states) == 3 + 9 + 27
+
+
+def test_an_automaton_s_states_survive_their_way_into_a_policy_file(tmp_path):
+    path = tmp_path / "automaton.json"
+    path.write_text(
+        to_json_text(Machine(Kind.MOORE, ("C", "A", "B"), ((None, 1, 0), (None, 0, None)), ("even", "odd")))
+    )
+    states = identifier(str(path), SYMBOLS)
+    assert states.states == ("s0", "s1", "lost")
+    again = stage_from_dict(json.loads(json.dumps(stage_to_dict(states))))
+    assert again == states
+    for symbol, state in ((0, 1), (1, 2), (0, 1), (2, 2), (1, 2)):
+        assert states.update(symbol) == again.update(symbol) == state, symbol
+
+
+@pytest.mark.parametrize(
+    ("memory", "accepted"),
+    [("last", "last-2"), ("last-0", "last-2"), ("", "none"), ("last-60", "states"), ("gone.json", "readable file")],
+)
+def test_memories_that_cannot_be_had_are_refused_by_their_setting(memory, accepted):
+    with pytest.raises(ConfigurationError, match=r"perception\.memory") as told:
+        identifier(memory, SYMBOLS)
+    assert accepted in told.value.accepted

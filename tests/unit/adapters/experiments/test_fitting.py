@@ -40,12 +40,6 @@ def fitted(stages):
     return perception_to_dict(fit(config_of(stages)))
 
 
-def test_fitting_depends_on_the_seed():
-    # That it depends on nothing else shows below, where each is fitted once more.
-    other = replace(config_of("pca+clusters"), seed=1)
-    assert perception_to_dict(fit(other)) != fitted("pca+clusters")
-
-
 def test_fitting_shares_no_random_stream_with_the_run(monkeypatch):
     numbers = []
 

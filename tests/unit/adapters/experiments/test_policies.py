@@ -17,8 +17,8 @@ from palpate.adapters.experiments import (
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import PolicyDocument, QLearning, Sarsa, document_of, learner_of
-from palpate.core.trial.config import N_PER_KGF, TaskConfig
+from palpate.core.policy import PolicyDocument, Sarsa, document_of, learner_of
+from palpate.core.trial.config import TaskConfig
 from tests.unit.adapters.samples import observation
 
 DEFAULT = RunConfig()
@@ -46,20 +46,6 @@ def test_spirals_have_their_speed_whatever_an_action_lasts(name, speed_m_s, tick
     assert np.hypot(dx, dy) == pytest.approx(speed_m_s * ticks / 140, rel=0.01)
 
 
-def test_the_torque_rule_has_the_threshold_of_perception():
-    config = RunConfig(perception=PerceptionConfig(torque_threshold_kgf_mm=2.0))
-    limit_Nm = 2e-3 * N_PER_KGF
-    policy = baseline("torque", config, no_hole)
-    policy.begin_trial(0, np.random.default_rng(0))
-
-    def choices(torque_Nm):
-        seen = observation(torque_Nm=(torque_Nm, 0.0, 0.0))
-        return len({policy.choose(seen).index for _ in range(50)})
-
-    assert choices(1.01 * limit_Nm) == 1
-    assert choices(0.99 * limit_Nm) > 1
-
-
 @pytest.mark.parametrize("learner", ["q-learning", "skills"])
 def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_actions_besides(learner):
     config = overlay(scenario("blind-square", learner), {"task": {"name": "insertion-6dof"}})
@@ -67,18 +53,6 @@ def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_action
     policy.begin_trial(0, np.random.default_rng(0))
     decision = policy.choose(replace(observation(), torque_Nm=(-1.0, 0.0, 0.0)))
     assert (decision.action.name, decision.index) == ("-y", 6)
-
-
-def test_learning_settings_reach_the_learner():
-    settings = LearningConfig(temperature=2.0, temperature_floor=0.5, temperature_decay=0.5)
-    policy = learning_policy(RunConfig(learning=settings), build_perception(DEFAULT))
-    assert isinstance(policy, QLearning)
-    temperatures = []
-    for trial in range(4):
-        policy.begin_trial(trial, np.random.default_rng(0))
-        temperatures.append(policy.temperature)
-    assert temperatures == [2.0, 1.0, 0.5, 0.5]
-    assert policy.q[0][0] == settings.initial_value == -5.0
 
 
 @pytest.mark.parametrize(("in_use", "temperature"), [(0.1, 0.1), (0.0, 0.0), (0.5, 0.5), (3.0, 0.5)])

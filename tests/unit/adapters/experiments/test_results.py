@@ -82,15 +82,6 @@ def test_a_line_that_was_cut_short_is_dropped(folder, remains):
     assert content(folder) == before
 
 
-@pytest.mark.parametrize("remains", ["", "trial,outc"])
-def test_a_header_that_was_cut_short_is_written_again(folder, remains):
-    for name in ("trials.csv", "decisions.csv"):
-        (folder.path / name).write_text(remains)
-    folder.truncate(0)
-    folder.append_trial(scored_trial(0))
-    assert folder.read_trials() == [TrialRow.of(scored_trial(0))]
-
-
 def test_damaged_trials_are_reported(folder):
     folder.append_trial(scored_trial(0))
     path = folder.path / "trials.csv"
@@ -105,16 +96,6 @@ def test_a_folder_that_holds_a_run_is_not_free(folder, name):
     (folder.path / name).write_text("")
     with pytest.raises(OutputError, match=f"already holds a run .{name}"):
         folder.require_free()
-
-
-def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
-    (tmp_path / "file").write_text("mine")
-    with pytest.raises(OutputError, match="is a file"):
-        RunFolder(tmp_path / "file").require_free()
-    below = RunFolder(tmp_path / "file" / "run")
-    below.require_free()
-    with pytest.raises(NotADirectoryError, match="file"):
-        below.create()
 
 
 def test_a_folder_for_logs_without_any_is_not_in_the_way(folder):

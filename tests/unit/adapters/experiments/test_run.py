@@ -86,11 +86,3 @@ def test_a_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(tmp_path, 
     assert rigs.closed[-1]
     with pytest.raises(OutputError, match="already holds a run"):
         run.evaluate(1, "torque", tmp_path / "run")
-
-
-def test_lines_for_a_person_are_for_a_rig(capsys):
-    Run(QUICK, policy="torque").evaluate(1)
-    assert capsys.readouterr() == ("", "")
-    lines = []
-    Run(QUICK, policy="torque", notify=lines.append).evaluate(1)
-    assert lines[0] == QUICK.part.describe()

@@ -6,26 +6,18 @@ from math import comb
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from palpate.adapters.cli.notices import marked_line
 from palpate.adapters.experiments import (
+    Claim,
     exact_interval,
     mean_with_interval,
-    moving_average,
-    shown_interval,
     summary_of,
     t_half_width,
 )
 from palpate.adapters.experiments.statistics import learning_summary, quantile_interval
+from palpate.core.errors import ConfigurationError
 from tests.unit.adapters.samples import trial_rows
-
-
-@given(st.lists(st.floats(0.0, 100.0), max_size=60), st.integers(1, 30))
-def test_moving_average_is_the_mean_of_the_last_values(values, window):
-    plain = [np.mean(values[max(0, i + 1 - window) : i + 1]) for i in range(len(values))]
-    assert moving_average(values, window) == pytest.approx(plain, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -68,11 +60,6 @@ def test_no_interval_is_stated_where_there_are_too_few_values(quantile, fewest):
     assert quantile_interval([], quantile) is None
 
 
-def test_an_interval_is_shown_where_there_is_one():
-    assert shown_interval(1.234, 1.0, 2.0) == "1.23 [1.00, 2.00]"
-    assert shown_interval(1.234, None, None) == "1.23"
-
-
 def test_summary_counts_failures_with_their_time():
     rows = [*trial_rows(1.0, 3.0), *trial_rows(20.0, success=False)]
     rows[1] = replace(rows[1], peak_force_N=9.5)
@@ -110,11 +97,6 @@ def test_learning_shows_in_windows_of_trials_counted_from_one():
     }
 
 
-def test_windows_that_are_not_full_are_left_out():
-    assert learning_summary(trial_rows(*[8.0] * 24)) == {}
-    assert learning_summary(trial_rows(*[8.0] * 149)) == {"mean_s_1_25": 8.0}
-
-
 def test_trials_that_are_marked_are_counted_by_reason_and_told():
     rows = trial_rows(1.0, 1.0, 1.0, 1.0)
     rows[1] = replace(rows[1], marked="slots skipped (30)")
@@ -133,21 +115,22 @@ def test_three_values_by_hand():
     assert (low, high) == pytest.approx((3.0 - 4.3027 / 3**0.5, 3.0 + 4.3027 / 3**0.5), abs=1e-4)
 
 
-def test_times_are_not_negative():
-    # Two values have an interval far beyond all that can be.
-    assert mean_with_interval([15.0, 18.0], 20.0)[1:] == (0.0, 20.0)
-    _, low, high = mean_with_interval([0.1, 3.0])
-    assert low == 0.0
-    assert high is not None
-    assert high > 3.0
-
-
 def test_one_value_has_no_interval():
     assert mean_with_interval([2.5]) == (2.5, None, None)
     with pytest.raises(ValueError, match="two values"):
         t_half_width(np.ones((1, 4)))
 
 
-def test_trials_that_took_no_time_give_no_speed_up():
-    rows = trial_rows(*[0.0] * 150)
-    assert learning_summary(rows)["speed_up"] is None
+def test_as_many_trials_as_are_needed_prove_a_claim_and_one_fewer_does_not():
+    claim = Claim.parse("success >= 0.99")
+    assert claim.verdict(368, 368) == "proved"
+    assert claim.verdict(367, 367) == "inconclusive"
+    assert claim.verdict(367, 368) == "inconclusive"
+    assert claim.verdict(350, 368) == "refuted"
+    assert claim.verdict(0, 0) == "inconclusive"
+
+
+@pytest.mark.parametrize("text", ["", "success", "success > 0.9", "success >= 1", "success >= 99", "time >= 0.5"])
+def test_other_words_are_refused(text):
+    with pytest.raises(ConfigurationError, match=r"success >= SHARE"):
+        Claim.parse(text)

@@ -1,12 +1,10 @@
 """A touch model is of one peg; another one's is refused, or taken as a beginning where that is asked."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from palpate.adapters.config import overlay, scenario
-from palpate.adapters.experiments import build_perception, learning_policy, loaded_policy, perception_of, tool_in
+from palpate.adapters.experiments import build_perception, learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Hindsight, PolicyDocument, document_of
@@ -48,17 +46,3 @@ def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(learned,
     assert str(refused.value).startswith(told)
     assert "--learning.belief.other-tool" in str(refused.value)
     load(learned, overlay(other, {"learning": {"belief": {"other_tool": True}}}))
-
-
-def test_another_arm_or_clearance_may_begin_with_it(learned):
-    load(learned, replace(overlay(ROUND, {"cell": {"peg": {"clearance_mm": 0.04}}}), arm="ur5"))
-
-
-def test_a_table_is_of_no_tool():
-    config = scenario("blind")
-    perception = build_perception(config)
-    made = document_of(
-        learning_policy(config, perception), created_with={}, perception=perception_settings(config, perception)
-    )
-    assert tool_in(made) is None
-    load(made, overlay(config, {"cell": {"peg": {"cross_section": "square"}}}))

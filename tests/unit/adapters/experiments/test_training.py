@@ -115,24 +115,6 @@ def test_the_second_ctrl_c_does_not_wait():
     assert asked == [1]
 
 
-def test_a_handler_that_was_set_since_stays():
-    before, left = signal.getsignal(signal.SIGINT), interrupting(lambda: None)
-    left.__enter__()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        del left
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def test_sigterm_ends_in_order_too():
-    asked = []
-    with interrupting(lambda: asked.append(1)):
-        signal.raise_signal(signal.SIGTERM)
-    assert asked == [1]
-
-
 @pytest.mark.parametrize("text", [None, "", "[]", "{}", '{"next_trial": 1}'])
 def test_a_damaged_checkpoint_is_refused(tmp_path, text):
     folder = folder_in(tmp_path, "run")

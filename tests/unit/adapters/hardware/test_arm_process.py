@@ -2,8 +2,6 @@
 
 import json
 import mmap
-import subprocess
-import sys
 import threading
 
 import pytest
@@ -15,7 +13,7 @@ from palpate.adapters.hardware.arm_memory import _SLOT_BYTES, _WORDS_BYTES, ArmM
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
 from palpate.adapters.hardware.zebra_zero import ZebraTable
-from palpate.core.errors import CommandError, DeviceError, FaultLatchedError
+from palpate.core.errors import FaultLatchedError
 from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
 from palpate.drivers.device import ArmDriver, Measured
@@ -242,23 +240,6 @@ def test_a_process_that_hangs_keeps_nobody_waiting_and_is_a_fault(fakes, monkeyp
     assert (fakes.started[0].is_alive(), fakes.servos.life) == (False, Life.CLOSED)
 
 
-def test_an_arm_of_another_number_of_joints_is_named(fakes):
-    with pytest.raises(CommandError, match="the arm has 1 joints"):
-        fakes.send(0.0, 0.0)
-    fakes.encoder._position_rad = lambda: (0.0, 0.0)
-    fakes.pass_ms(5)
-    with pytest.raises(DeviceError, match="gives 2 joint angles, the arm has 1"):
-        fakes.arm.read()
-
-
-def test_angles_that_are_none_stop_the_arm(fakes):
-    fakes.send(0.1)
-    fakes.encoder._position_rad = lambda: (float("nan"),)
-    fakes.pass_ms(5)
-    assert "joint angles that are not finite" in str(fakes.arm.fault)
-    assert fakes.servos.send(JointCommand((0.2,))).reason is CommandReason.STOPPED
-
-
 def test_what_waited_while_its_process_stood_still_is_not_made_up_for(fakes, monkeypatch):
     sent = []
     send = fakes.servos.send
@@ -370,32 +351,3 @@ def test_the_newest_whole_note_counts():
     assert reader.status.read().joints is None
     writer.stop_asked_ns = 1 << 40
     assert (reader.stop_asked_ns, reader.stopped_ns, reader.beat_ns) == (1 << 40, 0, 0)
-
-
-WRITER = """
-import mmap, sys
-from palpate.adapters.hardware.arm_memory import ArmMemory
-
-with open(sys.argv[1], "r+b") as file:
-    memory = ArmMemory(mmap.mmap(file.fileno(), ArmMemory.BYTES))
-memory.beat_ns = 1 << 62
-print("writes", flush=True)
-while True:
-    memory.beat_ns = (1 << 62) - 1
-    memory.beat_ns = 1 << 62
-"""
-
-
-def test_a_time_that_another_process_writes_is_never_read_as_one_that_it_was_not(tmp_path):
-    path = tmp_path / "memory"
-    path.write_bytes(bytes(ArmMemory.BYTES))
-    with path.open("r+b") as file:
-        reader = ArmMemory(mmap.mmap(file.fileno(), ArmMemory.BYTES))
-    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE)
-    try:
-        assert writer.stdout is not None
-        writer.stdout.readline()
-        assert {reader.beat_ns for _ in range(1_000_000)} <= {1 << 62, (1 << 62) - 1}
-    finally:
-        writer.kill()
-        writer.communicate()

@@ -2,19 +2,16 @@
 
 import tomllib
 
-import numpy as np
 import pytest
 
 from palpate.adapters.config import EmulationConfig, RunConfig
-from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent, RigContext, emulated_cell
+from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent, RigContext
 from palpate.adapters.hardware.plugins import arm_maker
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import find_ready_pose
 from tests.virtual_time import VirtualTime
 
 _S = 10**9
-_TICK_NS = _S // CONTROL_RATE_HZ
 
 
 def emulated(arm, *events, **devices):
@@ -33,30 +30,6 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones():
     assert table["patience"] > 5.0
     assert "leave this out for real ones" in next(line for line in written.splitlines() if "patience" in line)
     arm_maker("cia402")(table, RigContext.of("zebra-zero", VirtualTime()))
-
-
-def test_a_wrench_is_as_old_at_any_moment_between_two_ticks_of_the_cell(monkeypatch):
-    """Held until the next it was up to one older, by chance: a latency of 20 ms was one of 22.5 between two sets."""
-    monkeypatch.setattr(emulated_cell, "_HUM", (0.0,) * 6)
-    cell = emulated("zebra-zero", wires="cia402")
-    cell.tick(_TICK_NS)
-    before = np.array(cell.cell.before_errors)
-    cell.tick(2 * _TICK_NS)
-    now = np.array(cell.cell.before_errors)
-    assert np.abs(now - before).max() > 0.0
-    error = np.array(cell._felt[1]) + now
-    for share in (0.0, 0.25, 1.0, 3.0):
-        line = before + (0.5 + min(share, 1.0)) * (now - before)
-        assert cell._wrench_source(round((2.0 + share) * _TICK_NS)) == pytest.approx(error - line, abs=1e-6)
-
-
-def test_a_sensor_s_noise_goes_on_where_the_cell_is_held_up():
-    """Readings that are equal in each digit are those of a sensor that is stuck, and end a run."""
-    cell = emulated("zebra-zero", wires="cia402")
-    cell.tick(_TICK_NS)
-    felt = np.array([cell._wrench_source(time_ns) for time_ns in range(10**8, 2 * 10**8, 10**6)])
-    assert np.all(np.std(felt[:, :3], axis=0) < 0.02)
-    assert len(np.unique(felt[:, 2])) == len(felt)
 
 
 def test_an_event_counts_from_the_start_or_from_the_first_motion():

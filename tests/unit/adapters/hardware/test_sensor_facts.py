@@ -1,11 +1,18 @@
 """Facts about the force sensor: what the rig file states and what the sensor reports, put together."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from palpate.adapters.config.rig import SensorFactsTable
-from palpate.adapters.hardware.sensor_facts import gathered, missing_facts, reported_by
+from palpate.adapters.contracts import FakeClock
+from palpate.adapters.hardware import TurnedForceSensor
+from palpate.adapters.hardware.sensor_facts import gathered, missing_facts
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports import WrenchSample
 from palpate.core.ports.rig import SensorFacts
+from palpate.simulation.work_cell import HiddenValues
+from tests.fake_devices import FakeForceSensor
 
 NOISE = {"noise_N": 0.08, "noise_Nm": 0.003}
 REPORTED = SensorFactsTable(range_N=(115.0, 111.0, 185.0), range_Nm=(5.6, 5.2, 6.1), rate_Hz=200.0, frame="sensor")
@@ -14,11 +21,6 @@ REPORTED = SensorFactsTable(range_N=(115.0, 111.0, 185.0), range_Nm=(5.6, 5.2, 6
 def test_stated_noise_and_reported_ranges_make_the_facts():
     facts = gathered(SensorFactsTable(**NOISE), REPORTED)
     assert facts == SensorFacts(0.08, 0.003, (115.0, 111.0, 185.0), (5.6, 5.2, 6.1), 200.0, "sensor")
-
-
-def test_a_sensor_that_reports_nothing_has_all_of_it_stated():
-    stated = SensorFactsTable(**NOISE, range_N=(50.0, 50.0, 100.0), range_Nm=(2.0, 2.0, 2.0), rate_Hz=500)
-    assert gathered(stated, reported_by(object())).frame == "sensor"
 
 
 def test_what_is_missing_is_named_with_what_to_do():
@@ -47,6 +49,11 @@ def test_a_rig_file_does_not_contradict_the_sensor(stated, field, accepted):
     assert accepted in error.value.accepted
 
 
-def test_a_rig_file_may_narrow_a_range():
-    facts = gathered(SensorFactsTable(**NOISE, range_N=(60.0, 60.0, 60.0), rate_Hz=201.0), REPORTED)
-    assert (facts.range_N, facts.rate_Hz) == ((60.0, 60.0, 60.0), 201.0)
+@given(st.floats(-180.0, 180.0), st.tuples(*[st.floats(-10.0, 10.0)] * 6))
+def test_a_turned_sensor_reads_as_if_it_were_not(turn_deg, wrench):
+    felt = HiddenValues(mounting_deg=turn_deg).felt(list(wrench), (0.0, 0.0, 1.0))
+    sensor = FakeForceSensor(FakeClock())
+    sensor.read = lambda: WrenchSample(tuple(felt[:3]), tuple(felt[3:]), 1, 2, 3)  # type: ignore[method-assign, arg-type]
+    read = TurnedForceSensor(sensor, turn_deg).read()
+    assert (*read.force_N, *read.torque_Nm) == pytest.approx(wrench, abs=1e-12)
+    assert (read.source_time_ns, read.receive_time_ns, read.sequence) == (1, 2, 3)

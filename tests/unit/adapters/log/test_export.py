@@ -102,23 +102,6 @@ def test_everything_else_of_a_trial(tmp_path):
     assert (ended["outcome"], ended["learner"], ended["depth_m"]) == ("inserted", {"q": [1]}, None)
 
 
-def test_a_log_without_an_end(tmp_path):
-    export_csv([write_log(tmp_path / "a.mcap", [tick(0)])], tmp_path / "out")
-    assert not (tmp_path / "out" / "end.json").exists()
-
-
-def test_several_logs_get_a_folder_each(tmp_path):
-    paths = []
-    for folder in ("one", "two"):
-        (tmp_path / folder).mkdir()
-        begin = start(trial=len(paths))
-        paths.append(write_log(tmp_path / folder / "trial-00000.mcap", [tick(0)], begin=begin))
-    out = tmp_path / "out"
-    folders = export_csv(paths, out)
-    assert folders == [out / "trial-00000", out / "trial-00000-2"]
-    assert [json.loads((f / "start.json").read_text())["trial"] for f in folders] == [0, 1]
-
-
 def test_files_folders_and_patterns_once_each(tmp_path):
     for name in ("b.mcap", "a.mcap", "deep/c.mcap", "notes.txt", "d.mcap.cut-short-1"):
         path = tmp_path / name

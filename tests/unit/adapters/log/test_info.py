@@ -1,14 +1,11 @@
 """What a log tells about itself."""
 
-import math
-from dataclasses import replace
-
 import pytest
 
-from palpate.adapters.log import CallEntry, EndRecord, EventEntry, LossEntry, describe, finite, info_of, read_log, table
+from palpate.adapters.log import CallEntry, EndRecord, EventEntry, LossEntry, describe, info_of, read_log, table
 from palpate.core.errors import LogError
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
-from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
+from palpate.core.ports.values import WrenchSample
+from tests.unit.adapters.log.made_logs import PERIOD_NS, start, tick, write_log
 
 MS = 1_000_000
 
@@ -50,22 +47,6 @@ def test_missing_ticks_are_counted_and_do_not_lower_the_rate(tmp_path):
     assert "16: 0 to 1, 50 to 59, 101 to 104" in describe(found)
 
 
-def test_log_that_is_cut_short_lacks_no_tick_that_anyone_knows_of(tmp_path):
-    found = info(tmp_path, [tick(k) for k in range(5)])
-    assert found.ticks.missing == 0
-    assert found.end is None
-    assert "the log ends before the trial did" in describe(found)
-
-
-def test_late_ticks_are_counted(tmp_path):
-    late = tick(3, time_ns=3 * PERIOD_NS + 2 * MS)
-    nearly = tick(5, time_ns=5 * PERIOD_NS + MS)
-    found = info(tmp_path, [tick(0), tick(1), tick(2), late, tick(4), nearly])
-    assert found.ticks.late == 1
-    assert found.ticks.lateness.max_s == pytest.approx(0.002)
-    assert found.ticks.interval.max_s == pytest.approx(PERIOD_NS * 1e-9 + 0.002)
-
-
 def test_sensor_slower_than_the_loop_gives_repeats(tmp_path):
     def held(k):
         old = k // 2 * 2
@@ -80,34 +61,6 @@ def test_sensor_slower_than_the_loop_gives_repeats(tmp_path):
     assert found.age.min_s == pytest.approx(0.001)
     assert found.age.max_s == pytest.approx(0.001 + PERIOD_NS * 1e-9)
     assert found.delivery.max_s == pytest.approx(0.001 + PERIOD_NS * 1e-9)
-
-
-def test_samples_are_counted_by_validity(tmp_path):
-    def marked(k, validity):
-        return replace(tick(k).wrench, validity=validity)  # type: ignore[type-var]
-
-    nan = JointSample((math.nan,) * 6, 0, 0, 9, Validity.INVALID)
-    ticks = [tick(0), tick(1, wrench=marked(1, Validity.SATURATED)), tick(2, wrench=marked(2, Validity.STALE))]
-    found = info(tmp_path, [*ticks, tick(3, joints=nan)])
-    assert found.force_sensor.not_valid == {"saturated": 1, "stale": 1}
-    assert found.joint_encoder.not_valid == {"invalid": 1}
-    assert "force sensor: 1 saturated, 1 stale; encoders: 1 invalid" in describe(found)
-
-
-def test_altered_commands_are_counted(tmp_path):
-    limited = AppliedCommand(POSTURE, CommandReason.VELOCITY_LIMIT)
-    stopped = AppliedCommand(POSTURE, CommandReason.STOPPED)
-    ticks = [tick(0), tick(1, applied=limited), tick(2, applied=limited), tick(3, applied=stopped)]
-    found = info(tmp_path, ticks)
-    assert found.altered_commands == {"arm is stopped": 1, "joint velocity limit": 2}
-    assert "2 joint velocity limit" in describe(found)
-
-
-def test_incomplete_ticks_are_counted(tmp_path):
-    found = info(tmp_path, [tick(0), tick(1, applied=None, asked_rad=None), tick(2, time_ns=None, wrench=None)])
-    assert found.ticks.incomplete == 2
-    assert (found.force_sensor.samples, found.joint_encoder.samples) == (2, 3)
-    assert found.ticks.duration_s == pytest.approx(PERIOD_NS * 1e-9)
 
 
 def test_errors_stops_and_losses_are_listed(tmp_path):
@@ -152,10 +105,6 @@ def test_what_if_is_said_to_be_one(tmp_path):
 def test_malformed_text_is_refused(tmp_path, changes, where):
     with pytest.raises(LogError, match=where):
         info(tmp_path, [tick(0)], begin=start(**changes))
-
-
-def test_number_that_json_does_not_know_is_null():
-    assert finite({"a": [math.nan, 1.0, (math.inf,)], "b": "nan"}) == {"a": [None, 1.0, [None]], "b": "nan"}
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
 from palpate.adapters.log.series import series_of, tare_of
 from palpate.core.errors import LogError
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.ports.values import JointSample, Validity, WrenchSample
 from palpate.core.trial.frame import goal_in_base
 from tests.support.tool import TOOL
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
@@ -153,29 +153,6 @@ def test_picture_has_forces_tip_actions_phases_and_events(tmp_path, drawn):
     assert "all commands applied as asked" in title
 
 
-def test_altered_commands_get_a_panel(tmp_path, drawn):
-    limited = AppliedCommand((POSTURE[0] + 0.002, *POSTURE[1:]), CommandReason.VELOCITY_LIMIT)
-    timeline(log(tmp_path, [tick(0), tick(1, applied=limited), tick(2)]))
-    panel = drawn.panel("applied less")
-    assert [text.get_text() for text in panel.get_legend().get_texts()] == ["joint 1"]
-    assert panel.lines[0].get_ydata() == pytest.approx([0.0, 2.0, 0.0])
-    assert "not always applied as asked" in drawn.figure.get_suptitle()
-
-
-def test_symbol_and_state_are_drawn_apart_where_they_differ(tmp_path, drawn):
-    made = DecisionEntry(tick=1, number=0, symbol="x+ y0", state="3", action="-x", source="learned")
-    timeline(log(tmp_path, [tick(k) for k in range(20)], others=[made]))
-    assert drawn.labels[3:] == ["symbol", "state", "action", "phase"]
-
-
-def test_gaps_are_grey_and_told(tmp_path, drawn):
-    timeline(log(tmp_path, [tick(k) for k in (0, 1, 5, 6)]))
-    assert "1 gap with missing ticks" in drawn.figure.get_suptitle()
-    assert "the log ends before the trial did" in drawn.figure.get_suptitle()
-    (span,) = drawn.panel("force").patches
-    assert span.get_x() == pytest.approx(PERIOD_NS * 1e-9)  # type: ignore[attr-defined]
-
-
 @pytest.mark.parametrize(
     ("ticks", "begin", "complaint"),
     [
@@ -189,15 +166,3 @@ def test_gaps_are_grey_and_told(tmp_path, drawn):
 def test_logs_that_cannot_be_drawn(tmp_path, ticks, begin, complaint):
     with pytest.raises(LogError, match=complaint):
         timeline(log(tmp_path, ticks, begin=begin))
-
-
-def test_retraction_is_a_phase_and_the_title_has_the_reason_of_the_trip(tmp_path, drawn):
-    events = [
-        EventEntry(tick=10, name="phase", detail="insert"),
-        EventEntry(tick=40, name="trip", detail="FORCE_LIMIT: force 31 N, limit 30 N"),
-    ]
-    found = log(tmp_path, [tick(k) for k in range(140)], others=events, end=EndRecord(tick=139, outcome="safety trip"))
-    assert found.phases == [(10, "insert"), (40, "retraction")]
-    timeline(found)
-    assert {"retraction", "trip"} < set(drawn.texts)
-    assert "FORCE_LIMIT: force 31 N, limit 30 N" in drawn.figure.get_suptitle()

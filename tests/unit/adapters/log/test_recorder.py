@@ -18,7 +18,7 @@ from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.golden.fault_scenario import recorded
 from tests.golden.scenarios import SCENARIOS
 from tests.support.memory_sink import MemorySink
-from tests.unit.adapters.log.made_logs import STARTING, start
+from tests.unit.adapters.log.made_logs import STARTING
 
 HOME_RAD = (0.1, -0.2, 0.3)
 
@@ -90,20 +90,6 @@ def test_tick_holds_what_passed_the_ports():
     assert record == TickRecord(
         2, now, now, bench.sensor.read(), bench.encoder.read(), command, AppliedCommand(command)
     )
-
-
-def test_start_is_asked_for_when_the_task_has_begun():
-    asked = []
-
-    def begin():
-        asked.append(8)
-        return start(trial=8)
-
-    bench = Bench(begin)
-    assert asked == []
-    bench.recorder.begun(0, bench.report)
-    assert bench.log().start.trial == 8
-    assert asked == [8]
 
 
 @pytest.mark.parametrize(
@@ -188,20 +174,6 @@ def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on():
 def _with_sequence(bench, sequence):
     now = bench.clock.now_ns()
     return WrenchSample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), now, now, sequence)
-
-
-@pytest.mark.parametrize("call", ["ticks", "calls"])
-def test_messages_are_handed_over_within_a_quarter_of_a_second(call, monkeypatch):
-    batches = []
-
-    def put(sink, batch):
-        batches.append(len(batch))
-
-    monkeypatch.setattr(MemorySink, "put", put)
-    bench = Bench.running(0)
-    for _ in range(120):
-        bench.run(1) if call == "ticks" else bench.recorder.stopped(None)
-    assert batches == [1, 35, 35, 35]  # what the trial starts with is on its way before anything can happen
 
 
 @pytest.mark.parametrize(

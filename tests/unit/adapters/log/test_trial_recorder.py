@@ -13,7 +13,7 @@ from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import baseline, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
-from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
+from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.experiments.trials import Recording
 from palpate.adapters.log import (
     TrialRecorder,
@@ -23,9 +23,8 @@ from palpate.adapters.log import (
     world_of,
 )
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.errors import ConfigurationError, DeviceError, OutputError
-from palpate.core.ports import SensorFacts, World
-from palpate.core.trial import TrialReport, TrialSetup
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.ports import SensorFacts
 from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.test_recorder import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
@@ -171,13 +170,6 @@ def test_log_without_its_end_keeps_what_it_has(setting, monkeypatch):
     log = setting.log()
     assert log.end is None
     assert len(log.ticks) == setting.task.report.ticks > 100
-
-
-def test_recorder_refuses_to_begin_before_of(tmp_path):
-    with TrialRecorder(MemorySink(), tmp_path / "logs", RecordingConfig()) as recorder:
-        with pytest.raises(OutputError, match="of"):
-            recorder.begin(trial_setup(QUICK, 0), World("simulator", {}), "trial-00000")
-        recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
 
 
 def test_logs_of_trials_that_run_again_are_set_aside(tmp_path):

@@ -93,16 +93,3 @@ def test_what_is_no_press_and_no_hole_is_refused():
         joined("height", [Estimate(1.0, 0.1)], 1.0, "m")
     with pytest.raises(UndeterminedError, match="at least 50: hold the pose longer"):
         mean_of(noise[:20])
-
-
-@pytest.mark.parametrize(
-    ("estimate", "unit", "scale", "told"),
-    [
-        (Estimate(0.400671, 4.47e-5), "mm", 1e3, "400.671 ± 0.089 mm"),
-        (Estimate(6.4802, 0.00803), "N", 1.0, "6.480 ± 0.016 N"),
-        (Estimate(123.4, 26.0), "N", 1.0, "123 ± 52 N"),
-        (Estimate(1.5, 0.0), "N", 1.0, "1.500 ± 0.000 N"),
-    ],
-)
-def test_a_value_is_told_as_far_as_its_deviation_reaches(estimate, unit, scale, told):
-    assert estimate.text(unit, scale) == told

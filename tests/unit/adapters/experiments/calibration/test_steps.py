@@ -9,8 +9,6 @@ from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments.calibration import Commissioning
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import DeviceError, UndeterminedError
-from palpate.core.motion import InverseKinematics
-from palpate.core.ports import Life
 from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import HiddenValues
 
@@ -50,36 +48,6 @@ def test_hidden_values_are_found_and_the_peg_is_inserted_by_them():
     assert height.value == pytest.approx(hole_in_base[2], abs=1e-4)
     assert stiffness.value == pytest.approx(5e3 * hidden.axial_share, rel=0.05)
     assert [x.value, y.value] == pytest.approx(hole_in_base[:2].tolist(), abs=3e-4)
-
-
-def test_where_to_tilt_is_found_before_the_arm_waits_for_commands(monkeypatch):
-    with SimulatedRig(CONFIG, READY) as rig:
-        rig.prepare(0)
-        solve, lives = InverseKinematics.solve, []
-
-        def seen(*arguments, **options):
-            lives.append(rig.ports.arm.life)
-            return solve(*arguments, **options)
-
-        commissioning = Commissioning(rig, CONFIG)
-        rig.ports.arm.deactivate()
-        monkeypatch.setattr(InverseKinematics, "solve", seen)
-        commissioning.payload()
-    assert set(lives) == {Life.CONFIGURED}
-
-
-def test_an_arm_that_reaches_few_steep_tilts_is_tilted_less():
-    config = replace(CONFIG, arm="panda")
-    with SimulatedRig(config, find_ready_pose("panda", config.tool.geometry, config.task)) as rig:
-        rig.prepare(0)
-        commissioning = Commissioning(rig, config)
-        load = commissioning.payload()
-        rotations = [
-            commissioning.arm.place(q).rotation
-            for q in commissioning._tilted(np.array(commissioning._approach.poses_rad[0]))
-        ]
-    assert load.weight_N.value == pytest.approx(9.81 * 0.35, rel=0.02)
-    assert [np.degrees(np.arccos(-r[2, 2])) for r in rotations] == pytest.approx([20.0] * 6, abs=0.2)
 
 
 def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long():

@@ -67,19 +67,6 @@ def test_setting_may_be_written_in_every_way_of_toml_and_goes_over_the_scenario(
     assert setting_of(config, "perception.channels") == ["x", "y", "tx", "ty"]
 
 
-def test_a_file_needs_a_head_only(tmp_path):
-    study = study_of("[study]", tmp_path)
-    assert (study.trials, study.policies, study.count) == (350, ("q-learning",), 1)
-    assert [each.name for each in study.conditions()] == ["q-learning,seed=0"]
-
-
-def test_names_tell_values_apart_and_are_file_names(tmp_path):
-    text = '[grid]\n"learning.examples" = ["a/b.csv", "a_b.csv", "a,seed=1.csv"]'
-    names = [each.name for each in study_of(text, tmp_path).conditions()]
-    assert len(set(names)) == 3
-    assert all("/" not in name and name.count(",") == 2 for name in names)
-
-
 def test_names_hold_tables_where_last_words_are_alike(tmp_path):
     text = '[study]\npolicies = ["torque"]\n[grid]\n"task.goal.x_mm" = [400]\n"place.x_mm" = [400]'
     assert next(study_of(text, tmp_path).conditions()).name == "torque,task.goal.x_mm=400.0,place.x_mm=400.0,seed=0"
@@ -90,12 +77,8 @@ def test_names_hold_tables_where_last_words_are_alike(tmp_path):
     [
         ("[grid]\n'task.stepp_mm' = [1]", "task.stepp_mm", "did you mean task.step_mm?"),
         ("[grid]\n'task.step_mm' = [1, 1.0]", "study", "once"),
-        ("[[grid]]\n[[grid]]", "study", "once"),
         ("[grid]\nseed = [1]", "seed", "[study]"),
-        ("[stady]", "stady", "did you mean study?"),
-        ("[study]\nseeds = true", "study.seeds", "their number"),
         ("[study]\nseeds = 10000\npolicies = ['torque', 'random']", "study", "at most 10000"),
-        ("[study]\npolicies = []", "study.policies", "q-learning"),
         (f"[grid]\n'learning.examples' = ['{'a' * 200}.csv']", "study", "at most 200 characters"),
         ("", "study file", "not empty"),
     ],

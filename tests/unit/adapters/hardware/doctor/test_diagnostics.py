@@ -1,15 +1,11 @@
 """What our own drivers report of themselves, each against its emulator in virtual time."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
-from palpate.adapters.hardware.served_arm import DriverArm
 from palpate.core.motion.arm import arm_named
-from palpate.drivers.errors import DriverError
-from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.arms import driver_arm
@@ -48,22 +44,6 @@ def zebra(desk):
     return make
 
 
-Make = Callable[..., tuple[NmcChain, DriverArm]]
-
-
-def test_zebra_reports_modules_line_and_faults(zebra):
-    chain, arm = zebra()
-    arm.driver.cycle()
-    found = arm.diagnostics()
-    assert found["fault"] == ""
-    assert found["modules"].startswith("6, servo, firmware 10")
-    assert found["line"].startswith("230400 baud")
-    assert "counts_file" in found["counters"]
-    chain.modules[2].servo.overcurrent = True
-    arm.driver.cycle()
-    assert "motor 3: overcurrent; see what holds the arm up" in arm.diagnostics()["fault"]
-
-
 @pytest.mark.parametrize(
     ("table", "word"),
     [
@@ -80,27 +60,6 @@ def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(zebra, table,
     fault = arm.diagnostics()["fault"]
     assert word in fault
     assert bool(word) == bool(fault)
-
-
-def test_cia402_reports_drives_and_a_lost_one(desk):
-    plant = IdealPlant()
-    nodes = [CanopenDrive(axis + 1, plant, axis) for axis in range(6)]
-    desk.can("can0", *nodes)
-    settings = {"interface": "virtual", "channel": "can0", "counts_per_rad": [30_557.75] * 6}
-    arm = driver_arm("cia402", settings, context(desk))
-    # What is asked of a drive that still boots is lost.
-    desk.clock.sleep(0.1)
-    arm.open()
-    arm.driver.cycle()
-    found = arm.diagnostics()
-    assert (found["fault"], found["state"]) == ("", "configured")
-    assert found["drives"].startswith("1 EMU1")
-    assert found["answers"].endswith("missing: none")
-    for node in nodes:
-        node.outgoing = lambda frames: []
-    with pytest.raises(DriverError):
-        list(iter(arm.driver.cycle, None))
-    assert "unanswered" in arm.diagnostics()["fault"]
 
 
 def test_jr3_reports_its_board(desk):

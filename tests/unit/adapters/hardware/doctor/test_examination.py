@@ -8,7 +8,7 @@ from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, examination
 from palpate.adapters.hardware.doctor.move import report_moves
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
-from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.errors import DeviceError
 from palpate.core.motion import arm_named
 from palpate.core.ports import CommandReason, JointCommand, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
@@ -96,16 +96,6 @@ def test_device_that_fails_does_not_hide_the_other(bench):
     assert bench.is_closed()
 
 
-def test_unknown_setting_is_refused_before_anything_opens(bench, monkeypatch):
-    def refuse(*_):
-        raise ConfigurationError("arm.prot", "/dev/ttyUSB0", "no such field")
-
-    monkeypatch.setattr(bench, "hosted", refuse)
-    with pytest.raises(ConfigurationError, match=r"arm\.prot"):
-        bench.reports()
-    assert bench.sensor.life is Life.CONSTRUCTED
-
-
 def test_interrupt_closes_what_is_open(bench, monkeypatch):
     def interrupted():
         raise KeyboardInterrupt
@@ -142,10 +132,6 @@ def test_arm_that_follows_is_moved_joint_by_joint_and_back():
     assert second.startswith("ok joint 2 made +1.000 of +1 mrad")
     assert first.startswith("ok joint 1 made +1.000 of +1 mrad")
     assert moves.arm.position_rad() == pytest.approx(HOME)
-
-
-def test_step_goes_away_from_a_limit():
-    assert [text.split(" of ")[1].split()[0] for text in Moves(home=(0.0, 1.0)).texts()] == ["-1", "+1"]
 
 
 @pytest.mark.parametrize(

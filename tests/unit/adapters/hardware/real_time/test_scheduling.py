@@ -5,7 +5,6 @@ import os
 import resource
 import subprocess
 import sys
-import threading
 
 import pytest
 
@@ -97,20 +96,3 @@ def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priorit
             child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
             assert child.stdout == f"{os.SCHED_OTHER}\n"
         assert os.sched_getscheduler(0) & ~FLAG == os.SCHED_OTHER
-
-
-@pytest.mark.parametrize("take", [lambda: take_real_time(1), lambda: join_loop(RealTimeConfig(scheduling=True))])
-def test_a_thread_that_joins_the_loop_stays_there(take):
-    seen = []
-
-    def join():
-        take()
-        seen.append(os.sched_getscheduler(0))
-
-    with RealTime(RealTimeConfig(scheduling=True)) as real_time:
-        if not real_time.grants[0].granted:
-            pytest.skip(str(real_time.grants[0]))
-    thread = threading.Thread(target=join)
-    thread.start()
-    thread.join()
-    assert seen == [os.SCHED_FIFO]
