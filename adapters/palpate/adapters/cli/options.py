@@ -168,8 +168,8 @@ class PlanOptions(Settings):
 class ReplayOptions(Settings):
     """Feed recorded trials back through the core and compare every command and decision, bit by bit.
 
-    Exit code 0: all equal; 1: something differs; 2: a log or an option cannot be used. With --policy, --set or --config
-    it is a what-if: 1 then says that the trial would have gone otherwise, and all that follows the first other command
+    Exit code 0: all equal; 1: something differs; 2: a log or an option cannot be used. With --policy or --set it is
+    a what-if: 1 then says that the trial would have gone otherwise, and all that follows the first other command
     is marked counterfactual.
     """
 
@@ -180,8 +180,6 @@ class ReplayOptions(Settings):
     package.module:Name."""
     set: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
     """What if: a setting, as in --set task.max_force_N=20; may be given several times."""
-    config: str = ""
-    """What if: the settings of this TOML file (a run.toml too) instead of the log's."""
     continue_in_mujoco: bool = False
     """What if: let the simulator go on from the first other command (for logs that came from it)."""
     out: str = ""

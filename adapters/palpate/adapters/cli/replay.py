@@ -9,7 +9,7 @@ from typing import Final
 
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.config import RunConfig, overlay, read_toml, run_facts
+from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.experiments import BASELINES, accepted_policies, foreign_code, foreign_entry
 from palpate.adapters.files import load_policy
 from palpate.adapters.log import aligned, find_logs
@@ -20,7 +20,6 @@ from palpate.adapters.replay import (
     WhatIf,
     exit_code,
     explanation,
-    not_checked,
     parse_setting,
     replay_files,
 )
@@ -66,11 +65,6 @@ def read_changes(options: ReplayOptions) -> Changes:
     """What the options change against the record."""
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
-    config = None
-    if options.config:
-        table = read_toml(Path(options.config))
-        run_facts(table, options.config)
-        config = overlay(RunConfig(), table)
     policy: PolicyDocument | ForeignEntry | str | None = None
     if options.policy in BASELINES:
         policy = options.policy
@@ -79,10 +73,10 @@ def read_changes(options: ReplayOptions) -> Changes:
         if not code and not os.path.exists(options.policy):
             raise ConfigurationError("policy", options.policy, accepted_policies())
         policy = foreign_entry(code) if code else load_policy(Path(options.policy))
-    changes = Changes(options.set, config, policy, options.policy)
+    changes = Changes(options.set, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"
-        raise ConfigurationError(flag, True, "a what-if: also --policy, --set or --config")
+        raise ConfigurationError(flag, True, "a what-if: also --policy or --set")
     return changes
 
 
@@ -114,8 +108,6 @@ def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict
             f" control, supervision and what decisions earned; the policy's code is not there"
             f" ({taken[0].recorded_decisions})\n"
         )
-    if len(replays) == 1 and replays[0].verdict is Verdict.EQUAL and not changes.any:
-        sys.stdout.write(f"not checked, for only the world and the recorder know it: {not_checked(replays[0])}\n")
 
 
 def table(replays: Sequence[Replay], changes: Changes) -> str:

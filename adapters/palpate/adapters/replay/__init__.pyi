@@ -1,7 +1,6 @@
 from .batch import WhatIf as WhatIf
 from .batch import exit_code as exit_code
 from .batch import explanation as explanation
-from .batch import not_checked as not_checked
 from .batch import replay_files as replay_files
 from .engine import Replay as Replay
 from .engine import Verdict as Verdict

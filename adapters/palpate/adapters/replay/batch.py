@@ -110,27 +110,4 @@ def _changes_told(changes: Changes) -> list[str]:
     told = list(changes.settings)
     if changes.policy is not None:
         told.append(f"policy {changes.policy_name}")
-    if changes.config is not None:
-        told.append("the configuration given")
     return told
-
-
-_WORLDS: Final = {
-    "true_peak_force_N": "the true peak force",
-    "true_depth_m": "the true depth",
-    "true_tip_in_task_m": "the true place of the tip",
-    "true_hole_in_task_m": "the true hole",
-    "stopped_by": "what stopped the arm",
-    "timing_json": "the time that sections of a tick took",
-}
-
-
-def not_checked(one: Replay) -> str:
-    """What of a log no output of the core depends on: what only the world, or whoever recorded it, knew."""
-    always = (
-        "the command's name, versions, processor, which world it was, times of receipt and of writing, what the arm"
-        " answered at the end, settings and last bits of samples that no output depends on"
-    )
-    if one.recorded_decisions:
-        always = f"whether the policy would decide and learn so again; {always}"
-    return "; ".join([*(_WORLDS[name] for name in one.only_told if name in _WORLDS), always])

@@ -39,7 +39,6 @@ class Replay:
         counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
             samples are no answer to what the core does. None when all commands are equal.
         other_code: Whether other code of the core recorded it; False where the log does not say.
-        only_told: Fields of the end record that nothing of the core can be held against.
         recorded_decisions: Why the decisions were taken from the log, and not made anew; empty where they were made.
     """
 
@@ -56,7 +55,6 @@ class Replay:
     problem: str = ""
     counterfactual_from: int | None = None
     other_code: bool = False
-    only_told: tuple[str, ...] = ()
     recorded_decisions: str = ""
 
 
@@ -112,7 +110,6 @@ def replay(
         note="; ".join(filter(None, (log.damage, note))),
         decisions=tuple(trial.made.of[DecisionEntry]),
         counterfactual_from=differences.first_command_tick,
-        only_told=_only_told(log),
         recorded_decisions=rebuilt.recorded_decisions,
         other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
     )
@@ -126,12 +123,6 @@ def _torn(tape: Tape) -> bool:
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
     return by_others and last is not None and last.joints is not None and last.asked_rad is None
-
-
-def _only_told(log: TrialLog) -> tuple[str, ...]:
-    end, names = log.end, ("stopped_by", "timing_json")
-    told = [] if end is None else [field.name for field in fields(end) if field.name.startswith("true_")]
-    return tuple(name for name in (*told, *names) if end is not None and getattr(end, name))
 
 
 def run_over(trial: ReplayedTrial) -> Exception | None:

@@ -67,19 +67,17 @@ class Changes:
 
     Attributes:
         settings: ``name=value`` pairs over the log's configuration.
-        config: A whole configuration instead of the log's.
         policy: Another policy: a document, what makes a foreign one, or the name of a baseline.
     """
 
     settings: tuple[str, ...] = ()
-    config: RunConfig | None = None
     policy: PolicyDocument | ForeignEntry | str | None = None
     policy_name: str = ""
 
     @property
     def any(self) -> bool:
         """Whether there are any."""
-        return bool(self.settings) or self.config is not None or self.policy is not None
+        return bool(self.settings) or self.policy is not None
 
 
 def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
@@ -87,15 +85,8 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
 
     Raises:
         ConfigurationError: A change cannot be made.
-        LogError: The log was recorded with another arm.
     """
-    recorded = config_of(log)
-    config = recorded
-    if changes.config is not None:
-        config = changes.config
-        if config.arm != recorded.arm:
-            remedy = f"the configuration's arm is {str(config.arm)!r}; replay with the log's own"
-            raise LogError(log.path, "", f"was recorded with the arm {str(recorded.arm)!r}", remedy)
+    config = config_of(log)
     for setting in changes.settings:
         table = parse_setting(setting)
         limits = table.get(SupervisionConfig.TABLE)
@@ -157,6 +148,14 @@ class Rebuilder:
             LogError: The log does not say all that it takes.
             ConfigurationError: A change does not fit.
         """
+        try:
+            return self._rebuilt(log)
+        except (PalpateError, KeyError, TypeError, ValueError) as error:
+            if isinstance(error, LogError) or (self.what_if and isinstance(error, ConfigurationError)):
+                raise
+            raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
+
+    def _rebuilt(self, log: TrialLog) -> Rebuilt:
         start = log.start
         # An interruption leaves its trace in a task, so those are not used again.
         interrupted = any(event.name == "interrupt" for event in log.events)
@@ -167,7 +166,7 @@ class Rebuilder:
         if self._kept is None or key != self._key:
             self._kept, self._key, self._supervisor = self._build(log), key, None
         config, ready, perception, policy, task = self._kept
-        sensor = _sensor(log)
+        sensor = recorded_sensor(start.world_json)
         if self._supervisor is None or sensor != self._sensor:
             self._supervisor, self._sensor = build_supervisor(config, ready, sensor), sensor
         if isinstance(policy, RecordedDecisions):
@@ -177,13 +176,11 @@ class Rebuilder:
             supervisor.latch.acknowledge("replay", "a recording moves nothing")
         if interrupted:
             self._kept = None
-        try:
-            learner, state = learner_of(policy), learner_of_json(start.learner_json)
-            if learner is not None and state is not None and self._changes.policy is None:
-                learner.set_state(state)
-        except (PalpateError, KeyError, TypeError, ValueError) as error:
-            raise LogError(log.path, "/start", f"its learner cannot be set up ({error})", "it was altered") from error
-        setup = TrialSetup(start.trial, self._seed(log, config), _pair(log, start.start_m))
+        learner, state = learner_of(policy), learner_of_json(start.learner_json)
+        if learner is not None and state is not None and self._changes.policy is None:
+            learner.set_state(state)
+        x, y = start.start_m
+        setup = TrialSetup(start.trial, self._seed(log, config), (x, y))
         other = self._changes.policy
         name = start.policy if other is None else other if isinstance(other, str) else "document"
         baseline_name = "" if name == "document" or (other is None and start.policy_json) else name
@@ -198,13 +195,9 @@ class Rebuilder:
     def _build(self, log: TrialLog) -> tuple[RunConfig, ReadyPose, Perception, Policy, Task]:
         config = changed_config(log, self._changes)
         start = log.start
-        try:
-            rotation = np.array(start.tip_rotation).reshape(3, 3)
-            ready = ReadyPose(np.array(start.ready_rad), rotation)
-            perception = perception_from_dict(json.loads(start.perception_json))
-            world: Mapping[str, Any] = json.loads(start.world_json or "{}")
-        except (PalpateError, KeyError, TypeError, ValueError) as error:
-            raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
+        ready = ReadyPose(np.array(start.ready_rad), np.array(start.tip_rotation).reshape(3, 3))
+        perception = perception_from_dict(json.loads(start.perception_json))
+        world: Mapping[str, Any] = json.loads(start.world_json or "{}")
         perception, policy = self._policy(log, config, perception, world)
         acting = policy if self._around is None else self._around(policy)
         return config, ready, perception, policy, build_task(config, ready, perception, acting)
@@ -224,10 +217,7 @@ class Rebuilder:
             return perception, self._told(log, config, perception, "an agent outside chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, baseline(other or log.start.policy, config, lambda: _hole(log, world))
-        try:
-            document = PolicyDocument.from_json_text(log.start.policy_json)
-        except PalpateError as error:
-            raise LogError(log.path, "/start", f"its policy cannot be read ({error})", "it was altered") from error
+        document = PolicyDocument.from_json_text(log.start.policy_json)
         if document.foreign is not None:
             return perception, self._foreign(log, config, perception, document, document.foreign)
         return perception, loaded_policy(document, config, perception, frozen=log.start.frozen)
@@ -236,13 +226,9 @@ class Rebuilder:
         self, log: TrialLog, config: RunConfig, perception: Perception, document: PolicyDocument, entry: ForeignEntry
     ) -> Policy:
         """The policy that others' code makes; where that is not there, what it decided when it was recorded."""
-        try:
-            document.check_matches(perception.states, task_actions(config))
-        except ConfigurationError as error:
-            raise LogError(log.path, "/start", f"its policy is of another task ({error})", "it was altered") from error
+        document.check_matches(perception.states, task_actions(config))
         if entry.code != log.start.policy:
-            problem = f"names two policies, {log.start.policy} and {entry.code}"
-            raise LogError(log.path, "/start", problem, "it was altered")
+            raise ValueError(f"it names two policies, {log.start.policy} and {entry.code}")
         if _asked(log):
             return self._told(log, config, perception, "a person chose the actions")
         try:
@@ -263,22 +249,8 @@ def _asked(log: TrialLog) -> bool:
     return any(decision.source == PERSON for decision in log.decisions)
 
 
-def _sensor(log: TrialLog) -> SensorFacts:
-    """What was known of the force sensor."""
-    try:
-        return recorded_sensor(log.start.world_json)
-    except (PalpateError, ValueError) as error:
-        raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
-
-
 def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:
     hole = world.get("hole_in_task_m")
     if not isinstance(hole, list) or len(hole) != 3:
         raise LogError(log.path, "/start", "does not say where the hole was", "only the oracle policy needs that")
     return pose_of(hole, recorded_turn(log.start.world_json), recorded_drawn(log.start.world_json))
-
-
-def _pair(log: TrialLog, values: Sequence[float]) -> tuple[float, float]:
-    if len(values) != 2:
-        raise LogError(log.path, "/start", f"start_m has {len(values)} numbers", "two are needed; it was altered")
-    return values[0], values[1]
