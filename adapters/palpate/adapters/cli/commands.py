@@ -53,7 +53,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, export"),
+    "log": Command("look at recorded trials: info, plot, score, export"),
     "render": Command("make a video of a recorded trial", "render:render", "render:RenderOptions"),
     "emulate": Command(
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
@@ -79,6 +79,7 @@ COMMANDS: dict[str, Command] = {
         "summarise logs: configuration, timing, completeness, outcome", "log:info", "log:InfoOptions"
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log:PlotOptions"),
+    "log score": Command("points of trials by a public score sheet", "log:score", "log:ScoreOptions"),
     "log export": Command("the same data as CSV files", "log:export", "log:ExportOptions"),
 }  # fmt: skip
 

@@ -40,6 +40,20 @@ class PlotOptions(Settings):
 
 
 @dataclass(frozen=True)
+class ScoreOptions(Settings):
+    """Score trials by the sheet of the AI for Industry Challenge, March 2026: 100 points at most.
+
+    75 for the insertion, 38 to 50 for a part of it, up to 25 near the hole; up to 6 for little jerk, 12 for 5 s and 6
+    for a short path; 12 less after more than 1 s above 20 N. Contact with what is off limits is not known.
+    """
+
+    files: Files = ()
+    """Logs, or folders with logs in or below them."""
+    json: bool = False
+    """Points, jerk, path and times, as a JSON list."""
+
+
+@dataclass(frozen=True)
 class ExportOptions(Settings):
     """Write logs as CSV, which keeps every bit. Rerun and Foxglove open the logs themselves."""
 
@@ -87,6 +101,20 @@ def plot(options: PlotOptions) -> int:
     with new_file(out) as passing:
         passing.write_bytes(picture)
     sys.stdout.write(f"drawn in {out}\n")
+    return 0
+
+
+def score(options: ScoreOptions) -> int:
+    """Print the points of trials."""
+    files = _logs(options.files, "score")
+    from palpate.adapters.log import read_log, score_of, score_table
+
+    scored = [score_of(read_log(name)) for name in files]
+    if options.json:
+        shown = [{**asdict(trial), "total": trial.score.total} for trial in scored]
+        sys.stdout.write(json.dumps(shown, indent=2) + "\n")
+    else:
+        sys.stdout.write(score_table(scored))
     return 0
 
 

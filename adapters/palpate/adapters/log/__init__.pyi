@@ -38,6 +38,8 @@ from .records import TickRecord as TickRecord
 from .records import policy_digest as policy_digest
 from .schema import SCHEMA as SCHEMA
 from .schema import TICK as TICK
+from .score import score_of as score_of
+from .score import score_table as score_table
 from .series import Array as Array
 from .series import Tare as Tare
 from .series import config_of as config_of

@@ -11,7 +11,7 @@ from typing import Any, Final
 from palpate.adapters.config import read_toml, run_facts
 from palpate.adapters.experiments import RunFolder, TrialRow, render_table, shown_interval, summary_of
 from palpate.adapters.files import load_policy, read_text
-from palpate.adapters.log import LOG_FOLDER, read_log
+from palpate.adapters.log import LOG_FOLDER, read_log, score_of
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
 from palpate.adapters.visualisation.report.pictures import force_picture, learning_picture, mean_s
 from palpate.adapters.visualisation.report.policy_picture import policy_picture, touch_pictures
@@ -88,7 +88,7 @@ def run_page(folder: Path, *, logs: bool) -> Page:
     if (document := run.document) is not None:
         sections.append(_policy(document))
     if logs:
-        sections.append(PageSection("Forces of single trials", pictures=tuple(_forces(run))))
+        sections.append(PageSection("Forces of single trials", _score(run), pictures=tuple(_forces(run))))
     sections.append(settings_section(folder / "run.toml"))
     notices = []
     if run.missing:
@@ -161,15 +161,27 @@ def _policy(document: PolicyDocument) -> PageSection:
     return PageSection("Policy", pictures=pictures, listing=render_table(document))
 
 
+def _log_of(run: RunSource, trial: int) -> Path:
+    return run.path / LOG_FOLDER / f"trial-{trial:05d}.mcap"
+
+
+def _score(run: RunSource) -> str:
+    """Return the mean score of the newest trials with logs."""
+    paths = [path for row in run.late[-_LATE:] if (path := _log_of(run, row.trial)).exists()]
+    if not paths:
+        return ""
+    mean = sum(score_of(read_log(path)).score.total for path in paths) / len(paths)
+    return f"Score by the sheet of the AI for Industry Challenge: {mean:.1f} of 100, mean of {len(paths)} trials."
+
+
 def _forces(run: RunSource) -> list[Picture]:
     """Return the forces of the first and the last trial, and of the one with the highest force."""
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
     chosen = {run.rows[0].trial: "first"}
     for row, words in ((run.rows[-1], "last"), (peak, "highest force")):
         chosen[row.trial] = f"{chosen[row.trial]} and {words}" if row.trial in chosen else words
-    paths = {trial: run.path / LOG_FOLDER / f"trial-{trial:05d}.mcap" for trial in chosen}
     return [
-        force_picture(read_log(paths[trial]), f"Trial {trial} ({words})")
+        force_picture(read_log(path), f"Trial {trial} ({words})")
         for trial, words in chosen.items()
-        if paths[trial].exists()
+        if (path := _log_of(run, trial)).exists()
     ]
