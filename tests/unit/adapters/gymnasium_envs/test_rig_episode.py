@@ -192,18 +192,3 @@ def test_the_loop_s_own_thread_can_close_it_as_a_garbage_collector_does(episodes
     with pytest.raises(LifecycleError):
         episodes.decide(EAST)
     assert stopped(episodes)
-
-
-def test_it_belongs_to_the_main_thread(episodes):
-    said = []
-
-    def make():
-        try:
-            on_rig(RunConfig())
-        except LifecycleError as error:
-            said.append(str(error))
-
-    thread = threading.Thread(target=make)
-    thread.start()
-    thread.join()
-    assert said == ["rig: open() is not possible while in another thread; make the environment in the main thread"]

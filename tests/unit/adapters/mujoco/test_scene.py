@@ -56,21 +56,6 @@ def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log, cell
     assert np.abs(down[:2]).max() < 1.5e-4
 
 
-def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log, cell):
-    cell.pose(course_of(log).moments[80])
-    assert cell.tip_m[2] - cell.mouth_m[2] == pytest.approx(0.0, abs=2e-4)
-
-
-def test_an_unmeasured_force_is_none(cell):
-    cell.pose(REST)
-    assert cell.force_in_base(replace(REST, force_N=None)) is None
-
-
-def test_another_number_of_joints_is_refused(cell):
-    with pytest.raises(LogError, match="7 joint angles, its arm 6 joints"):
-        cell.pose(replace(REST, joints_rad=(0.0,) * 7))
-
-
 def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path):
     def hole(world_json, end=None):
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.mcap"

@@ -1,8 +1,9 @@
-"""Where points come to lie in a picture."""
+"""Where points and arrows of forces come to lie in a picture."""
 
 import numpy as np
 import pytest
 
+from palpate.adapters.mujoco import arrow_pixels, metres_per_N, reference_N
 from palpate.adapters.mujoco.views import View, close_up, whole_arm
 
 MOUTH = np.array([0.4, 0.01, 0.02])
@@ -16,20 +17,6 @@ def test_the_target_is_in_the_middle_and_lengths_have_the_scale():
     assert view.pixel_of(np.array([0.41, 0.0, 0.05]), 640, 480) == pytest.approx(
         (320 + 0.01 * scale, 240 - 0.03 * scale)
     )
-
-
-def test_what_is_farther_away_is_smaller():
-    view = View((0.0, 0.0, 0.0), 0.5, 90.0, 0.0)
-    near, far = (view.pixel_of(np.array([0.01, y, 0.0]), 640, 480)[0] - 320 for y in (-0.25, 0.5))
-    assert near == pytest.approx(4 * far)
-
-
-def test_axes_are_right_handed_whatever_the_heading():
-    for azimuth, elevation in ((0.0, 0.0), (125.0, -18.0), (-70.0, 40.0)):
-        right, up, forward = View((0.0, 0.0, 0.0), 1.0, azimuth, elevation).axes
-        assert np.cross(right, up) == pytest.approx(-forward)
-        assert right[2] == 0.0
-        assert up[2] > 0.0
 
 
 @pytest.mark.parametrize("diameter_m", [0.005, 0.029, 0.1])
@@ -49,3 +36,25 @@ def test_the_whole_arm_is_within_its_picture():
     assert pixels.min() > 10
     assert pixels.max() < 290
     assert np.ptp(pixels, axis=0).max() > 150
+
+
+VIEW = View((0.4, 0.0, 0.02), 0.25, 90.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("largest", "reference"),
+    [(0.0, 0.5), (2.0, 1.0), (3.9, 1.0), (4.0, 2.0), (7.4, 2.0), (10.0, 5.0), (39.0, 10.0), (1e6, 5e5)],
+)
+def test_the_reference_is_a_round_number_of_about_half_the_largest_force(largest, reference):
+    assert reference_N([0.3, largest]) == reference
+    assert reference_N([]) == 0.5
+
+
+def test_an_arrow_is_as_long_as_its_force_and_points_along_it():
+    foot = np.array([0.4, 0.0, 0.02])
+    scale = metres_per_N(2.0, VIEW)
+    begin, up = arrow_pixels(VIEW, (640, 480), foot, np.array([0.0, 0.0, 4.0]), scale)
+    _, aside = arrow_pixels(VIEW, (640, 480), foot, np.array([2.0, 0.0, 0.0]), scale)
+    assert begin == pytest.approx((320.0, 240.0))
+    assert up == pytest.approx((320.0, 240.0 - 0.2 * 480))
+    assert aside == pytest.approx((320.0 + 0.1 * 480, 240.0))

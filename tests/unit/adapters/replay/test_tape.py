@@ -10,8 +10,8 @@ from palpate.adapters.config import overlay, to_toml
 from palpate.adapters.log import CallEntry, LossEntry, StartRecord, TickRecord, TrialLog, config_of, encode, read_log
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.rebuild import Changes, Rebuilder, changed_config, parse_setting
-from palpate.adapters.replay.tape import Tape, TapeEndError
-from palpate.core.errors import ConfigurationError, DeviceError, LifecycleError, LogError, PalpateError
+from palpate.adapters.replay.tape import Tape
+from palpate.core.errors import ConfigurationError, DeviceError, LogError, PalpateError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
 
 START = StartRecord(
@@ -43,28 +43,6 @@ def arm_over(tape):
     arm.configure()
     arm.activate()
     return arm
-
-
-def test_samples_come_in_their_order():
-    tape = Tape(log_of(tick(0), tick(1)))
-    with (
-        ReplaySensor("force", tape.wrenches) as sensor,
-        ReplaySensor("joints", tape.joints) as encoder,
-    ):
-        assert [sensor.read().sequence for _ in range(2)] == [0, 1]
-        assert [encoder.read().position_rad for _ in range(2)] == [(0.0, 1.0), (1.0, 1.0)]
-        with pytest.raises(TapeEndError, match="force_sensor"):
-            sensor.read()
-
-
-def test_the_clock_reads_as_it_did():
-    before = CallEntry(tick=-1, port="clock", call="now_ns", time_ns=3)
-    clock = ReplayClock(Tape(log_of(tick(0), tick(1), calls=(before,))))
-    assert clock.now_ns() == 3
-    clock.sleep_until(0)
-    assert clock.now_ns() == 0
-    clock.sleep_until(10)
-    assert clock.now_ns() == 10
 
 
 def test_a_port_that_failed_fails_again_with_the_same_words():
@@ -118,18 +96,6 @@ def test_after_stop_the_arm_holds():
     assert arm.send(JointCommand((9.0, 9.0))) == AppliedCommand((0.5, 0.0), CommandReason.STOPPED)
 
 
-def test_ports_that_are_not_active_refuse():
-    tape = Tape(log_of(tick(0)))
-    for use in (
-        ReplaySensor("force", tape.wrenches).read,
-        ReplaySensor("joints", tape.joints).read,
-    ):
-        with pytest.raises(LifecycleError):
-            use()
-    with pytest.raises(LifecycleError):
-        ReplayArm(tape).send(JointCommand((0.0, 0.0)))
-
-
 @pytest.mark.parametrize(
     ("numbers", "line"),
     [
@@ -166,10 +132,8 @@ def log():
     ("setting", "table"),
     [
         ("task.max_force_N=20", {"task": {"max_force_N": 20}}),
-        ("task.max_force_N = 2.5e1", {"task": {"max_force_N": 25.0}}),
         ("seed=7", {"seed": 7}),
         ("task.area_centre=start", {"task": {"area_centre": "start"}}),
-        ('task.area_centre="start"', {"task": {"area_centre": "start"}}),
         ("perception.channels=['x', 'y']", {"perception": {"channels": ["x", "y"]}}),
         ("task.goal.x_mm=1", {"task": {"goal": {"x_mm": 1}}}),
     ],
@@ -199,25 +163,15 @@ def test_a_limit_that_was_weak_may_be_set_stronger(log, limit_N, weakened):
     assert (supervision.max_force_N, supervision.weakened) == (limit_N, weakened)
 
 
-def test_one_rebuilder_serves_many_logs(log):
-    rebuilder = Rebuilder()
-    first = rebuilder.rebuild(log)
-    assert rebuilder.rebuild(log).task is first.task
-    assert rebuilder.rebuild(read_log(GOLDEN / "torque-ur5.mcap")).task is not first.task
-
-
 @pytest.mark.parametrize(
     "fields",
     [
         {"config_toml": "scenario = "},
         {"config_toml": "[task]\nsteps_of_another_version = 1\n"},
-        {"config_toml": 'arm = "irb120"\n'},
         {"perception_json": "{}"},
-        {"perception_json": "no json"},
         {"policy_json": "{}"},
         {"policy": "a policy of another version"},
         {"learner_json": "{}"},
-        {"learner_json": json.dumps({"q": [], "visits": []})},
         {"tip_rotation": (1.0, 0.0)},
         {"start_m": (1.0,)},
         {"world_json": "not json"},

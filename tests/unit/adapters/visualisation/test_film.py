@@ -11,8 +11,8 @@ from palpate.adapters.log import DecisionEntry, EventEntry, read_log
 from palpate.adapters.mujoco import ACTION, FORCE, Moment
 from palpate.adapters.visualisation.film import Painter, captions, require_video, write_gif, write_mp4
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, course_of
-from palpate.adapters.visualisation.film.film import HOLD_S, gif_durations_ms
-from palpate.core.errors import LogError, UsageError
+from palpate.adapters.visualisation.film.film import HOLD_S
+from palpate.core.errors import UsageError
 from palpate.core.ports import JointSample, Validity, WrenchSample
 from tests.support.graphics import INSERTION, require_graphics
 from tests.unit.adapters.log.made_logs import POSTURE, tick, write_log
@@ -25,18 +25,6 @@ def test_picture_shows_time_phase_symbol_state_action_and_force():
     assert captions.now_text(MOMENT, (0.04, -0.04, -5.06)).splitlines() == [
         "time   1.23 s", "phase  explore", "symbol x+ y0", "state  seen", "action -x (learned)", "force  5.1 N",
         "x y z  +0.0 +0.0 -5.1 N",
-    ]  # fmt: skip
-
-
-def test_missing_value_is_a_dash():
-    bare = captions.now_text(Moment(0, 0.0, POSTURE, None, None, "lift", None), None).splitlines()
-    assert bare[2:] == ["symbol -", "state  -", "action -", "force  not measured", "x y z  -"]
-
-
-def test_notes_say_whose_hole_it_is_and_whether_the_force_is_raw():
-    assert captions.notes_of(tared=True, hole_known=True, world="simulator") == ["hole: where the simulator had it"]
-    assert captions.notes_of(tared=False, hole_known=False, world="bench") == [
-        "hole: where it is believed to be", "force: raw, weight included",
     ]  # fmt: skip
 
 
@@ -86,12 +74,6 @@ def test_forces_are_tared_means_over_the_last_ticks(tmp_path):
     assert trial.moments[-1].torque_Nm == pytest.approx((0.0, 0.0, 0.0))
 
 
-def test_without_a_zero_forces_are_raw_and_it_is_known(tmp_path):
-    trial = course(tmp_path, [tick(0)])
-    assert not trial.tared
-    assert trial.moments[0].force_N == (0.0, -1.0, 3.0)
-
-
 def test_invalid_samples_are_not_drawn(tmp_path):
     nan = float("nan")
     bad_wrench = WrenchSample((nan,) * 3, (nan,) * 3, 0, 0, 5, Validity.INVALID)
@@ -103,18 +85,6 @@ def test_invalid_samples_are_not_drawn(tmp_path):
     assert trial.moments[5].joints_rad == trial.moments[4].joints_rad
     # No mean over the gap.
     assert trial.moments[6].force_N == pytest.approx((0.6, -1.0, 3.0))
-
-
-def test_trial_begins_with_the_first_tick_that_has_joint_angles(tmp_path):
-    ticks = [replace(tick(0), joints=None), replace(tick(1), time_ns=None, deadline_ns=None), tick(2), tick(3)]
-    trial = course(tmp_path, ticks)
-    assert [moment.tick for moment in trial.moments] == [2, 3]
-    assert trial.moments[0].time_s == 0.0
-
-
-def test_log_without_joint_angles_cannot_be_drawn(tmp_path):
-    with pytest.raises(LogError, match="nothing to draw"):
-        course(tmp_path, [replace(tick(k), joints=None) for k in range(3)])
 
 
 @pytest.fixture(scope="module")
@@ -170,13 +140,6 @@ def test_gif_shows_every_picture_in_its_colours_for_its_time(tmp_path):
             shown = np.array(film.convert("RGB"))
             assert np.abs(shown.astype(int) - np.array(picture)).max() < 24
     assert durations == [80, 80, 80, 80, 1080]
-
-
-def test_rounding_of_a_gifs_times_does_not_add_up():
-    durations = gif_durations_ms(61, 30.0)
-    assert set(durations[:-1]) == {30, 40}
-    assert sum(durations[:60]) == 2000
-    assert durations[-1] == 30 + 1000 * HOLD_S
 
 
 def test_pyav_without_the_encoder_is_refused(monkeypatch):

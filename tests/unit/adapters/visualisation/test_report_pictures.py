@@ -60,11 +60,6 @@ def test_a_learning_curve_begins_where_its_window_is_full():
     assert (pixels(picture.png) != 255).any()
 
 
-def test_curves_of_several_seeds_end_where_the_shortest_ends():
-    picture = learning_picture({"learner": [rows(3.0, 2.0), rows(1.0, 2.0, 9.0)]}, {})
-    assert "learner: 2 s at first, 2 s at the end" in picture.alt
-
-
 def test_a_sweep_has_a_mean_over_seeds_for_each_value():
     points = {"0.5": [rows(1.0), rows(3.0)], "0.7": [rows(1.0)]}
     picture = sweep_picture("task.step_mm", ["0.5", "0.7"], {"torque": points})
