@@ -21,7 +21,7 @@ def test_what_was_drawn_is_told_and_the_same_again(palpate, tmp_path):
     assert [len({row[name] for row in rows}) for name in DRAWN] == [2, 3, 3]
     log = tmp_path / "whole" / "logs" / "trial-00002.mcap"
     found = info_of(read_log(log))
-    assert {name: str(value) for name, value in found.what["drawn"].items()} == {name: rows[2][name] for name in DRAWN}
+    assert {name: str(value) for name, value in found["drawn"].items()} == {name: rows[2][name] for name in DRAWN}
     assert f"tilt_heading_deg {rows[2]['tilt_heading_deg']}" in describe(found)
     # A simulator set up for this trial again gives the recorded samples, or the what-if would be refused.
     palpate.succeed("replay", log, "--set", "supervision.retract_mm=16", "--continue-in-mujoco")

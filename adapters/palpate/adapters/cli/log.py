@@ -78,13 +78,13 @@ def info(options: InfoOptions) -> int:
             # One bad log must not hide the others.
             sys.stderr.write(f"palpate: {one_line(error)}\n")
     if options.json:
-        shown = finite([asdict(info) for info in infos])
+        shown = finite(infos)
         sys.stdout.write(json.dumps(shown, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     elif len(files) == 1:
         sys.stdout.write("".join(describe(info) for info in infos))
     elif infos:
         sys.stdout.write(table(infos))
-    return 0 if sum(not info.damage for info in infos) == len(files) else 2
+    return 0 if sum(not info["damage"] for info in infos) == len(files) else 2
 
 
 def plot(options: PlotOptions) -> int:
