@@ -24,7 +24,6 @@ from palpate.adapters.cli.setting_flags import SETTING_FLAGS, settings_in
 from palpate.adapters.config import (
     LEARNERS,
     OF_SOME,
-    RigFile,
     RunConfig,
     configured,
     learner_in,
@@ -71,7 +70,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     if command == "run" and (ignored := sorted({*given.get("learning", {})} - {*_EARNED})):
         told = f"--learning.{ignored[0].replace('_', '-')} changes nothing: palpate run does not learn"
         raise UsageError(f"{told}; palpate train --policy FILE does")
-    return cast("T", own.with_run(_composed(own, table, bool(facts), file, given)))
+    return cast("T", own.with_run(_composed(own, table, bool(facts), given)))
 
 
 def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[str]]:
@@ -91,60 +90,34 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
         raise UsageError(_one_line(output.getvalue())) from None
 
 
-def _composed(
-    own: RunSettings, table: dict[str, Any], is_record: bool, file: str, given: Mapping[str, Any]
-) -> RunConfig:
+def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: Mapping[str, Any]) -> RunConfig:
     """Return the configuration of files, presets, rig and settings; what is given as a flag wins."""
     rig, resumed = str(getattr(own, "rig", "")), bool(getattr(own, "resume", False))
-    scenario, learner = _preset("scenario", own.scenario, table, file), _preset("learner", own.learner, table, file)
-    learner = learner or _learner_of(own)
-    _require_of_learner(learner or "q-learning", (*given.get("learning", ()), *({} if is_record else _learning(table))))
-    job = own.job or (RigFile.load(Path(rig)).job if rig and not file else "")
     if rig:
         if "cell" in given:
             flag = f"--cell.{next(iter(given['cell']))}"
             raise UsageError(f"{flag} sets up the simulated cell; with --rig, the rig says what is true of it")
-        for tables, name in ((table, own.config), (read_job(job) if own.job else {}, own.job)):
+        for tables, name in ((table, own.config), (read_job(own.job) if own.job else {}, own.job)):
             if "cell" in tables and name:
                 sys.stderr.write(f"palpate: [cell] of {name} is ignored: the rig says what is true of it\n")
-    seed = {} if own.seed < 0 else {"seed": own.seed}
-    config = configured(
-        job or None, rig=rig, scenario=scenario, learner=learner, task=own.task, arm=own.arm,
-        settings=table, flags={**given, **seed}, measured=not resumed,
-    )  # fmt: skip
-    return with_options(config)
-
-
-def _preset(kind: str, named: str, table: Mapping[str, Any], file: str) -> str:
-    """Name of the scenario or learner; empty where neither a flag nor the file names one."""
-    written = table.get(kind)
-    if named and written is not None and named != written:
-        # The file's settings would win over the other preset's and leave it in name only.
-        raise ConfigurationError(kind, named, f"{written!r}, as in {file}, or a file that names no {kind}")
-    if written is not None and not isinstance(written, str):
-        raise ConfigurationError(kind, written, "a name")
-    return named or written or ""
-
-
-def _learner_of(own: RunSettings) -> str:
-    """Return the learner of all policy files; empty where they do not agree."""
-    if getattr(own, "from_logs", ()):
-        return "belief"
     named = getattr(own, "policy", "")
-    found = {learner_in(file) for file in ([named] if isinstance(named, str) else named)}
-    return found.pop() if len(found) == 1 else ""
-
-
-def _learning(table: Mapping[str, Any]) -> tuple[str, ...]:
-    learning = table.get("learning", {})
-    return tuple(learning) if isinstance(learning, Mapping) else ()
+    policies = {learner_in(file): file for file in ([named] if isinstance(named, str) else named)}
+    config = configured(
+        own.job or None, rig=rig, scenario=own.scenario,
+        learner=own.learner or ("belief" if getattr(own, "from_logs", ()) else ""),
+        # That of all policy files, where they agree.
+        policy=next(iter(policies.values())) if len(policies) == 1 else "", task=own.task, arm=own.arm,
+        settings=table, flags={**given, **({} if own.seed < 0 else {"seed": own.seed})}, measured=not resumed,
+    )  # fmt: skip
+    _require_of_learner(config.learner, (*given.get("learning", ()), *({} if is_record else table.get("learning", {}))))
+    return with_options(config)
 
 
 def _require_of_learner(learner: str, given: Iterable[str]) -> None:
     """Refuse settings that the learner would ignore."""
     for name in given:
         has = OF_SOME.get(name, tuple(LEARNERS))
-        if learner in LEARNERS and learner not in has:
+        if learner not in has:
             raise ConfigurationError("learner", learner, f"{' or '.join(has)}, which learning.{name} is of")
 
 

@@ -131,21 +131,28 @@ def configured(
     # How the run of a run.toml came about is no setting.
     run_facts(table, str(settings))
     file = RigFile.load(Path(rig)) if rig else None
-    job = job or (file.job if file is not None and settings is None else None)
+    job = job or (file.job if file is not None and not table else None)
     stated = read_job(job) if job else None
-    name = scenario or table.get("scenario", "paper" if stated is None else JOB)
-    named = _table(merged(table, flags or {}), "task").get("name", "")
-    if not isinstance(named, str):
-        raise ConfigurationError("task.name", named, "the name of a task")
-    if task and named not in ("", task):
-        raise ConfigurationError("task.name", named, f"{task}, which was chosen")
-    learner = learner or table.get("learner", "") or learner_in(policy) or "q-learning"
+    name = _agreed("scenario", scenario, table) or ("paper" if stated is None else JOB)
+    task = _agreed("name", task, _table(merged(table, flags or {}), "task"), "task.") or INSERTION
+    learner = _agreed("learner", learner, table) or learner_in(policy) or "q-learning"
     own: dict[str, Any] = {"arm": arm} if arm else {}
     noise = None
     if file is not None:
         (table, stated), own, noise = file.laid_over(table, stated, arm, measured=measured), {}, file.facts.noise()
     layers = {**table, "scenario": name, "learner": learner}, own, flags or {}
-    return compose(name, learner, *layers, task=task or named or INSERTION, job=stated, sensor=noise)
+    return compose(name, learner, *layers, task=task, job=stated, sensor=noise)
+
+
+def _agreed(key: str, chosen: str, table: Mapping[str, Any], before: str = "") -> str:
+    """The name of a preset; empty where neither a choice nor the settings name one."""
+    written = table.get(key, "")
+    if not isinstance(written, str):
+        raise ConfigurationError(f"{before}{key}", written, "a name")
+    if chosen and written not in ("", chosen):
+        # The settings would win over the other preset's and leave it in name only.
+        raise ConfigurationError(f"{before}{key}", chosen, f"{written!r}, as in the settings, or others without {key}")
+    return chosen or written
 
 
 def tables_of(settings: Tables) -> dict[str, Any]:

@@ -85,7 +85,9 @@ def test_arguments_win_over_settings_and_settings_over_the_preset():
     config = configured(settings=table)
     assert (config.scenario, config.arm, config.cell.hole_uncertainty_mm) == ("blind", "ur5", 1.5)
     assert configured(scenario="blind") == scenario("blind")
-    assert configured(scenario="paper", arm="zebra-zero", settings=table).arm == "zebra-zero"
+    assert configured(scenario="blind", arm="zebra-zero", settings=table).arm == "zebra-zero"
+    with pytest.raises(ConfigurationError, match="'blind', as in the settings"):
+        configured(scenario="paper", settings=table)
     assert table["scenario"] == "blind"  # the caller's own table is left as it is
 
 
