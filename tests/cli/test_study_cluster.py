@@ -86,7 +86,7 @@ def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin, addre
         other.setattr(cluster, "made_with", lambda: {"palpate": "9.9"})
         cluster.code_of.cache_clear()
         refused = run(out, "--scheduler", address)
-        assert (refused.code, refused.stderr.count("workers with palpate 9.9; tcp://127.0.0.1:")) == (2, 1)
+        assert (refused.code, refused.stderr.count("'palpate': '9.9'}; tcp://127.0.0.1:")) == (2, 1)
     cluster.code_of.cache_clear()
     workers = {process.pid: process for process in started}
     hunter = threading.Thread(target=kill_at_work, args=(out, workers, killed))

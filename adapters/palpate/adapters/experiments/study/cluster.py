@@ -84,7 +84,7 @@ class DaskWorkers(Workers):
 
     @override
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        call = self._client.get_executor(pure=False).submit(_in_same_code, code_of(), function, arguments)
+        call = self._client.get_executor(pure=False).submit(function, *arguments)
         result = Future[T]()
         call.add_done_callback(lambda done: self._hand_over(done, result))
         return result
@@ -109,10 +109,11 @@ class DaskWorkers(Workers):
         return UsageError(f"scheduler {self.address} ended; run the same command again: it continues")
 
     def _require_same_code(self) -> None:
-        own = code_of()
+        own = dict(code_of())
         for worker, code in self._client.run(code_of, on_error="return").items():
-            if code != own:
-                raise ConfigurationError("scheduler", self.address, _same_code(worker, code))
+            if isinstance(code, Exception) or dict(code) != own:
+                has = told(code) if isinstance(code, Exception) else dict(code)
+                raise ConfigurationError("scheduler", self.address, f"workers with {own}; {worker} has {has}")
         for worker, threads in self._client.nthreads().items():
             if threads > 1:
                 raise ConfigurationError("scheduler", self.address, f"{_THREADS} ({worker} has {threads})")
@@ -126,21 +127,6 @@ def code_of() -> tuple[tuple[str, str], ...]:
     for name in sorted(files):
         digest.update(name.encode() + b"\0" + files[name].read_bytes())
     return ("source", digest.hexdigest()[:12]), *made_with().items()
-
-
-def _in_same_code(code: tuple[tuple[str, str], ...], function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
-    """Make a call in a worker, which may have come later."""
-    if code_of() != code:
-        raise UsageError(f"--scheduler needs palpate's source and versions as the command has them: {dict(code)}")
-    return function(*arguments)
-
-
-def _same_code(worker: str, code: object) -> str:
-    if isinstance(code, Exception):
-        return f"workers that run this palpate; {worker} fails with {told(code)}"
-    own, theirs = dict(code_of()), dict(code)  # type: ignore[call-overload]
-    name = next(name for name in own if own[name] != theirs.get(name))
-    return f"workers with {name} {own[name]}; {worker} has {theirs.get(name)}"
 
 
 def _require_safe(address: str) -> None:

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -19,7 +20,6 @@ from palpate.adapters.config import (
     RunConfig,
     configured,
     field_value,
-    literal,
     merged,
     overlay,
     read_toml,
@@ -28,17 +28,20 @@ from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import BASELINES
 from palpate.adapters.experiments.study.condition import Condition, policy_file
 from palpate.core.errors import ConfigurationError, did_you_mean
-from palpate.core.ports import Holds, Range, Settings, fitted
+from palpate.core.ports import Holds, Range, Settings
 
 _MOST: Final = 10_000
 """Conditions of a study."""
 _LONGEST: Final = 200
 """Length of a folder's name, which gets some characters more while it is made."""
 _TABLES: Final = ("study", "base", "grid")
-_DEFAULTS: Final = RunConfig()
-_NO_SEED: Final = "seeds in the table [study]: seeds = [0, 1, 2]"
 _POLICIES: Final = f"{', '.join((*LEARNERS, *BASELINES))}, policy files, and package.module:Name"
-_SEEDS: Final = f"a list of seeds, or their number, 1 to {_MOST}"
+
+
+def _are_seeds(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return all(type(seed) is int and 0 <= seed < 2**63 for seed in value)
+    return type(value) is int and 1 <= value <= _MOST
 
 
 @dataclass(frozen=True)
@@ -48,11 +51,9 @@ class _Head(Settings):
     TABLE: ClassVar[str] = "study"
 
     trials: Annotated[int, Range(1, 1_000_000)] = 350
-    seeds: Annotated[Any, Holds(bool, _SEEDS)] = 1
+    seeds: Annotated[Any, Holds(_are_seeds, f"a list of seeds, or their number, 1 to {_MOST}")] = 1
     job: str = ""
-    policies: Annotated[
-        tuple[Annotated[str, Holds(bool, _POLICIES)], ...], Holds(bool, f"a list of names: {_POLICIES}")
-    ] = ("q-learning",)
+    policies: Annotated[tuple[str, ...], Holds(bool, f"a list of names: {_POLICIES}")] = ("q-learning",)
 
     @override
     def check(self) -> None:
@@ -66,7 +67,7 @@ class Study:
     """Every combination of settings, with every policy and every seed.
 
     Attributes:
-        base: Settings of all conditions, as nested tables. Files are named from the working folder.
+        base: Settings of all conditions, by dotted name. Files are named from the working folder.
         grids: Values of the settings that are varied; the study has all combinations of each grid.
         job: Absolute path of the job file; empty for the paper's job.
     """
@@ -92,16 +93,15 @@ class Study:
             if key not in _TABLES:
                 accepted = f"one of {', '.join(_TABLES)}{did_you_mean(key, _TABLES)}"
                 raise ConfigurationError(key, table[key], accepted)
-        head = overlay(_Head(), _table("study", table.get("study", {})))
-        base = _nested(_table("base", table.get("base", {})))
-        if "seed" in base:
-            raise ConfigurationError("seed", base["seed"], _NO_SEED)
-        grids = table.get("grid", {})
-        grids = tuple(_grid(grid) for grid in (grids if isinstance(grids, list) else [grids]))
-        for name in (name for grid in grids for name in grid):
-            _require_tables(base, name)
+        head = overlay(_Head(), table.get("study", {}))
+        base, grids = dict(_settings(table.get("base", {}))), table.get("grid", {})
+        grids = [dict(_settings(grid)) for grid in (grids if isinstance(grids, list) else [grids])]
+        if any("seed" in settings for settings in (base, *grids)):
+            raise ConfigurationError("seed", "[base] or [grid]", "seeds in the table [study]: seeds = [0, 1, 2]")
+        seeds = range(head.seeds) if isinstance(head.seeds, int) else tuple(head.seeds)
         job = str(path.resolve().parent / head.job) if head.job else ""
-        study = cls(head.trials, _seeds(head.seeds), head.policies, base, grids, job)
+        values = tuple({name: _values(name, found) for name, found in grid.items()} for grid in grids)
+        study = cls(head.trials, seeds, head.policies, base, values, job)
         if study.count > _MOST:
             raise ConfigurationError("study", f"{study.count} conditions", f"at most {_MOST}")
         return study
@@ -144,7 +144,7 @@ class Study:
 
     def _config(self, fields: Mapping[str, Any], policy: str) -> RunConfig:
         """The configuration of a condition; trials are not recorded unless the file says so."""
-        table = merged({"recording": {"enabled": False}}, self.base, _nested(fields))
+        table = _nested({"recording.enabled": False, **self.base, **fields})
         learner = policy if policy in LEARNERS else ""
         config = configured(self.job or None, learner=learner, policy=policy, settings=table)
         memory, examples = config.perception.memory, config.learning.examples
@@ -155,52 +155,27 @@ class Study:
         )
 
 
-def _table(name: str, value: Any) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise ConfigurationError(name, value, f"a table, [{name}]")
-    return value
+def _settings(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield settings by dotted name, however TOML writes them."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _settings(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
 
 
-def _nested(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table whose keys may be dotted names as tables in tables."""
-    tables = []
-    for name, value in table.items():
-        inner: Any = _nested(value) if isinstance(value, Mapping) else value
-        for key in reversed(name.split(".")):
-            inner = {key: inner}
-        tables.append(inner)
-    return merged(*tables)
+def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings as tables in tables."""
+    return merged(
+        *(reduce(lambda inner, key: {key: inner}, reversed(name.split(".")), value) for name, value in settings.items())
+    )
 
 
-def _require_tables(base: Mapping[str, Any], name: str) -> None:
-    """Refuse what a setting of a grid would replace without a word."""
-    table: Any = base
-    path = name.split(".")[:-1]
-    for count, key in enumerate(path, start=1):
-        table = table.get(key, {})
-        if not isinstance(table, Mapping):
-            raise ConfigurationError(".".join(path[:count]), table, "a table")
-
-
-def _grid(table: Any) -> dict[str, tuple[Any, ...]]:
-    return dict(_axes(_table("grid", table)))
-
-
-def _axes(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, tuple[Any, ...]]]:
-    for key, values in table.items():
-        name = f"{before}{key}"
-        if isinstance(values, Mapping):
-            yield from _axes(values, f"{name}.")
-            continue
-        if name == "seed":
-            raise ConfigurationError(name, values, _NO_SEED)
-        if not isinstance(values, list):
-            plain = _plain(field_value(_DEFAULTS, name, values))
-            raise ConfigurationError(f"grid.{name}", values, f"a list of values, as in [{literal(plain)}]")
-        if not values:
-            raise ConfigurationError(f"grid.{name}", values, "at least one value")
-        # In one form: 1 is 1.0 where a float is meant.
-        yield name, tuple(_plain(field_value(_DEFAULTS, name, value)) for value in values)
+def _values(name: str, values: Any) -> tuple[Any, ...]:
+    """Return the values of a grid's setting in one form: 1 is 1.0 where a float is meant."""
+    if not isinstance(values, list) or not values:
+        raise ConfigurationError(f"grid.{name}", values, "a list of at least one value")
+    return tuple(_plain(field_value(RunConfig(), name, value)) for value in values)
 
 
 def setting_of(config: RunConfig, name: str) -> Any:
@@ -217,14 +192,6 @@ def _plain(value: Any) -> Any:
 
 def _absolute(path: str) -> str:
     return os.path.abspath(path) if path else ""
-
-
-def _seeds(value: Any) -> Sequence[int]:
-    if isinstance(value, (list, tuple)):
-        return tuple(fitted("study.seeds", seed, Annotated[int, Range(0, 2**63 - 1)]) for seed in value)
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST:
-        raise ConfigurationError("study.seeds", value, _SEEDS)
-    return range(value)
 
 
 def _word(value: Any) -> str:
