@@ -41,7 +41,7 @@ def test_an_automaton_comes_of_walks(palpate, desk, monkeypatch):
     assert named == [f"c{number}" for number in range(len(named))] != []
     made = files_in(desk / "one")
     assert set(made) == {"automaton.json", "automaton.dot", "automaton.svg", "network.json", "report.json",
-                         "hidden.png", "training.png"}  # fmt: skip
+                         "hidden.png"}  # fmt: skip
     report = json.loads(made["report.json"])
     machine = load_automaton(desk / "one" / "automaton.json")
     assert report["states"] == len(machine.transitions)

@@ -27,7 +27,6 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     TrialRow,
-    moving_average,
     render_table,
     run_toml,
 )
@@ -50,17 +49,19 @@ def train(options: TrainOptions) -> int:
             return 0
     with logs_named(options, folder), ExitStack() as shown:
         live = shown.enter_context(watched(options))
-        bars: list[TrainingBar] = []
+        bars, rows = list[Any](), list[TrialRow]()
 
         def begin(_: RunFolder, first: int) -> None:
             _announce(config, folder, options.trials, first)
-            bar = shown.enter_context(progress(options.trials, "trial", initial=first))
-            bars.append(TrainingBar(bar, folder.read_trials()))
+            rows.extend(folder.read_trials())
+            bars.append(shown.enter_context(progress(options.trials, "trial", initial=first)))
 
         def finished(scored: ScoredTrial) -> None:
+            rows.append(TrialRow.of(scored))
             if options.rig:
-                bars[0].write(trial_line(TrialRow.of(scored)))
-            bars[0].update(scored)
+                bars[0].write(trial_line(rows[-1]), sys.stdout)
+            bars[0].set_postfix_str(_lately(rows[-WINDOW:]))
+            bars[0].update()
 
         result = run_of(options, live).train(
             options.trials, folder.path, options.policy,
@@ -123,27 +124,12 @@ def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> 
         say(f"only {share:.1%} of the holes lie inside the exploration area: no strategy can do much better")
 
 
-class TrainingBar:
-    """The progress of a training: how many trials, and the mean time and success of the last ones."""
-
-    def __init__(self, bar: Any, rows: Sequence[TrialRow]) -> None:
-        self._bar, self._times_s = bar, [row.exploration_time_s for row in rows]
-        self._wins = [row.success for row in rows]
-
-    def write(self, line: str) -> None:
-        """Print a line between those of the progress."""
-        self._bar.write(line, sys.stdout)
-
-    def update(self, scored: ScoredTrial) -> None:
-        """Count a trial."""
-        self._times_s.append(scored.exploration_time_s)
-        self._wins.append(scored.success)
-        recent, temperature = self._wins[-WINDOW:], scored.report.temperature
-        self._bar.set_postfix_str(
-            f"time {moving_average(self._times_s[-WINDOW:])[-1]:.2f} s, success {sum(recent) / len(recent):.0%}"
-            + ("" if temperature is None else f", temperature {temperature:.2f}")
-        )
-        self._bar.update()
+def _lately(rows: Sequence[TrialRow]) -> str:
+    """Mean time and success of the last trials."""
+    count, temperature = len(rows), rows[-1].temperature
+    text = f"time {sum(row.exploration_time_s for row in rows) / count:.2f} s"
+    text += f", success {sum(row.success for row in rows) / count:.0%}"
+    return text if temperature is None else f"{text}, temperature {temperature:.2f}"
 
 
 def results_line(rows: Sequence[TrialRow]) -> str:

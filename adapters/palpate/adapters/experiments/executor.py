@@ -3,14 +3,13 @@
 import os
 import signal
 import threading
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from contextlib import closing, contextmanager
 from itertools import chain, islice
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Protocol, TypeVar
 
 from typing_extensions import override
 
@@ -20,18 +19,15 @@ T = TypeVar("T")
 _ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")}
 
 
-class Workers(ABC):
+class Workers(Protocol):
     """Run up to :meth:`count` calls at a time."""
 
-    @abstractmethod
     def count(self) -> int:
         """Return how many calls they take at a time."""
 
-    @abstractmethod
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
         """Begin a call; there must be less than :meth:`count` of them."""
 
-    @abstractmethod
     def close(self) -> None:
         """End the workers, and what they are at."""
 
@@ -39,12 +35,12 @@ class Workers(ABC):
 class ThisProcess(Workers):
     """One call after the other in this process."""
 
-    @override
     def count(self) -> int:
+        """Return 1."""
         return 1
 
-    @override
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Make a call."""
         future = Future[T]()
         try:
             future.set_result(function(*arguments))
@@ -52,7 +48,6 @@ class ThisProcess(Workers):
             future.set_exception(error)
         return future
 
-    @override
     def close(self) -> None:
         """Nothing of it outlives a call."""
 

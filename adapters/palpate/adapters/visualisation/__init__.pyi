@@ -1,4 +1,3 @@
 from .automaton import machine_picture as machine_picture
 from .learned import hidden_picture as hidden_picture
-from .learned import training_picture as training_picture
 from .viewer import viewed as viewed

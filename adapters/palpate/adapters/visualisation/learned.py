@@ -1,4 +1,4 @@
-"""Pictures of an inference: its hidden space and its training."""
+"""The picture of an inference: its hidden space."""
 
 from typing import Final
 
@@ -33,31 +33,4 @@ def hidden_picture(inference: Inference) -> bytes:
         more = "" if hidden.shape[1] <= 2 else f" (2 of {hidden.shape[1]} units)"
         sizes = f"{chosen.raw_states} cells (c), {chosen.states} states when minimised"
         axes.set_title(f"Hidden states, q = {chosen.intervals}: {sizes}{more}", fontsize=10)
-    return canvas.content
-
-
-def training_picture(inference: Inference) -> bytes:
-    """Lowest and median loss of each batch of networks, by step; a PNG file."""
-    from matplotlib.ticker import LogFormatter
-
-    with drawing(7.0, 4.2, 110) as canvas:
-        axes = canvas.figure.add_subplot()
-        curve = inference.training.curve
-        for number, first in enumerate(sorted({point.restart for point in curve})):
-            points = [point for point in curve if point.restart == first]
-            steps = [point.step for point in points]
-            colour = f"C{number % 10}"
-            axes.plot(
-                steps, [point.best_loss for point in points], color=colour, label=f"networks from {first}: lowest"
-            )
-            axes.plot(steps, [point.median_loss for point in points], color=colour, linestyle=":", label="median")
-        axes.set_xlabel("step")
-        axes.set_ylabel("training loss, nats")
-        axes.set_yscale("log")
-        # 1.2, and not 1.2 x 10^0; over two decades and more powers of ten alone.
-        axes.yaxis.set_major_formatter(LogFormatter())
-        axes.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(2.0, 0.5)))
-        axes.grid(visible=True, color="0.9")
-        axes.legend(fontsize=8)
-        axes.set_title(inference.training.summary, fontsize=9)
     return canvas.content

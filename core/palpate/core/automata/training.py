@@ -65,7 +65,6 @@ class Progress:
     restart: int
     step: int
     best_loss: float
-    median_loss: float
     consistent: int
 
 
@@ -230,9 +229,7 @@ class _Batch:
                 self._best[name] = _chosen(better, value, self._best[name])
             self._losses = torch.where(better, losses, self._losses)
             self._right |= right
-        return Progress(
-            self._first, step, float(losses.min()), float(losses.median()), self._before + int(self._right.sum())
-        )
+        return Progress(self._first, step, float(losses.min()), self._before + int(self._right.sum()))
 
 
 def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
