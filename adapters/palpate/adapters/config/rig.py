@@ -100,6 +100,8 @@ class RigFile(Settings):
     """The force sensor."""
     approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
     """Joint speed of the move to the ready pose, before the first trial."""
+    arm_lag_ms: Annotated[float, Range(0.0, 500.0)] | None = None
+    """Time by which the arm follows its commands; that of the job's limits if not given."""
     operator: OperatorTable = OperatorTable()
     """What stops the arm at a person's word."""
     watchdog: WatchdogTable = WatchdogTable()
@@ -138,7 +140,7 @@ class RigFile(Settings):
             if not isinstance(value, Mapping):
                 raise ConfigurationError(name, value, f"a table [{name}] in {path}")
         rig = {"name": path.stem, **table.get("rig", {})}
-        require_keys("rig", rig, ["name"], ["approach_rad_s", "emulated", "real_time_factor", "job"])
+        require_keys("rig", rig, ["name"], ["approach_rad_s", "arm_lag_ms", "emulated", "real_time_factor", "job"])
         if isinstance(job := rig.get("job"), str) and job:
             rig["job"] = str(path.resolve().parent / job)
         sensor = dict(table["force_sensor"])
@@ -185,6 +187,9 @@ class RigFile(Settings):
         own: dict[str, Any] = {} if kept else {"arm": self.arm_model(named)}
         real = {key: value for key, value in table.items() if key != "cell"}
         drawing = None if job is None else {key: value for key, value in job.items() if key != "cell"}
+        if self.arm_lag_ms is not None:
+            limits = {"limits": {"lag_ms": self.arm_lag_ms}}
+            own, drawing = merged(own, limits), None if drawing is None else merged(drawing, limits)
         return merged(real, found, own), drawing
 
     def arm_model(self, given: str = "") -> str | ArmDescription:

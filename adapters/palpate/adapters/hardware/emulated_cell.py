@@ -98,6 +98,7 @@ class EmulatedCell:
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
         if (factor := self.emulation.real_time_factor) != 1.0:
             lines.append(f"real_time_factor = {factor}\n")
+        lines += [f"arm_lag_ms = {self.arm.lag_ms}\n"]
         lines += [f"job = {literal(job)}\n"] if job else []
         sensor = {**self.sensor.entries(), "facts": self.sensor.facts}
         # An arm by its URDF is in the job file.

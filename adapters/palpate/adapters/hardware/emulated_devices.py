@@ -68,10 +68,12 @@ class EmulatedArm(EmulatedDevice):
 
     Attributes:
         hold: Keeps the server's thread off the motors while it is entered.
+        lag_ms: Time by which the joints follow commands, from computer to computer; measured.
         in_flange: The arm's own force sensor.
     """
 
     motors: Motors
+    lag_ms: float
     hold: Callable[[], AbstractContextManager[Any]] = nullcontext
     in_flange: EmulatedDevice | None = None
 
@@ -113,7 +115,7 @@ def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, co
         "adapter_latency_ms": 0.0, "divider": emulation.divider, "at_home": True,
         "counts_file": counts_file, "reset_wait_ms": 20.0,
         "patience": 1.0 / emulation.real_time_factor,
-    }, motors=plant, hold=server.exclusive)  # fmt: skip
+    }, motors=plant, lag_ms=40.0, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: chain.set_power(powered=False))
     return arm
@@ -127,7 +129,7 @@ def _cia402(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs) -
     arm = EmulatedArm(server, lambda: {
         "adapter": "cia402", "interface": "slcan", "channel": server.path, "divider": emulation.divider,
         "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
-    }, motors=motors, hold=server.exclusive)  # fmt: skip
+    }, motors=motors, lag_ms=40.0, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: _lose_voltage(drives))
     return arm
@@ -140,7 +142,7 @@ def _ur(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: Clo
     facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
     arm = EmulatedArm(
         server, lambda: {"adapter": "ur-rtde", "host": server.host, "guard_N": 45.0, "patience": 5.0},
-        motors=controller, hold=server.exclusive,
+        motors=controller, lag_ms=45.0, hold=server.exclusive,
         in_flange=EmulatedDevice(nullcontext(), lambda: {"adapter": "ur-rtde", "host": server.host}, facts=facts),
     )  # fmt: skip
     arm.faults |= {
@@ -168,7 +170,7 @@ def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: C
     return EmulatedArm(
         server, lambda: {**network(), "commands": f"/{server.commands}", "patience": 5.0},
         {"cable-pulled": lambda: setattr(server, "is_unplugged", True)},
-        motors=robot, hold=server.exclusive, in_flange=wrench,
+        motors=robot, lag_ms=25.0, hold=server.exclusive, in_flange=wrench,
     )  # fmt: skip
 
 

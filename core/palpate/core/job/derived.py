@@ -37,6 +37,8 @@ NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 _LETS_GO: Final = 4.0
 """Change of force over press within a sample where a peg slips off an edge: a search bends the gripper by twice its
 press, sqrt(1.3^2 + 1.5^2) of dither and edge, and a rebound without damping doubles it; 2.6 were measured."""
+_GAIN_TIMES_LAG: Final = 0.7
+"""Of the regulated force, its gain times the arm's lag: above 1 it rings, and from pi / 2 on it swings for ever."""
 JAMS_FROM: Final = 0.8
 """Jam number from which the pressing force of the insertion grows."""
 _OVER_JAM: Final = 1.3
@@ -107,6 +109,7 @@ class Quantities:
         height_m: Largest error of the plate's height.
         mass_kg: Mass of all that hangs on the sensor.
         speed_m_s: Highest speed in free space.
+        lag_s: Time by which the arm follows its commands.
     """
 
     radius_m: float
@@ -128,6 +131,7 @@ class Quantities:
     rigid_kg: float
     force_N: float
     speed_m_s: float
+    lag_s: float
     noise_N: float
     noise_Nm: float
     tolerance_m: float
@@ -156,6 +160,7 @@ class Quantities:
             rigid_kg=tool.rigid_mass_kg,
             force_N=job.limits.force_N,
             speed_m_s=job.limits.speed_mm_s * 1e-3,
+            lag_s=job.limits.lag_ms * 1e-3,
             noise_N=sensor.noise_N,
             noise_Nm=sensor.noise_Nm,
             tolerance_m=part.depth_tolerance_mm * 1e-3,
@@ -234,6 +239,8 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         damping_N_s_per_m=max(
             # Half the bound of stability of the sampled law, and what rounding takes.
             2.01 * job.axial_N_per_m * known.period_s,
+            # An arm that lags by more than about one period swings sooner.
+            job.axial_N_per_m * job.lag_s / _GAIN_TIMES_LAG,
             # A gripper that is moved is late by its damper: the share of the press that this hides stays below 0.3.
             2.0 * job.damping_ratio * critical_N_s_per_m / 0.3,
             press_N / known.speed_in_air_m_s,

@@ -222,6 +222,8 @@ class LimitsConfig(Settings):
     """Highest force on the part."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Highest speed of the tip in free space."""
+    lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0
+    """Time by which the arm follows its commands: force is regulated more slowly where it is longer."""
 
 
 @dataclass(frozen=True)
