@@ -76,33 +76,6 @@ def test_misspelt_command_is_refused_with_the_nearest_one(palpate):
     assert "did you mean info?" in palpate.refusal("log", "inof")
 
 
-SLIM = """
-import sys
-
-class Left:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == "torch":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-sys.meta_path.insert(0, Left())
-from palpate.adapters.cli.main import main
-words = ["train", "--task.time-limit-s", "0.5", "--trials", "1", "--out", "run"]
-print([main(one) for one in (words, ["replay", "run"], ["infer", "strings.txt", "--out", "automaton"])])
-"""
-"""Without torch from the start; a process that has it cannot be rid of it again."""
-
-
-def test_without_what_a_slim_install_leaves_out_trials_run_and_what_needs_it_says_so(tmp_path, monkeypatch):
-    """The whole of a slim install is measured in an environment of its own, docs/results.md."""
-    monkeypatch.chdir(tmp_path)
-    Path("strings.txt").write_text("a b a\nb a\na a b b\n" * 4)
-    done = subprocess.run([sys.executable, "-c", SLIM], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[0, 0, 2]"
-    assert "1 of 1 equal" in done.stdout
-    refused = done.stderr.splitlines()[-1]
-    assert refused == "palpate: this needs torch, which a slim install leaves out: pip install torch"
-
-
 class FullDisk(io.StringIO):
     """An output that takes nothing."""
 

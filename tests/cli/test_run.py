@@ -28,16 +28,18 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate, trained, tmp_path):
     assert "2 of 2 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 
-def test_a_claim_is_judged_and_the_logs_of_several_processes_replay(palpate):
-    run = ("run", "--task.ready-height-mm", 1, "--policy", "oracle")
+def test_a_claim_is_judged_and_trials_are_the_same_in_one_process_and_in_two_and_replay(palpate):
+    words = ("run", "--task.ready-height-mm", 1, *QUICK, "--policy", "oracle", "--trials", BLOCK + 2)
     # Workers keep the folder in which they were begun.
-    printed = palpate.succeed(*run, "--trials", 12, "--out", "two", "--jobs", 2, "--claim", "success >= 0.7")
+    printed = palpate.succeed(*words, "--out", "two", "--jobs", 2, "--claim", "success >= 0.7")
     assert "success 100.0% (95 % interval 73.54% to 100.00%)" in printed
     assert "claim success >= 0.7: proved" in printed
     assert "12 of 12 equal" in palpate.succeed("replay", "two", "--jobs", 1)
-    done = palpate(*run, "--trials", 1, "--out", "one", "--recording.no-enabled", "--claim", "success >= 0.99")
+    done = palpate(*words, "--out", "one", "--recording.no-enabled", "--claim", "success >= 0.99")
     assert done.code == 1
     assert "claim success >= 0.99: inconclusive" in done.stdout
+    for name in ("trials.csv", "decisions.csv"):
+        assert Path("one", name).read_bytes() == Path("two", name).read_bytes()
 
 
 COUNTING = """
@@ -52,14 +54,6 @@ class Counting(FixedPolicy):
     def choose(self, observation):
         return Decision(Action(f"trial {self.trials}", (1e-4, 0.0)), None, "counting")
 """
-
-
-def test_policies_that_keep_nothing_give_the_same_trials_in_one_process_and_in_two(palpate, trained):
-    words = ("run", *QUICK, "--policy", trained / "policy.json", "--trials", BLOCK + 2, "--recording.no-enabled")
-    for jobs in (1, 2):
-        palpate.succeed(*words, "--jobs", jobs, "--out", str(jobs))
-    for name in ("trials.csv", "decisions.csv"):
-        assert Path("1", name).read_bytes() == Path("2", name).read_bytes()
 
 
 def test_one_policy_object_serves_all_trials_of_one_process(palpate, monkeypatch):

@@ -30,16 +30,14 @@ SQUARE = {
     "config": {"learner": "skills", "task": {"time_limit_s": 2.5, "options": CORNERS}},
 }
 KINDS = [
-    (PEG_INSERTION, {"config": SHORT}),
     (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),
     (PEG_INSERTION, {"config": SHORT, "observations": "raw", "scenario": "blind", "arm": "ur5"}),
     (PEG_INSERTION_6DOF, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
     (PEG_INSERTION_6DOF, SQUARE),
 ]
-kinds = pytest.mark.parametrize(("name", "arguments"), KINDS)
 
 
-@kinds
+@pytest.mark.parametrize(("name", "arguments"), KINDS)
 def test_gymnasiums_own_checker_finds_nothing(name, arguments):
     # Warnings are errors here.
     env = gymnasium.make(name, **arguments)
@@ -97,7 +95,7 @@ def episodes(env, seed, count, steps=4):
     return said
 
 
-@pytest.mark.parametrize(("name", "arguments"), [KINDS[1], KINDS[2], KINDS[4]])
+@pytest.mark.parametrize(("name", "arguments"), [KINDS[0], KINDS[1], KINDS[3]])
 def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name, arguments):
     env, other = gymnasium.make(name, **arguments), gymnasium.make(name, **arguments)
     first = episodes(env, 7, 2)

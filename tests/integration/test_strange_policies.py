@@ -71,7 +71,7 @@ def test_it_is_trained_run_shown_and_compared(palpate, trained):
     assert (start.policy, start.frozen) == (DRIFT, True)
     assert '"holes":2' in start.learner_json.replace(" ", "")
     assert DRIFT in palpate.succeed("log", "info", "learned/logs/trial-00000.mcap")
-    table = palpate.succeed("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 1)
+    table = palpate.succeed("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 0.3)
     assert "Drift" in table
     palpate.succeed("report", "learned")
     palpate.succeed("train", "--policy", DRIFT, "--trials", 1, "--out", "resumed")

@@ -1,7 +1,14 @@
-"""Arms of our own drivers, by the name of their adapter."""
+"""Arms of our own drivers, by the name of their adapter; the arms that tests of physics take."""
+
+import pytest
 
 from palpate.adapters.hardware.plugins import arm_maker
 from palpate.adapters.hardware.served_arm import DriverArm
+from palpate.core.motion.arm import ARMS
+
+FEW_ARMS = ("zebra-zero", "ur10", "panda")
+"""With the largest errors of ``python -m benchmarks.physics``."""
+EVERY_ARM = [arm if arm in FEW_ARMS else pytest.param(arm, marks=pytest.mark.nightly) for arm in ARMS]
 
 
 def driver_arm(name, settings, context):

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, ComplianceConfig, PegConfig
+from tests.support.arms import EVERY_ARM
 from tests.support.physics_bench import Bench, headings, offsets_m, quiet
 
 FLAT_M = 6e-3
 """So far beside the hole the plate carries the peg on both sides of its axis, and it rests flat."""
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", EVERY_ARM)
 def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm):
     with Bench(quiet(arm)) as bench:
         for offset_m in (*offsets_m(4), FLAT_M):
@@ -22,7 +22,7 @@ def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm):
         assert bench.rig.truth().depth_m <= 5e-6
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", EVERY_ARM)
 def test_pressing_is_steady(arm):
     with Bench(quiet(arm)) as bench:
         for offset_m in (1e-3, FLAT_M):
@@ -31,7 +31,7 @@ def test_pressing_is_steady(arm):
             assert bench.measurement.force_N[2] == pytest.approx(-bench.press_N, rel=0.01)
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", EVERY_ARM)
 @pytest.mark.parametrize("depth_m", [4e-3, 9.5e-3])
 def test_the_play_in_the_hole_is_the_clearance(arm, depth_m):
     with Bench(quiet(arm)) as bench:
@@ -39,7 +39,7 @@ def test_the_play_in_the_hole_is_the_clearance(arm, depth_m):
         assert [bench.play_m(heading) for heading in headings(4)] == pytest.approx([75e-6] * 4, abs=20e-6)
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", EVERY_ARM)
 def test_the_peg_does_not_chatter_on_the_wall(arm):
     with Bench(quiet(arm)) as bench:
         for heading in headings(4):
@@ -79,7 +79,7 @@ def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(arm, section, clea
         assert bench.penetration_m() <= 5e-6
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", EVERY_ARM)
 def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm):
     def at_rest(mass_kg):
         with Bench(quiet(arm, compliance=ComplianceConfig(moving_mass_kg=mass_kg))) as bench:

@@ -1,11 +1,9 @@
 """A trial is a function of configuration, seed and number: to the last bit, in any process, after any other trial."""
 
 import os
-import platform
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,34 +23,27 @@ def short_run(arm):
     )
 
 
-@cache
-def digests_here(arm):
-    return digests(short_run(arm), range(2))
-
-
-def digests_of_a_fresh_process(arm, **processor):
+@pytest.mark.parametrize(
+    ("variables", "needed"),
+    [
+        ({}, ""),
+        ({"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"}, "pni"),
+        pytest.param({"OPENBLAS_CORETYPE": "Haswell"}, "avx2", marks=pytest.mark.nightly),
+        pytest.param({"OPENBLAS_CORETYPE": "SkylakeX"}, "avx512bw", marks=pytest.mark.nightly),
+    ],
+)
+def test_a_fresh_process_repeats_every_command_and_sample_on_any_processor(variables, needed):
+    if needed and needed not in Path("/proc/cpuinfo").read_text().split():
+        pytest.skip(f"this processor has no {needed}: its kernels would end the process")
     program = (
         "from tests.integration.physics import test_reproducible as t\n"
-        f"print(*t.digests(t.short_run({arm!r}), range(2)))"
+        "print(*t.digests(t.short_run('zebra-zero'), range(2)))"
     )
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "random", **processor}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "random", **variables}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    return done.stdout.split()
-
-
-def test_a_fresh_process_repeats_every_command_and_sample():
-    assert len(set(digests_here("panda"))) == 2
-    assert digests_of_a_fresh_process("panda") == digests_here("panda")
-
-
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="these are the kernels of x86-64 processors")
-@pytest.mark.parametrize(("kernels", "needed"), [("Prescott", "pni"), ("Haswell", "avx2"), ("SkylakeX", "avx512bw")])
-def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels, needed):
-    if needed not in Path("/proc/cpuinfo").read_text().split():
-        pytest.skip(f"this processor has no {needed}: its kernels would end the process")
-    vectors = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"} if kernels == "Prescott" else {}
-    there = digests_of_a_fresh_process("zebra-zero", OPENBLAS_CORETYPE=kernels, **vectors)
-    assert there == digests_here("zebra-zero")
+    here = digests(short_run("zebra-zero"), range(2))
+    assert len(set(here)) == 2
+    assert done.stdout.split() == here
 
 
 def test_a_trial_alone_equals_the_trial_in_a_sequence():
