@@ -1,6 +1,5 @@
 """The adapters behind ROS 2 against an emulated robot, by DDS over the loopback of this computer."""
 
-import signal
 import time
 from itertools import pairwise
 
@@ -68,15 +67,13 @@ def lead(arm, seconds):
         time.sleep(0.007)
 
 
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
 @pytest.mark.usefixtures("real_time")
-def test_arm_is_led_and_held_where_its_process_ends(server, robot, end):
-    with owned(server) as arm, late_if("no message|has not run", DeviceError):
+def test_arm_is_led_and_held_where_its_process_ends(server, robot):
+    with owned(server) as arm, late_if("no message", DeviceError):
         lead(arm, 0.2)
-        process = arm._host
-        process._process.send_signal(end)
+        arm._host._process.kill()
         ended_ns = time.monotonic_ns()
-        with pytest.raises(DeviceError, match=r"arm's process (was killed by SIGKILL|has not run for)"):
+        with pytest.raises(DeviceError, match=r"arm's process was killed by SIGKILL"):
             lead(arm, 3.0)
     later = [(at_ns, there - before) for (_, before), (at_ns, there) in pairwise(robot.came) if at_ns > ended_ns]
     held_ns = next((at_ns for at_ns, step in later if step <= 0.0), 1 << 62)
@@ -94,7 +91,7 @@ def test_wrench_is_read_and_one_that_ends_is_named(server):
         assert offered.startswith("geometry_msgs/msg/WrenchStamped, ")
         server.is_unplugged = True
         time.sleep(2.2)
-        with pytest.raises(DeviceError, match="no message of /force_torque_sensor_broadcaster/wrench has come for"):
+        with pytest.raises(DeviceError, match=r"fallen silent: .* its topic /force_torque_sensor_broadcaster/wrench"):
             sensor.read()
 
 

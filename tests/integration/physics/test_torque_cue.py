@@ -18,7 +18,7 @@ def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("arm", "offset_m"), product(FEW_ARMS, (0.5e-3, 1.5e-3, 2.7e-3)))
+@pytest.mark.parametrize(("arm", "offset_m"), [*product(FEW_ARMS, (0.5e-3, 1.5e-3, 2.7e-3))])
 def test_so_it_does_at_each_offset(arm, offset_m):
     with Bench(quiet(arm)) as bench:
         errors = [bench.cue_error_deg(offset_m, heading) for heading in headings(9)]

@@ -1,4 +1,4 @@
-"""A rig of devices, here fake ones in real time: what is wired around them by default."""
+"""A rig of devices, here fake ones in virtual time: what is wired around them by default."""
 
 import os
 import threading
@@ -16,8 +16,9 @@ from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedErr
 from palpate.core.ports import CommandReason, JointCommand, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
-from tests.support.stopped_arm import nothing_left_behind, wait_for
+from tests.support.stopped_arm import nothing_left_behind
 from tests.unit.adapters.samples import ready_pose
+from tests.virtual_time import VirtualTime
 
 CONFIG = RunConfig()
 READY = tuple(ready_pose().q_rad.tolist())
@@ -78,6 +79,7 @@ def rig_of(monkeypatch):
         devices.sensor = NoisyForceSensor(context.clock, max_age_ns=LONG_NS)
         return devices.sensor
 
+    monkeypatch.setattr(hardware_rig, "MonotonicClock", lambda *_: VirtualTime())
     monkeypatch.setattr(hardware_rig, "arm_in_process", arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
@@ -102,7 +104,8 @@ def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of):
             before = devices.arm.sent
             rig.prepare(trial)
             assert (devices.arm.sent > before) is walks
-            wait_for(lambda: rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED)
+            rig.ports.clock.sleep_until(rig.ports.clock.now_ns() + 10**9)
+            assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
         rig.return_to_ready()
         before = devices.arm.sent
         rig.prepare(2)
