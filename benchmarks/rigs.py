@@ -1,7 +1,7 @@
 """Insertion over emulated wires in real time, compared with the same policy and seed in the bare simulator.
 
     python -m benchmarks.rigs --policy runs/paper/policy.json
-    python -m benchmarks.rigs --policy runs/paper/policy.json --trials 10 --backlash-deg 0.05 0.1
+    python -m benchmarks.rigs --policy runs/paper/policy.json --trials 10
 
 What counts as inserted is what the emulated cell saw: the peg at full depth.
 """
@@ -70,10 +70,8 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--seed", type=int, default=500)
     parser.add_argument("--priority", type=int, default=60, help="of the emulated devices")
-    parser.add_argument("--backlash-deg", nargs="*", default=[], help="wrist backlash of a Zebra Zero, one run each")
     options = parser.parse_args()
     rigs = [(f"{arm} and {force}", ("--arm", arm, "--force", force)) for arm, force in RIGS]
-    rigs += [(f"wrist backlash {each} deg", ("--wrist-backlash-deg", each)) for each in options.backlash_deg]
     with tempfile.TemporaryDirectory() as name:
         bare = Path(name) / "bare"
         problems = [run(bare, options.policy, options.trials, options.seed)]

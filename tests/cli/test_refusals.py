@@ -87,7 +87,6 @@ def desk(palpate, trained, tmp_path):
         (f"run {ON_A_RIG} --policy torque --cell.sensor.force-noise-N 0", "--cell.sensor sets up"),
         (f"train {ON_A_RIG} --cell.tilt-mrad=2", "with --rig, the rig says what is true of it"),
         (f"run {ON_A_RIG} --policy oracle", "on a real rig"),
-        ("emulate --wires cia402 --wrist-backlash-deg 0.1", "except for zebra-nmc"),
         ("emulate --arm panda --wires zebra-nmc", "the bus is a Zebra Zero's"),
         ("emulate --arm ur5e --force jr3-can --event 3:sensor-silent", "as in 12s:protective-stop"),
         ("emulate --event 3s:protective-stop", "one of emergency-stop, cable-pulled, sensor-silent, sensor-cable"),

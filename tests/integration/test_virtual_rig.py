@@ -67,11 +67,11 @@ def struck(arm, force, strike, at_ns=200_000_000):
         ("ur-rtde", "ati-netft", "protective-stop", "protective stop; clear what the arm has met, and unlock it"),
         ("ur-rtde", "ati-netft", "emergency-stop", "release the button, power on and release the brakes"),
         ("ur-rtde", "ati-netft", "program-end", "switch back to remote control"),
-        ("ur-rtde", "ati-netft", "sensor-silent", r"^rig: trial 0: .*stale \(ATI Net F/T: has sent nothing for 5. ms"),
+        ("ur-rtde", "ati-netft", "sensor-silent", r"^rig: trial 0: .*stale \(ATI Net F/T: nothing new for 5. ms"),
         ("ur-rtde", "ati-netft", "sensor-cable", "transducer unplugged"),
         ("zebra-nmc", "jr3-can", "emergency-stop", "motor supply is off; check emergency stop and motor supply"),
-        ("zebra-nmc", "jr3-can", "sensor-silent", "check cable and power"),
-        ("zebra-nmc", "jr3-can", "sensor-cable", "see that the sensor is plugged into its board"),
+        ("zebra-nmc", "jr3-can", "sensor-silent", "check power, wiring"),
+        ("zebra-nmc", "jr3-can", "sensor-cable", "that the sensor is plugged into its board"),
     ],
 )
 def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):

@@ -2,14 +2,14 @@
 
 from typing_extensions import override
 
-from palpate.simulation.emulators.motors.plant import AXES, HOME_RAD, ArmGears, Backlash, Plant
+from palpate.simulation.emulators.motors.plant import AXES, HOME_RAD, ArmGears, Plant
 
 
 class IdealPlant(Plant):
-    """Six motors that are where their servos want them, but for the wrist's backlash."""
+    """Six motors that are where their servos want them."""
 
-    def __init__(self, wrist_backlash_rad=0.0):
-        self._gears, self._backlash = ArmGears(), Backlash(wrist_backlash_rad, HOME_RAD)
+    def __init__(self):
+        self._gears = ArmGears()
         self._motors = list(self._gears.counts(HOME_RAD))
         self._jammed = [False] * AXES
 
@@ -35,5 +35,5 @@ class IdealPlant(Plant):
         self._motors[axis] += counts
 
     def joints_rad(self):
-        """True joint angles, (6,) rad: behind the backlash, which encoders on the motors do not measure."""
-        return self._backlash.follow(self._gears.joints_rad(tuple(self._motors)))
+        """Joint angles, (6,) rad."""
+        return self._gears.joints_rad(tuple(self._motors))

@@ -30,8 +30,6 @@ class EmulationConfig(Settings):
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
     """Control ticks per bus cycle: 2 is 70 Hz."""
-    wrist_backlash_deg: Annotated[float, Range(0.0, 5.0)] = 0.0
-    """Full gap of the wrist's gears."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
     """Seconds of devices, loop and physics in a second: below 1 where this computer does not keep time."""
     hide: bool = False
@@ -50,7 +48,6 @@ class EmulationConfig(Settings):
             raise ConfigurationError("wires", wires, f"cia402 for {arm.name}; the bus is a Zebra Zero's")
         if wires == UR and usual != UR:
             raise ConfigurationError("wires", wires, f"cia402 for {arm.name}; the controller has {', '.join(_OF_UR)}")
-        self.require("wrist_backlash_deg", wires == ZEBRA or not self.wrist_backlash_deg, "0, except for zebra-nmc")
         in_flange = "jr3-can or ati-netft: the sensor is in the flange of a UR"
         self.require("force", self.force != UR or wires == UR, in_flange)
         self.require("force", self.force != ROS2 or wires == ROS2, "another sensor, or wires ros2 too")

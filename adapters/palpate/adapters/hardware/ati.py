@@ -2,24 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from typing_extensions import override
 
 from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.plugins import Host, RigContext
-from palpate.adapters.hardware.polled_sensor import PolledForceSensor
-from palpate.core.ports import Clock, Range, Settings
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor, SensorTable
+from palpate.core.ports import Clock, Range
 from palpate.drivers.ati import RDT_PORT, NetFt, NetFtBox, UdpWire, read_box
 
 _PAGE_S = 3.0
 
 
 @dataclass(frozen=True)
-class NetFtTable(Settings):
+class NetFtTable(SensorTable):
     """A Net F/T in a rig file."""
-
-    TABLE: ClassVar[str] = "force_sensor"
 
     host: Host = "192.168.1.1"
     """Address of the box."""
@@ -27,10 +25,6 @@ class NetFtTable(Settings):
     """Its UDP port."""
     http_port: Annotated[int, Range(1, 65535)] = 80
     """Port of its web server."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample is marked as stale."""
-    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
-    """Longest wait for the first reading."""
 
 
 class NetFtForceSensor(PolledForceSensor[NetFt]):

@@ -4,13 +4,13 @@ A modern refit of an arm: nothing says that any Zebra Zero ever had such drives.
 """
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Final
 
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
+from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, OpenArm
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Range
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
@@ -19,10 +19,8 @@ _NAME: Final = "CiA 402 arm"
 
 
 @dataclass(frozen=True)
-class Cia402Table(CanBusTable):
+class Cia402Table(CanBusTable, ArmTable):
     """The table ``[arm]`` of a rig file. Vectors have one number a joint."""
-
-    TABLE: ClassVar[str] = "arm"
 
     nodes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     """CANopen node of each joint's drive."""
@@ -32,12 +30,6 @@ class Cia402Table(CanBusTable):
     """Encoder counts at each joint's zero; none are zeros."""
     host_node: Annotated[int, Range(1, 127)] = 126
     """CANopen node of this computer, whose heartbeat the drives watch."""
-    divider: Annotated[int, Range(1, 14)] = 1
-    """Control ticks per bus cycle."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample of the joints is marked as stale."""
-    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on every time-out of the drives and of this computer: 3 for a machine that cannot keep time."""
 
 
 def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
@@ -71,7 +63,7 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
         )
 
     def open_bus() -> OpenArm:
-        link = CanopenLink.open(**table.bus, in_receiver=context.hurry)
+        link = CanopenLink.open(**table.bus)
         clock = context.clock
         return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)
 

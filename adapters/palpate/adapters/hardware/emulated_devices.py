@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
-from math import radians
 from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
@@ -106,7 +105,7 @@ def emulated_arm(
 
 
 def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, counts_file: str) -> EmulatedArm:
-    plant = JointPlant(start, radians(emulation.wrist_backlash_deg))
+    plant = JointPlant(start)
     chain = NmcChain(plant)
     server = PtyServer(chain, clock_ns)
     # Emulated modules wake at once: the wait is for the reset to get through the line.

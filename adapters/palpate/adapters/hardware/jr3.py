@@ -1,7 +1,7 @@
 """The JR3 driver as a force sensor: wiring and marks, nothing else."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, Any, Final
 
 from can import BusABC
 from typing_extensions import override
@@ -9,7 +9,7 @@ from typing_extensions import override
 from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.polled_sensor import PolledForceSensor
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor, SensorTable
 from palpate.core.ports import Clock, OneOf, Range
 from palpate.drivers.can import CanLink, open_bus
 from palpate.drivers.jr3 import LEFT_HANDED, RIGHT_HANDED, Jr3, shut_down, start_up
@@ -22,10 +22,8 @@ _DEAD_S: Final = 0.2
 
 
 @dataclass(frozen=True)
-class Jr3CanTable(CanBusTable):
+class Jr3CanTable(CanBusTable, SensorTable):
     """A JR3 on CAN in a rig file."""
-
-    TABLE: ClassVar[str] = "force_sensor"
 
     node: Annotated[int, Range(1, 127)] = 1
     """The board's node."""
@@ -37,10 +35,7 @@ class Jr3CanTable(CanBusTable):
     """Time between two readings; the shortest leaves half the bus free."""
     axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"
     """Handedness of the sensor's axes."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample is marked as stale."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
-    """Longest wait for the first reading."""
 
     @override
     def check(self) -> None:

@@ -21,50 +21,6 @@ _JOIN_S: Final = 1.0
 _WAKE: Final = b"\0"
 
 
-class Terminal:
-    """Keys pressed in the terminal, without Enter. Ctrl-C keeps its meaning.
-
-    Args:
-        fd: The terminal; nothing happens if it is none, or if we run in its background.
-    """
-
-    def __init__(self, fd: int) -> None:
-        self._fd = fd
-        self._before: list[Any] | None = None
-
-    def open(self) -> bool:
-        """Have keys come one by one; False if there is no terminal of ours."""
-        if not self._is_ours():
-            return False
-        self._before = termios.tcgetattr(self._fd)
-        tty.setcbreak(self._fd, termios.TCSANOW)
-        return True
-
-    def read(self) -> bool:
-        """Take what was pressed; False where the terminal is gone."""
-        with suppress(OSError):
-            return bool(os.read(self._fd, 64))
-        return False
-
-    def close(self) -> None:
-        """Set it up as it was before."""
-        before, self._before = self._before, None
-        if before is not None:
-            with suppress(termios.error):
-                # Gone terminals need no restoring.
-                termios.tcsetattr(self._fd, termios.TCSANOW, before)
-
-    def _is_ours(self) -> bool:
-        try:
-            if not os.isatty(self._fd):
-                return False
-            # Changing a terminal from its background would stop the whole process.
-            return os.tcgetpgrp(self._fd) == os.getpgrp()
-        except OSError:
-            # A terminal, but not the one that controls us: it has no background.
-            return True
-
-
 class OperatorStop:
     """The operator's stop. It latches until it is acknowledged.
 
@@ -130,26 +86,47 @@ class OperatorStop:
         self.stop(f"signal: signal {SIGNAL.name}")
 
     def _watch_keys(self, opened: ExitStack) -> None:
-        terminal = Terminal(self._fd)
-        if not terminal.open():
+        if not _is_ours(self._fd):
             return
+        # Keys come one by one, without Enter; Ctrl-C keeps its meaning.
+        before = termios.tcgetattr(self._fd)
+        tty.setcbreak(self._fd, termios.TCSANOW)
         # Released last to first: the thread before what it looks at.
-        opened.callback(terminal.close)
+        opened.callback(_restore, self._fd, before)
         wake, waker = os.pipe()
         for fd in (wake, waker):
             opened.callback(os.close, fd)
-        thread = threading.Thread(target=self._run, args=(terminal, wake), name="operator stop", daemon=True)
+        thread = threading.Thread(target=self._run, args=(wake,), name="operator stop", daemon=True)
         thread.start()
         opened.callback(thread.join, _JOIN_S)
         opened.callback(os.write, waker, _WAKE)
 
-    def _run(self, terminal: Terminal, wake: int) -> None:
+    def _run(self, wake: int) -> None:
         while wake not in select.select([wake, self._fd], [], [])[0]:
-            if not terminal.read():
+            pressed = b""
+            with suppress(OSError):
+                pressed = os.read(self._fd, 64)
+            self.stop("key: a key was pressed" if pressed else "key: the terminal is gone")
+            if not pressed:
                 # No key can be pressed any more.
-                self.stop("key: the terminal is gone")
                 return
-            self.stop("key: a key was pressed")
+
+
+def _is_ours(fd: int) -> bool:
+    """Whether it is a terminal, and we do not run in its background: changing it there would stop the process."""
+    if not os.isatty(fd):
+        return False
+    try:
+        return os.tcgetpgrp(fd) == os.getpgrp()
+    except OSError:
+        # A terminal, but not the one that controls us: it has no background.
+        return True
+
+
+def _restore(fd: int, before: list[Any]) -> None:
+    with suppress(termios.error):
+        # Gone terminals need no restoring.
+        termios.tcsetattr(fd, termios.TCSANOW, before)
 
 
 class GuardedArm(DeviceDecorator, ArmCommand):

@@ -3,11 +3,12 @@
 from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
-from typing import ClassVar, Final, Generic, Protocol, TypeVar
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Final, Generic, TypeVar
 
 from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import DeviceError
-from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
+from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Range, Settings, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DriverError, SilentError
 
@@ -20,16 +21,16 @@ _DRAIN_NS: Final = 1_000_000_000
 """Longest time in which a line is emptied of what waited in it."""
 
 
-class PollingTable(Protocol):
-    """The part of a table ``[force_sensor]`` that each polled sensor has."""
+@dataclass(frozen=True)
+class SensorTable(Settings):
+    """What the table ``[force_sensor]`` of each of our sensors has."""
 
-    @property
-    def max_age_ms(self) -> float:
-        """Age above which a sample is marked as stale."""
+    TABLE: ClassVar[str] = "force_sensor"
 
-    @property
-    def start_timeout_s(self) -> float:
-        """Longest wait for the first reading."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample is marked as stale."""
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
+    """Longest wait for the first reading."""
 
 
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
@@ -45,7 +46,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     REMEDY: ClassVar[str] = "look at it"
     """What to do where it is there and delivers nothing."""
 
-    def __init__(self, name: str, clock: Clock, table: PollingTable) -> None:
+    def __init__(self, name: str, clock: Clock, table: SensorTable) -> None:
         super().__init__(name)
         self._clock, self._max_age_ns = clock, round(table.max_age_ms * 1e6)
         self._start_timeout_s = table.start_timeout_s
@@ -63,9 +64,8 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     def _connect(self) -> None:
         """Open the wire, and set ``device`` and ``_close_wire`` as soon as there is something to close."""
 
-    @abstractmethod
     def _leave(self, device: DriverT) -> None:
-        """Have the device end what it does, before the wire is closed."""
+        """Have the device end what it does, before the wire is closed; here, nothing of it was changed."""
 
     def _surprise(self, device: DriverT) -> str | None:
         """What has happened to the device that ends a run; None is nothing."""
@@ -147,7 +147,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             validity = Validity.STALE
         elif self._clock.now_ns() - sample.receive_time_ns > self._max_age_ns:
             validity = Validity.STALE
-        elif sample.saturated or sample.near_saturated:
+        elif sample.saturated:
             validity = Validity.SATURATED
         time_ns = sample.receive_time_ns
         return WrenchSample(sample.force_N, sample.torque_Nm, time_ns, time_ns, sample.sequence, validity)

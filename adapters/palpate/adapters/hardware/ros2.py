@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Final
 
 from typing_extensions import override
 
@@ -10,8 +10,8 @@ from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.polled_sensor import PolledForceSensor
-from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm, StandBy
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor, SensorTable
+from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, JointLimits, OpenArm, StandBy
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, ToolGeometry
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, JointVector, OneOf, Range, Settings
@@ -41,10 +41,6 @@ class Ros2Table(Settings):
     """This computer's address on the robot's network. If not given: the system chooses."""
     peers: tuple[str, ...] = ()
     """Addresses of the computers that run ROS. If not given: multicast finds them."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample is marked as stale."""
-    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
-    """Longest wait for the publisher and its first message."""
 
     def network(self) -> Ros2Network:
         """Return where the robot is."""
@@ -52,10 +48,11 @@ class Ros2Table(Settings):
 
 
 @dataclass(frozen=True)
-class Ros2ArmTable(Ros2Table):
+class Ros2ArmTable(Ros2Table, ArmTable):
     """The table ``[arm]`` of a rig file."""
 
-    TABLE: ClassVar[str] = "arm"
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
+    """Longest wait for the publisher and its first message."""
 
     joint_states: str = "/joint_states"
     """Topic of the joint angles, sensor_msgs/msg/JointState."""
@@ -68,17 +65,11 @@ class Ros2ArmTable(Ros2Table):
     """What is commanded."""
     stops_without_commands: bool = False
     """The robot's driver stops the arm by itself when commands end. Velocities need it."""
-    divider: Annotated[int, Range(1, 14)] = 1
-    """Control ticks per command."""
-    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on the time without joint angles that is a fault, 0.1 s: 3 for a machine that cannot keep time."""
 
 
 @dataclass(frozen=True)
-class Ros2WrenchTable(Ros2Table):
+class Ros2WrenchTable(Ros2Table, SensorTable):
     """The table ``[force_sensor]`` of a rig file."""
-
-    TABLE: ClassVar[str] = "force_sensor"
 
     topic: str = "/force_torque_sensor_broadcaster/wrench"
     """Topic of the wrenches, geometry_msgs/msg/WrenchStamped."""
@@ -171,10 +162,6 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
         way.open()
         await_publisher(way, self._start_timeout_s, sleeping(self._clock))
         self.device = Ros2Wrench(way, self._table.frame, self._table.sign)
-
-    @override
-    def _leave(self, device: Ros2Wrench) -> None:
-        """Nothing of the robot's was changed."""
 
 
 def make_ros2_wrench(table: Ros2WrenchTable, context: RigContext) -> Ros2ForceSensor:

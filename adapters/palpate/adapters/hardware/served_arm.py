@@ -3,13 +3,13 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import DeviceError
-from palpate.core.ports import AppliedCommand, Clock, JointSample, JointVector
+from palpate.core.ports import AppliedCommand, Clock, JointSample, JointVector, Range, Settings
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
 
@@ -115,16 +115,18 @@ class OpenArm:
     close: Callable[[], None]
 
 
-class CycledTable(Protocol):
-    """The part of a table ``[arm]`` that each of our drivers' arms has."""
+@dataclass(frozen=True)
+class ArmTable(Settings):
+    """What the table ``[arm]`` of each of our drivers' arms has."""
 
-    @property
-    def divider(self) -> int:
-        """Control ticks per cycle."""
+    TABLE: ClassVar[str] = "arm"
 
-    @property
-    def max_age_ms(self) -> float:
-        """Age above which a sample of the joints is marked as stale."""
+    divider: Annotated[int, Range(1, 14)] = 1
+    """Control ticks per bus cycle."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample of the joints is marked as stale."""
+    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
+    """Factor on every time-out of the arm and of this computer: 3 for a machine that cannot keep time."""
 
 
 class DriverArm(ServedArm):
@@ -140,7 +142,7 @@ class DriverArm(ServedArm):
         open_bus: Callable[[], OpenArm],
         clock: Clock,
         limits: JointLimits,
-        table: CycledTable,
+        table: ArmTable,
         judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
     ) -> None:
         self.name, self.limits = name, limits

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Final
 
 from typing_extensions import override
 
@@ -14,10 +14,10 @@ from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.kinematics_check import ReportedPose, judge_kinematics, judge_tool
 from palpate.adapters.hardware.plugins import Host, RigContext
-from palpate.adapters.hardware.polled_sensor import PolledForceSensor
-from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor, SensorTable
+from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, OpenArm
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range, Settings
+from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm, UrLink, UrSettings, UrToolForce
 
@@ -28,10 +28,8 @@ _OPEN_S: Final = 3.0
 
 
 @dataclass(frozen=True)
-class UrTable(Settings):
+class UrTable(ArmTable):
     """The table ``[arm]`` of a rig file."""
-
-    TABLE: ClassVar[str] = "arm"
 
     host: Host = "192.168.1.100"
     """Address of the controller."""
@@ -43,29 +41,19 @@ class UrTable(Settings):
     """servoj's look-ahead: it smoothes, and the arm is late by it."""
     gain: Annotated[float, Range(100.0, 2000.0)] = 1000.0
     """servoj's gain."""
-    divider: Annotated[int, Range(1, 14)] = 1
-    """Control ticks per set-point."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample of the joints is marked as stale."""
     patience: Annotated[float, Range(0.1, 100.0)] = 1.0
     """Factor on every time-out of this computer and of the controller's watchdog: 3 for a machine that cannot keep
     time."""
 
 
 @dataclass(frozen=True)
-class UrToolTable(Settings):
+class UrToolTable(SensorTable):
     """The tool force in a rig file."""
-
-    TABLE: ClassVar[str] = "force_sensor"
 
     host: Host = "192.168.1.100"
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
     """Rate of its data."""
-    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample is marked as stale."""
-    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
-    """Longest wait for the first reading."""
 
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
@@ -143,10 +131,6 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         if self._way is not None:
             with translating(self.name):
                 self._way.open(_OPEN_S)
-
-    @override
-    def _leave(self, device: UrToolForce) -> None:
-        """Nothing of the controller's was changed."""
 
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:

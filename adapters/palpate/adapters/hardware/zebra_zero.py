@@ -7,7 +7,7 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Final
 
 from typing_extensions import override
 
@@ -15,10 +15,10 @@ from palpate.adapters.files import write_whole
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
+from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, OpenArm
 from palpate.adapters.hardware.served_arm import JointLimits as CommandLimits
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
+from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import BAUD_DIVISORS, POWER_UP_BAUD, BusSettings
 from palpate.drivers.serial_port import close_serial, open_serial
@@ -61,10 +61,8 @@ class CountsFile(CountsStore):
 
 
 @dataclass(frozen=True)
-class ZebraTable(Settings):
+class ZebraTable(ArmTable):
     """The table ``[arm]`` of a rig file."""
-
-    TABLE: ClassVar[str] = "arm"
 
     port: str = "/dev/ttyUSB0"
     """Serial port of the bus."""
@@ -73,7 +71,6 @@ class ZebraTable(Settings):
     adapter_latency_ms: Annotated[float, Range(0.0, 100.0)] = 1.0
     """Latency timer of the USB adapter."""
     divider: Annotated[int, Range(1, 14)] = 3
-    """Control ticks per bus cycle."""
     at_home: bool = False
     """A person's word that the arm rests in its home pose whenever its controller was switched on."""
     counts_file: str = ""
@@ -91,9 +88,6 @@ class ZebraTable(Settings):
     acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = 19.0
     """Limit of each joint's acceleration."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
-    """Age above which a sample of the joints is marked as stale."""
-    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on the wait for an answer."""
     reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = 100.0
     """What the modules get to wake after a reset."""
 

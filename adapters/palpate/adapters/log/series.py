@@ -15,7 +15,6 @@ from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import TickRecord
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.ports import Validity, WrenchSample
-from palpate.core.trial import Phase
 
 NO_NEWS: Final = (Validity.INVALID, Validity.STALE)
 """Samples that say nothing of their tick: they are drawn as a gap."""
@@ -40,29 +39,15 @@ class Tare:
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
 
 
-def tare_of(log: TrialLog, ticks: list[TickRecord]) -> Tare:
-    """The zero that the task found; without one, the mean while the arm was at rest; without that, none."""
+def tare_of(log: TrialLog) -> Tare:
+    """The zero that the task found; zero without one."""
     for event in log.events:
         found = _NUMBERS.match(event.detail) if event.name == "tare" else None
         if found is not None:
             bias = _floats(found.groups())
             if bias is not None:
                 return Tare(bias, f"tare event at tick {event.tick}")
-    at_rest = _at_rest(log, ticks)
-    if at_rest:
-        mean = tuple(sum(column) / len(at_rest) for column in zip(*at_rest, strict=True))
-        return Tare(mean, f"mean of the settle phase, {len(at_rest)} samples, because there is no tare event")
-    return Tare((0.0,) * 6, "nothing: raw, for there is neither a tare event nor a settle phase")
-
-
-def _at_rest(log: TrialLog, ticks: list[TickRecord]) -> list[tuple[float, ...]]:
-    samples: list[tuple[float, ...]] = []
-    for record in ticks:
-        begun = [phase for tick, phase in log.phases if tick <= record.tick]
-        wrench = record.wrench
-        if begun and begun[-1] == Phase.SETTLE.value and wrench is not None and wrench.validity is Validity.VALID:
-            samples.append((*wrench.force_N, *wrench.torque_Nm))
-    return samples
+    return Tare((0.0,) * 6, "nothing: raw, for there is no tare event")
 
 
 def _floats(texts: tuple[str, ...]) -> tuple[float, ...] | None:
@@ -130,7 +115,7 @@ def series_of(log: TrialLog) -> Series:
     records = [record for record in log.records() if _time_ns(record) is not None]
     if not records:
         raise LogError(log.path, "", "has no tick with a time", "there is nothing to draw")
-    tare, tip = tare_of(log, records), _Tip(log, config)
+    tare, tip = tare_of(log), _Tip(log, config)
     count = len(log.start.ready_rad)
     joints: tuple[float, ...] = (np.nan,) * count
     rows: list[tuple[float, ...]] = []

@@ -175,7 +175,4 @@ class NetFt(PolledSensor):
         box = self.box
         force = x / box.counts_per_N, y / box.counts_per_N, z / box.counts_per_N
         torque = tx / box.counts_per_Nm, ty / box.counts_per_Nm, tz / box.counts_per_Nm
-        rated = zip((*force, *torque), (*box.range_N, *box.range_Nm), strict=True)
-        beyond = any(abs(value) > most for value, most in rated)
-        saturated = bool(status & SATURATED)
-        return ForceSample(force, torque, self._sequence, now_ns, over_range=beyond, saturated=saturated)
+        return ForceSample(force, torque, self._sequence, now_ns, saturated=bool(status & SATURATED))

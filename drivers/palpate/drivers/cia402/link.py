@@ -31,21 +31,14 @@ _NOTIFIER_CYCLE_S: Final = 0.1
 """How often the receive thread looks up; closing waits for it five times as long at most."""
 
 
-class _InReceiver(can.Listener):
-    """Calls a function with the first frame, in the thread that receives, and ends that thread at an error.
+class _EndOfReceiving(can.Listener):
+    """Ends the receiving thread at an error, which python-can keeps for :meth:`CanopenLink.require_alive`.
 
-    python-can keeps the error for :meth:`CanopenLink.require_alive`; without a listener like this one the thread would
-    print a traceback besides.
+    Without a listener like this one the thread would print a traceback besides.
     """
 
-    def __init__(self, call: Callable[[], object] | None) -> None:
-        self._call = call
-
     @override
-    def on_message_received(self, msg: can.Message) -> None:
-        call, self._call = self._call, None
-        if call is not None:
-            call()
+    def on_message_received(self, msg: can.Message) -> None: ...
 
     @override
     def on_error(self, exc: Exception) -> None:
@@ -71,14 +64,12 @@ class CanopenLink:
         interface: str,
         channel: Any,
         bitrate: int,
-        in_receiver: Callable[[], object] | None = None,
         **options: Any,
     ) -> Self:
         """Connect to a bus.
 
         Args:
             interface: As :func:`palpate.drivers.can.open_bus`, like the next two and the options.
-            in_receiver: Called once by the receive thread, with the first frame; for its priority, for instance.
 
         Raises:
             WiringError: There is no such bus, or no permission.
@@ -86,7 +77,7 @@ class CanopenLink:
         network = canopen.Network(open_bus(interface=interface, channel=channel, bitrate=bitrate, **options))
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
         network.NOTIFIER_SHUTDOWN_TIMEOUT = 5 * _NOTIFIER_CYCLE_S
-        network.listeners.append(_InReceiver(in_receiver))
+        network.listeners.append(_EndOfReceiving())
         network.connect()
         return cls(network, f"CAN bus {interface} {channel}")
 

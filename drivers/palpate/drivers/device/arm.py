@@ -163,6 +163,13 @@ class LatchingArm(ArmDriver):
     def is_faulted(self) -> bool:
         return self._state is ArmState.FAULTED
 
+    @override
+    def disable(self) -> None:
+        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        self.stop()
+        if not self.is_faulted:
+            self._state = ArmState.CONFIGURED
+
     def _require(self, request: str, *states: ArmState) -> None:
         if self._state in states:
             return

@@ -23,9 +23,7 @@ class ForceSample:
         sequence: Counts readings; always increases, also over streams and restarts.
         receive_time_ns: Clock of the poll that found it; it is older by the wait for that poll, the wire and the
             sensor's filter.
-        over_range: Beyond the rated range of an axis, where the calibration ends.
-        near_saturated: Nearly at the end of what the converter can tell; treat as saturated.
-        saturated: At its end, or the sensor says so.
+        saturated: At, or nearly at, the end of what the sensor can tell, or it says so.
         settling: The sensor's filter still swings after a start.
     """
 
@@ -33,8 +31,6 @@ class ForceSample:
     torque_Nm: Vector3
     sequence: int
     receive_time_ns: int
-    over_range: bool = False
-    near_saturated: bool = False
     saturated: bool = False
     settling: bool = False
 

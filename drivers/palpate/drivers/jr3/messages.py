@@ -98,9 +98,6 @@ FULL_SCALE_COUNTS = 16384
 NEAR_SATURATION_COUNTS = 26214
 """Counts, 80 % of 32768, above which the JR3 processor warns. FACT (comedi jr3_pci driver), but of *raw* channels."""
 
-SATURATION_COUNTS = 32752
-"""Counts from which a value may be clipped: 32768 - 2**(16 - bits). FACT the formula; assumed: a 12-bit converter."""
-
 
 @dataclass(frozen=True, slots=True)
 class FullScales:

@@ -6,9 +6,7 @@ from typing import Final
 
 from palpate.drivers.device import ForceSample
 from palpate.drivers.jr3.messages import (
-    FULL_SCALE_COUNTS,
     NEAR_SATURATION_COUNTS,
-    SATURATION_COUNTS,
     FullScales,
     Reading,
     Scaling,
@@ -80,8 +78,6 @@ class Sampler:
             torque_Nm,
             self.samples,
             now_ns,
-            over_range=peak > FULL_SCALE_COUNTS,
-            near_saturated=peak > NEAR_SATURATION_COUNTS,
-            saturated=peak >= SATURATION_COUNTS,
+            saturated=peak > NEAR_SATURATION_COUNTS,
             settling=now_ns < self._settled_at_ns,
         )

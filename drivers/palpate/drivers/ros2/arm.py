@@ -99,12 +99,6 @@ class Ros2Arm(LatchingArm):
         with suppress(DriverError):
             self._hold()
 
-    def disable(self) -> None:
-        """Stop; the controller keeps the arm where it is."""
-        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        self.stop()
-        self._state = ArmState.CONFIGURED
-
     def acknowledge(self) -> None:
         """Clear a fault; a person's decision. Where its cause is still there, it stays."""
         self._require_fault()

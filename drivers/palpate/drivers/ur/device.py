@@ -145,12 +145,6 @@ class UrArm(LatchingArm):
         except DriverError:
             self._link.close()
 
-    def disable(self) -> None:
-        """Stop. The controller's watchdog then ends the program, and the arm holds itself."""
-        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        self.stop()
-        self._state = ArmState.CONFIGURED
-
     def acknowledge(self) -> None:
         """Clear a fault: a protective stop is unlocked, a broken connection made again; a person's decision.
 

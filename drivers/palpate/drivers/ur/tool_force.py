@@ -35,5 +35,5 @@ class UrToolForce(PolledSensor):
         x, y, z, tx, ty, tz = state.wrench
         beyond = any(abs(value) > most for value, most in zip(state.wrench, (*RANGE_N, *RANGE_NM), strict=True))
         found_ns = now_ns - max(0, self._link.stamp_ns() - state.stamp_ns)
-        self.latest = ForceSample((x, y, z), (tx, ty, tz), self._count, found_ns, over_range=beyond, saturated=beyond)
+        self.latest = ForceSample((x, y, z), (tx, ty, tz), self._count, found_ns, saturated=beyond)
         return [self.latest]

@@ -185,13 +185,6 @@ class ZebraZero(LatchingArm):
         elif self.fault is None and self.stopped is StopOutcome.NOT_SEEN:
             self._fail(DeviceFaultError(DEVICE, self.stopped.value, "see that the arm stands still, then acknowledge"))
 
-    def disable(self) -> None:
-        """Stop; the servos continue to hold the arm."""
-        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        self.stop()
-        if not self.is_faulted:
-            self._state = ArmState.CONFIGURED
-
     def acknowledge(self) -> None:
         """Clear a latched fault and the modules' sticky bits: a person's decision.
 

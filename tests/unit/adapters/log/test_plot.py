@@ -12,7 +12,7 @@ from palpate.adapters.config.compose import scenario
 from palpate.adapters.log.plot import timeline
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
-from palpate.adapters.log.series import series_of, tare_of
+from palpate.adapters.log.series import series_of
 from palpate.core.errors import LogError
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.values import JointSample, Validity, WrenchSample
@@ -71,16 +71,11 @@ def test_tare_event_is_taken_from_the_wrench(tmp_path):
     assert series.wrench[4] == pytest.approx([0.4 - 0.5, 0.0, 0.5, 0.0, 0.0, 0.03003])
 
 
-def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path):
-    phases = [EventEntry(tick=10, name="phase", detail="settle"), EventEntry(tick=20, name="phase", detail="approach")]
+def test_without_a_tare_event_wrenches_are_raw(tmp_path):
     wrong = EventEntry(tick=20, name="tare", detail="a b c N, d e f N m, sensor frame")
-    bad = replace(tick(12).wrench, validity=Validity.STALE, force_N=(99.0, 0, 0))  # type: ignore[type-var]
-    ticks = [tick(12, wrench=bad) if k == 12 else tick(k) for k in range(30)]
-    trial = log(tmp_path, ticks, others=[*phases, wrong])
-    tare = tare_of(trial, list(trial.records()))
-    expected = sum(0.1 * k for k in range(10, 20) if k != 12) / 9
-    assert tare.bias == pytest.approx((expected, -1.0, 3.0, 0.01, 0.02, 0.03))
-    assert "mean of the settle phase, 9 samples" in tare.origin
+    tare = series_of(log(tmp_path, [tick(k) for k in range(30)], others=[wrong])).tare
+    assert tare.bias == (0.0,) * 6
+    assert "raw" in tare.origin
 
 
 def test_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path):

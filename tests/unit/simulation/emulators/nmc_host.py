@@ -37,9 +37,9 @@ class Answer:
 class Bench:
     """A bus in simulated time."""
 
-    def __init__(self, settings=None, modules=6, plant=None):
+    def __init__(self, modules=6, plant=None):
         self.plant = IdealPlant()  # what most tests push and jam
-        self.bus = NmcChain(plant or self.plant, settings, modules)
+        self.bus = NmcChain(plant or self.plant, modules)
         self.now_ns = 0
         self.bus.advance(0)
 

@@ -1,4 +1,4 @@
-"""The gears against the published relations, and the motors' backlash."""
+"""The gears against the published relations, and motors that drive an arm simulated elsewhere."""
 
 from math import pi
 
@@ -9,7 +9,6 @@ from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointP
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
 W = 11_034.53
-GAP_RAD = 0.002
 
 
 def test_gears_agree_with_the_published_inverse_and_its_rounded_constants():
@@ -23,23 +22,6 @@ def test_gears_agree_with_the_published_inverse_and_its_rounded_constants():
         assert [joint4, joint5, joint6] == pytest.approx(offsets[3:], abs=5e-6)
     assert gears.counts(HOME_RAD) == (0.0,) * 6
     assert gears.counts((HOME_RAD[0] + 2 * pi, *HOME_RAD[1:]))[0] == pytest.approx(192_000, abs=0.5)
-
-
-def test_backlash_lies_between_motor_and_joint_and_hides_from_the_encoders():
-    plant = JointPlant(wrist_backlash_rad=GAP_RAD)
-
-    def move(joint4_rad):
-        goal = (*HOME_RAD[:3], joint4_rad, *HOME_RAD[4:])
-        for axis, counts in enumerate(ArmGears().counts(goal)):
-            plant.set_motor_counts(axis, counts)
-        joints = plant.targets_rad()
-        plant.measured_rad(joints)
-        assert plant.motor_counts(3) == round(ArmGears().counts(goal)[3])
-        return joints[3]
-
-    assert move(0.1) == pytest.approx(0.1 - GAP_RAD / 2)
-    assert move(0.1 - GAP_RAD / 2) == pytest.approx(0.1 - GAP_RAD / 2)  # within the gap
-    assert move(0.05) == pytest.approx(0.05 + GAP_RAD / 2)
 
 
 def test_servos_follow_an_arm_that_is_measured_at_140_hertz():

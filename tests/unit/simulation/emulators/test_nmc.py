@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.simulation.emulators.nmc.motion import ONE_COUNT, Profile
-from palpate.simulation.emulators.nmc.settings import ModuleSettings
 from tests.support import nmc_vectors as golden
 from tests.unit.simulation.emulators.nmc_host import ALL, GAINS, TICK_NS, Bench, command, trajectory
 
@@ -33,7 +32,8 @@ def test_golden_commands_have_golden_replies():
 
 
 def test_golden_reply_of_mask_1f():
-    bench = Bench(ModuleSettings(analog=0x4F), modules=1).addressed()
+    bench = Bench(modules=1).addressed()
+    bench.bus.modules[0].analog = 0x4F
     bench.bus.set_power(powered=False)
     bench.bus.modules[0].servo.home_counts = 0x5E0
     bench.plant.push(0, 0x2522)

@@ -182,7 +182,7 @@ class LiveView(TrialsObserver):
         for event in report.events[self._events :]:
             if event.name == "tare" and self._log is not None:
                 self._log.events.append(EventEntry(tick=event.tick, name=event.name, detail=event.detail))
-                self._tare = tare_of(self._log, [])
+                self._tare = tare_of(self._log)
             self._tell(f"{event.name}: {event.detail}".rstrip(": "), serious=event.name in ("clamp", "trip"))
         for number, one in enumerate(report.decisions[self._decisions :], start=self._decisions):
             text = f"{number}: **{one.action}** in {one.state}, symbol {one.symbol}, {one.source}"

@@ -80,22 +80,6 @@ class Plant(Protocol):
         """What the encoder on the motor's shaft counts now."""
 
 
-class Backlash:
-    """Joints behind gears with play: each stays where it is until its gear has taken up the gap."""
-
-    def __init__(self, gap_rad: float, joints_rad: JointVector) -> None:
-        self._half_rad = (0.0, 0.0, 0.0, *(gap_rad / 2,) * 3)
-        self._joints_rad = joints_rad
-
-    def follow(self, gears_rad: JointVector) -> JointVector:
-        """Where the joints are once the gears have moved to these angles."""
-        self._joints_rad = tuple(
-            min(max(joint, gear - half), gear + half)
-            for joint, gear, half in zip(self._joints_rad, gears_rad, self._half_rad, strict=True)
-        )
-        return self._joints_rad
-
-
 class JointPlant(Plant):
     """Motors that drive an arm simulated elsewhere, for instance in MuJoCo.
 
@@ -106,15 +90,11 @@ class JointPlant(Plant):
 
     Args:
         joints_rad: Where the arm is, (6,) rad.
-        wrist_backlash_rad: Full gap of the gears of joints 4 to 6 (assumed; 0.1 degree is plausible, but not default,
-            because it hides what else is wrong).
     """
 
-    def __init__(self, joints_rad: JointVector = HOME_RAD, wrist_backlash_rad: float = 0.0) -> None:
-        self._gears, self._backlash = ArmGears(), Backlash(wrist_backlash_rad, joints_rad)
+    def __init__(self, joints_rad: JointVector = HOME_RAD) -> None:
+        self._gears = ArmGears()
         self._motors = list(self._gears.counts(joints_rad))
-        # Where the motors stand in their backlash, relative to the joints.
-        self._play_rad: JointVector = (0.0,) * AXES
         self._driven, self._held = list(self._motors), [False] * AXES
 
     @override
@@ -135,15 +115,11 @@ class JointPlant(Plant):
 
         A free motor holds where it was released: gears of this ratio do not run backwards (INFERENCE).
         """
-        gears_rad = self._gears.joints_rad(tuple(self._driven))
-        joints_rad = self._backlash.follow(gears_rad)
-        self._play_rad = tuple(gear - joint for gear, joint in zip(gears_rad, joints_rad, strict=True))
-        return joints_rad
+        return self._gears.joints_rad(tuple(self._driven))
 
     def measured_rad(self, joints_rad: JointVector) -> None:
         """Feed back where the joints really are, (6,) rad."""
-        gears_rad = tuple(joint + play for joint, play in zip(joints_rad, self._play_rad, strict=True))
-        self._motors = list(self._gears.counts(gears_rad))
+        self._motors = list(self._gears.counts(joints_rad))
 
 
 class DirectMotors:

@@ -7,7 +7,6 @@ from itertools import zip_longest
 from palpate.simulation.emulators.motors import AXES, Plant
 from palpate.simulation.emulators.nmc.frames import TICK_NS, CommandCode, Frame, FrameParser
 from palpate.simulation.emulators.nmc.module import NmcModule
-from palpate.simulation.emulators.nmc.settings import ModuleSettings
 
 _IDLE_LINE = 0xFF
 
@@ -20,9 +19,9 @@ class NmcChain:
     Axis i of the plant belongs to the i-th module of the chain.
     """
 
-    def __init__(self, plant: Plant, settings: ModuleSettings | None = None, modules: int = AXES) -> None:
+    def __init__(self, plant: Plant, modules: int = AXES) -> None:
         self.plant = plant
-        self.modules: Sequence[NmcModule] = tuple(NmcModule(axis, plant, settings) for axis in range(modules))
+        self.modules: Sequence[NmcModule] = tuple(NmcModule(axis, plant) for axis in range(modules))
         self._receiving = [index == 0 for index in range(modules)]
         self._parser = FrameParser()
         self._next_tick_ns: int | None = None

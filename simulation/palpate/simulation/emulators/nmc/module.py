@@ -19,9 +19,9 @@ from palpate.simulation.emulators.nmc.frames import (
     sealed,
 )
 from palpate.simulation.emulators.nmc.servo import PicServo
-from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings
+from palpate.simulation.emulators.nmc.settings import GainParameters
 
-_SERVO_TYPE: Final = 0
+_SERVO_TYPE, _VERSION = 0, 10
 _GROUP_BIT: Final = 0x80
 _INT16: Final = (-(1 << 15), (1 << 15) - 1)
 _TRAJECTORY_FIELDS: Final = (
@@ -43,10 +43,10 @@ class NmcModule:
             once; neither homing nor outputs are.
     """
 
-    def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
-        self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
+    def __init__(self, axis: int, plant: Plant) -> None:
+        self._axis, self._plant = axis, plant
         self.servo = PicServo(axis, plant)
-        self.rejected = 0
+        self.rejected = self.analog = 0
         self._ticks = 0
         self._power_up()
 
@@ -135,11 +135,11 @@ class NmcModule:
         servo = self.servo
         items: tuple[Callable[[], bytes], ...] = (
             lambda: struct.pack("<i", servo.measured_counts),
-            lambda: bytes([self._settings.analog]),
+            lambda: bytes([self.analog]),
             lambda: _int16(servo.velocity_counts),
             lambda: bytes([self._auxiliary()]),
             lambda: struct.pack("<i", servo.home_counts),
-            lambda: bytes([_SERVO_TYPE, self._settings.version]),
+            lambda: bytes([_SERVO_TYPE, _VERSION]),
             lambda: _int16(servo.error_counts),
             lambda: bytes(1),
         )

@@ -1,21 +1,9 @@
-"""What can be set on a servo module: gains over the bus, the rest when it is built."""
+"""What can be set on a servo module over the bus."""
 
 from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-
-
-@dataclass(frozen=True, slots=True)
-class ModuleSettings:
-    """How a module is built and wired.
-
-    Attributes:
-        analog: The A/D item, 0 to 255 (assumed constant).
-    """
-
-    version: int = 10
-    analog: int = 0
 
 
 @dataclass(frozen=True, slots=True)
