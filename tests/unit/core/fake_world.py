@@ -7,7 +7,7 @@ to the nearest pit, as the torque of a tilted peg does. The sensor carries weigh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from math import hypot
@@ -30,7 +30,6 @@ from palpate.core.policy import (
     ActionPenalty,
     Decision,
     Hindsight,
-    Observation,
     Policy,
     Transition,
     compass_actions,
@@ -51,11 +50,7 @@ ACTIONS = compass_actions(0.5e-3)
 
 @dataclass(frozen=True)
 class Pit:
-    """Where the plate lies deeper, within a radius; in m, task frame. One with walls holds the tip, with friction.
-
-    Attributes:
-        play_m: How far from the middle the tip may go before a wall holds it.
-    """
+    """Where the plate lies deeper, within a radius; in m, task frame. One with walls holds the tip, with friction."""
 
     x_m: float
     y_m: float
@@ -64,7 +59,6 @@ class Pit:
     walls: bool = True
     friction_N: float = 0.0
     friction_below_m: float = 0.0
-    play_m: float = 0.0
 
 
 @cache
@@ -101,7 +95,6 @@ class FakeWorld:
         height_m: The plate's surface below the nominal plane; inf takes the plate away.
         slope: How much deeper it is for each m along x.
         stiffness_N_per_m: Of the spring between flange and peg.
-        mass_kg: Of the tool below the sensor, by its inertia along z.
         spoil: What befalls each force sample on its way; None for nothing.
         tip_m: Where the tip was when the sensor was last read, task frame.
         force_N: Contact force on the tip then, task frame.
@@ -111,7 +104,7 @@ class FakeWorld:
         self.clock = FakeClock()
         self.pits, self.height_m, self.slope = pits, height_m, 0.0
         self.stiffness_N_per_m = STIFFNESS_N_PER_M
-        self.mass_kg, self._heights_m = 0.0, (-3e-3, -3e-3)
+        self._height_m = -3e-3
         self.spoil = None
         self.tip_m = (0.0, 0.0, 0.0)
         self.force_N = (0.0, 0.0, 0.0)
@@ -147,8 +140,7 @@ class FakeWorld:
         x, y, z = self._task.actInv(kinematics.tip_position_m).tolist()
         self.tip_m = (x, y, z)
         force, torque = self._contact(x, y, z)
-        (last_m, before_m), self._heights_m = self._heights_m, (z, self._heights_m[0])
-        force[2] -= self.mass_kg * (z - 2.0 * last_m + before_m) / PERIOD_S**2
+        self._height_m = z
         self.force_N = _plus(force, (0.0, 0.0, 0.0))
         to_sensor = kinematics.tip_rotation.T @ self._task.rotation
         force_in_sensor = to_sensor @ force
@@ -169,13 +161,11 @@ class FakeWorld:
             self._held_N = push
             return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
         # The spring moves the peg once it bears more than friction holds.
-        self._held_N += self.stiffness_N_per_m * (z - self._heights_m[0])
+        self._held_N += self.stiffness_N_per_m * (z - self._height_m)
         friction_N = pit.friction_N if z > pit.friction_below_m else 0.0
         self._held_N = min(max(self._held_N, -friction_N), friction_N)
         push = max(push, self._held_N) if push else self._held_N
-        across, far_m = LATERAL_N_PER_M, hypot(pit.x_m - x, pit.y_m - y)
-        if pit.play_m:
-            across *= max(1.0 - pit.play_m / max(far_m, 1e-9), 0.0)
+        across = LATERAL_N_PER_M
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
 
     def _cue(self, x, y, push):
@@ -196,18 +186,12 @@ class FollowTorque(Policy):
     """Steps where the torque about the tip points: -x torque means +y, +y torque means +x.
 
     Attributes:
-        seen: Every observation, in order.
-        foreseen: Where each of them was to be expected.
         learned: Every transition, in order.
         ended: What each trial came to.
-        before: Called before each choice.
     """
 
-    seen: list[Observation] = field(default_factory=list)
-    foreseen: list[tuple[float, float]] = field(default_factory=list)
     learned: list[Transition] = field(default_factory=list)
     ended: list[Hindsight] = field(default_factory=list)
-    before: Callable[[], None] = lambda: None
     temperature: float | None = None
 
     def serves(self, state):
@@ -215,12 +199,7 @@ class FollowTorque(Policy):
 
     def begin_trial(self, trial, rng): ...
 
-    def foresee(self, place_m):
-        self.foreseen.append(place_m)
-
     def choose(self, observation):
-        self.before()
-        self.seen.append(observation)
         tx, ty, _ = observation.torque_Nm
         along = [ty * a.displacement_m[0] - tx * a.displacement_m[1] for a in ACTIONS]
         index = along.index(max(along))
@@ -240,8 +219,6 @@ class Steps(FollowTorque):
     displacements_m: Sequence[tuple[float, float]] = ()
 
     def choose(self, observation):
-        self.before()
-        self.seen.append(observation)
         n = observation.action_number
         step = self.displacements_m[n] if n < len(self.displacements_m) else (0.0, 0.0)
         return Decision(Action("given", step), None, "given")

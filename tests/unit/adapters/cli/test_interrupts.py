@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command once, however often it comes; what is closed meanwhile is closed whole."""
+"""Ctrl-C ends a command once and closes what is open whole; progress on a terminal and elsewhere."""
 
 import json
 import signal
@@ -9,6 +9,7 @@ import pytest
 from palpate.adapters.cli import interrupts, main
 from palpate.adapters.cli.commands import COMMANDS, Command
 from palpate.adapters.cli.interrupts import QUIET_S, Interrupts
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import BLOCK, RunFolder
 from palpate.adapters.log import TrialRecorder
 from palpate.simulation.work_cell import WorkCell
@@ -123,3 +124,23 @@ def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(palpate, tmp
     lines = (tmp_path / "run" / "trials.csv").read_text().splitlines()
     counted = json.loads((tmp_path / "run" / "summary.json").read_text())["trials"]
     assert counted == len(lines) - 1 == BLOCK
+
+
+def test_without_a_terminal_there_is_a_line_at_every_tenth(capsys):
+    with progress(30, "trial", "torque", initial=2) as bar:
+        for number in range(28):
+            bar.set_postfix_str(f"time {number} s")
+            bar.update()
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "torque: 3 of 30 trials, time 0 s"
+    assert [int(line.split()[1]) for line in lines] == list(range(3, 31, 3))
+    with progress(30, "log", passing=True) as bar:
+        bar.update(30)
+    assert capsys.readouterr().err == ""
+
+
+def test_on_a_terminal_there_is_a_bar(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with progress(2, "trial") as bar:
+        bar.update()
+    assert "\r" in capsys.readouterr().err

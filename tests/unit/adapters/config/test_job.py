@@ -1,5 +1,10 @@
-"""A job file: numbers in other units, relations between values, and what must be stated."""
+"""A job file: numbers in other units, relations between values, and the page that lists its fields.
 
+``PALPATE_SNAPSHOT=write`` writes the fields on the page again.
+"""
+
+import os
+import runpy
 import tomllib
 from copy import deepcopy
 from math import inf, nan
@@ -7,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import compose, read_job
+from palpate.adapters.config import compose, read_job, texts_of
 from palpate.adapters.experiments import ready_pose, require_usable
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import JOB_TABLES, STATED, Job
-from palpate.core.ports import kinds_of
+from palpate.core.ports import accepted_by, kinds_of
 
 JOBS = {path.stem: tomllib.loads(path.read_text()) for path in Path("examples/jobs").resolve().glob("*.toml")}
 TASKS = {"square-20": "insertion-6dof", "connector-16": "insertion-6dof"}
@@ -109,3 +114,40 @@ def test_another_table_is_refused_with_the_nearest_name():
         read_job({**JOBS["paper-peg"], "parts": {}})
     with pytest.raises(ConfigurationError, match="other settings belong in --config"):
         read_job({**JOBS["paper-peg"], "task": {"step_mm": 0.5}})
+
+
+PAGE = Path(__file__).parents[4] / "docs" / "job-file.md"
+BEGIN, END = "<!-- fields -->\n", "<!-- end of fields -->\n"
+
+
+def fields():
+    lines = []
+    for name in JOB_TABLES:
+        table = getattr(Job(), name)
+        lines += [f"| `[{name}]` | accepted | default | |", "|---|---|---|---|"]
+        for field, kind in kinds_of(type(table)).items():
+            stated = field in STATED.get(name, ())
+            value = getattr(table, field)
+            shown = "" if stated else f"`{list(value) if isinstance(value, tuple) else value}`"
+            accepted = accepted_by(kind).removeprefix("a number ")
+            key = f"**`{field}`**" if stated else f"`{field}`"
+            lines.append(f"| {key} | {accepted} | {shown} | {texts_of(type(table))[field]} |")
+        lines.append("")
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def test_the_page_lists_every_field_as_it_is_declared():
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    listed, _, after = rest.partition(END)
+    if os.environ.get("PALPATE_SNAPSHOT") == "write":
+        listed = fields()
+        PAGE.write_text(f"{before}{BEGIN}{listed}{END}{after}", encoding="utf-8")
+    assert listed == fields()
+
+
+def test_the_example_on_the_page_runs(tmp_path, monkeypatch):
+    text = PAGE.read_text(encoding="utf-8")
+    script = tmp_path / "example.py"
+    script.write_text(text.partition("```python\n")[2].partition("```")[0], encoding="utf-8")
+    monkeypatch.chdir(PAGE.parents[1])
+    runpy.run_path(str(script))

@@ -1,4 +1,4 @@
-"""Configurations to TOML and back, and how wrong tables are refused."""
+"""Configurations to TOML and back, tables that are wrong, and kinds of task by name."""
 
 from tomllib import loads
 
@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.adapters.config.compose import scenario
-from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
-from palpate.adapters.config.toml import literal, overlay, read_toml, to_toml
+from palpate.adapters.config import RunConfig, overlay, require_corners, scenario, task_kind, with_options
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig
+from palpate.adapters.config.toml import literal, read_toml, to_toml
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription
 from palpate.core.trial.config import GoalConfig, TaskConfig
@@ -58,3 +58,48 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
         path.write_bytes(content)
     with pytest.raises(ConfigurationError, match=r"run\.toml"):
         read_toml(path)
+
+
+def test_all_options_of_a_task_are_told_and_an_insertion_has_none():
+    config = overlay(RunConfig(), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}})
+    told = with_options(config).task.options
+    assert (told["corners"], told["down_share"]) == (4.0, 0.9)
+    assert with_options(RunConfig()) == RunConfig()
+
+
+@pytest.mark.parametrize(
+    ("world", "options", "told"),
+    [
+        ("blind-square", {"corners": 3.0}, "task.options.corners = 3.0 is refused: 4, as the square peg"),
+        ("blind-square", {"flat_deg": 30.0}, "task.options.flat_deg = 30.0 is refused: 0"),
+        ("blind-hexagon", {"corners": 6.0, "corner_mm": 18.0}, "corner_mm = 18.0 is refused: at most 17.7"),
+        ("blind-square", {"corners": 4.0, "inside_mm": 12.0}, "inside_mm = 12.0 is refused: at most task.area"),
+        ("blind", {"corners": 4.0}, "0, as the round peg of cell.peg.cross_section has"),
+        ("blind-square", {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 6.5}, ""),
+        ("blind-keyed", {"flat_deg": 37.5, "corner_mm": 11.5}, ""),
+    ],
+)
+def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world, options, told):
+    task = {"name": "insertion-6dof", "options": options, "area_half_width_mm": 11.0}
+    config = overlay(scenario(world), {"task": task})
+    if not told:
+        require_corners(config)
+        return
+    with pytest.raises(ConfigurationError) as refused:
+        require_corners(config)
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("insertoin", "did you mean insertion?"),
+        ("math:pi", "a palpate.core.trial.TaskKind; math:pi has no preset"),
+        ("no_such_package:KIND", "No module named 'no_such_package'"),
+    ],
+)
+def test_what_is_no_kind_of_task_is_refused(name, told):
+    with pytest.raises(ConfigurationError, match=r"task\.name") as refused:
+        task_kind(name)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)

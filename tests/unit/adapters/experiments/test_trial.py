@@ -1,19 +1,46 @@
-"""Setups follow from seed and number alone; success is a matter of the truth."""
+"""Trials follow from seed and number alone, the truth scores them; after a trip nothing moves; dry trials."""
 
+import json
+import re
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from palpate.adapters.config import scenario
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments import fit_of, run_scored_trial, trial_setup, truth_fields
+from palpate.adapters.experiments import (
+    NOT_RECORDED,
+    ChosenPolicy,
+    Recording,
+    baseline,
+    build_perception,
+    dry_trial,
+    fit_of,
+    learning_policy,
+    loaded_policy,
+    run_scored_trial,
+    trial_setup,
+    truth_fields,
+)
 from palpate.adapters.experiments import trial as experiment
-from palpate.core.errors import ConfigurationError
+from palpate.adapters.experiments.evaluation import warm_up
+from palpate.adapters.experiments.policies import perception_settings
+from palpate.adapters.hardware.rig import NoArm
+from palpate.adapters.log import TrialRecorder, describe, info_of, processor, read_log, recorded_sensor
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.engine import Verdict
+from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
+from palpate.core.policy import document_of
 from palpate.core.ports import FaultLatch, Truth
 from palpate.core.tasks.insertion.kind import INSERTION
-from palpate.core.trial.report import Outcome
+from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import CellConfig
-from tests.unit.adapters.samples import scored_trial
+from tests.support.faults import FaultPlan, faulty
+from tests.support.memory_sink import MemorySink
+from tests.unit.adapters.samples import QUICK, ready_pose, run_policy, scored_trial
 
 
 def test_a_setup_depends_on_seed_and_number_alone():
@@ -98,3 +125,109 @@ def test_where_nobody_knows_the_truth_a_log_holds_none():
     scored = replace(scored_trial(0), truth=None)
     assert truth_fields(scored) == {}
     assert truth_fields(scored_trial(0))["success"] is True
+
+
+@pytest.mark.parametrize(
+    ("broken", "cause"),
+    [
+        (None, r"limit 5\.5 N"),
+        (FaultPlan("disconnect", "force_sensor", 60), "force_sensor: does not answer"),
+        (FaultPlan("disconnect", "arm", 60), "arm: does not answer"),
+    ],
+)
+def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it_is_acknowledged(
+    tmp_path, broken, cause
+):
+    strict = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
+
+    def run(config, recording=NOT_RECORDED):
+        walk = baseline("random", config, lambda: (0.0, 0.0))
+        run_policy(config, rig, walk, 1, recording, name="random")
+
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        # As a rig of devices: in the simulator a trip is a result.
+        rig.simulated, sound = False, rig.ports
+        if broken is not None:
+            rig.ports = faulty(sound, (broken,))
+        with pytest.raises(DeviceError, match=cause):
+            run(QUICK if broken else strict)
+        rig.ports = sound
+        for again in (strict, QUICK):
+            with pytest.raises(FaultLatchedError, match=f"{cause}.*acknowledge it before going on"):
+                run(again)
+        rig.latch.acknowledge("Ada", "the limit was a joke")
+        sink = MemorySink()
+        with TrialRecorder(sink, tmp_path, QUICK.recording) as recorder:
+            run(QUICK, Recording(recorder))
+    (tmp_path / "log.mcap").write_bytes(sink.logs[0])
+    log = read_log(tmp_path / "log.mcap")
+    world = json.loads(log.start.world_json)
+    (acknowledged,) = world["acknowledged"]
+    assert (acknowledged["by"], acknowledged["reason"]) == ("Ada", "the limit was a joke")
+    assert re.search(cause, acknowledged["cause"])
+    assert describe(info_of(log)).count(f"Ada: the limit was a joke (after: {acknowledged['cause']})") == 1
+    assert recorded_sensor(json.dumps(world)) == rig.sensor_facts
+
+
+@pytest.mark.parametrize("learning", [True, False])
+def test_a_policy_is_recorded_as_what_it_is(tmp_path, learning):
+    perception = build_perception(QUICK)
+    policy = learning_policy(QUICK, perception)
+    if not learning:
+        document = document_of(policy, created_with={}, perception=perception_settings(QUICK, perception))
+        policy = loaded_policy(document, QUICK, perception, frozen=True)
+    sink = MemorySink()
+    with SimulatedRig(QUICK, ready_pose()) as rig, TrialRecorder(sink, tmp_path, QUICK.recording) as recorder:
+        run_policy(QUICK, rig, policy, 1, Recording(recorder))
+    (tmp_path / "log.mcap").write_bytes(sink.logs[0])
+    assert read_log(tmp_path / "log.mcap").start.frozen is not learning
+    assert replay_file(tmp_path / "log.mcap", Rebuilder()).verdict is Verdict.EQUAL
+
+
+AWAY_RAD = (0.3, 1.0, -1.2, 0.1, 0.5, 0.2)
+
+
+def dry_rig(q_rad, monkeypatch):
+    config = scenario("paper")
+    rig = SimulatedRig(config, ready_pose())
+    rig.__enter__()
+    rig.prepare(0)
+    rig.cell.place(q_rad)
+    monkeypatch.setattr(rig, "prepare", lambda trial: None)
+    monkeypatch.setattr(rig.cell, "command", lambda q: pytest.fail("the arm was commanded"))
+    rig.ports = replace(rig.ports, arm=NoArm("none"))
+    return rig, config
+
+
+@pytest.mark.parametrize("q_rad", [tuple(ready_pose().q_rad.tolist()), AWAY_RAD], ids=["ready", "anywhere"])
+def test_the_arm_stays_where_it_is_and_the_task_decides(q_rad, monkeypatch):
+    rig, config = dry_rig(q_rad, monkeypatch)
+    scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig)
+    assert [scored.report.outcome, scored.trip] == [Outcome.INTERRUPTED, ""]
+    assert "tare" in [each.name for each in scored.report.events]
+    assert rig.ports.joint_encoder.read().position_rad == pytest.approx(q_rad, abs=2e-3)
+    force, tip, way, asked = lines
+    assert "(stated 0.1 N)" in force
+    assert tip.startswith("tip by the model of zebra-zero: (")
+    assert "go to the ready pose, joints by up to" in way
+    # By whatever pose it begins: straight along the tool, at the speed of the approach.
+    assert "along the tool and 0.00 mm across" in asked
+    assert not asked.startswith("the task did not")
+
+
+def test_a_dry_run_that_trips_ends(monkeypatch):
+    rig, config = dry_rig(AWAY_RAD, monkeypatch)
+    measure, loads = rig.cell.measure_wrench, iter(range(1000))
+    monkeypatch.setattr(rig.cell, "measure_wrench", lambda: [value + 60.0 * (next(loads) > 60) for value in measure()])
+    scored, lines = dry_trial(ChosenPolicy("torque", config), config, ready_pose(), rig)
+    assert scored.trip
+    assert lines
+
+
+def test_warm_up_goes_through_every_phase_and_finds_out_what_logs_state():
+    """In the first trial, that kept every other thread of the program from running for half a second."""
+    processor.cache_clear()
+    report = warm_up(scenario("paper"), ready_pose())
+    assert processor.cache_info().currsize == 1
+    assert report.outcome is Outcome.INSERTED
+    assert {event.detail for event in report.events if event.name == "phase"} >= {"transfer", "explore", "insert"}

@@ -18,7 +18,7 @@ from palpate.core.motion import arm_named
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
 from palpate.drivers.device import ArmDriver, Measured
 from palpate.drivers.errors import SilentError
-from tests.contracts import test_cia402, test_ur, test_zebra
+from tests.contracts import test_cia402, test_zebra
 from tests.fake_devices import FakeArm, FakeJointEncoder
 from tests.support.arm_thread import ArmThread, arm_in_thread
 from tests.virtual_time import VirtualTime
@@ -168,21 +168,6 @@ def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_
         arm.acknowledge_fault()
         arm.activate()
         assert arm.send(JointCommand(tuple(angles))).reason is not CommandReason.STOPPED
-
-
-def test_a_universal_robot_goes_on_no_longer_than_its_loop():
-    bench = test_ur.Bench()
-    with bench.arm(TIMEOUT_NS) as arm:
-        angles = list(arm.read().position_rad)
-        angles[0] -= 0.25
-        arm._limiter.limited = lambda asked, now_ns: AppliedCommand(asked)
-        arm.send(JointCommand(tuple(angles)))
-        bench.clock.sleep(0.09)
-        assert not bench.controller.at_rest
-        # From 1 rad/s it takes 67 ms to brake.
-        bench.clock.sleep(0.095)
-        assert bench.controller.at_rest
-        assert "set-point time-out" in str(arm.fault)
 
 
 def test_a_loop_that_keeps_sending_or_has_stopped_the_arm_need_not_fear_the_time_out(fakes):

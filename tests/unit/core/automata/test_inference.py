@@ -130,14 +130,6 @@ class TestChoice:
             only = ExtractionSettings(fewest_intervals=intervals, most_intervals=intervals)
             assert accepting_extract(three_steps(), tree, only).wrong == 0.25
 
-    def test_without_a_consistent_q_the_best_is_kept(self):
-        words = ["a", "b", "ab", "aa"]
-        tree = PrefixTree.of(Strings.of(words, [True, False, False, True]))
-        found = accepting_extract(three_steps(), tree, ExtractionSettings(most_intervals=9))
-        assert found.wrong == 0.5
-        assert found.intervals == 2
-        assert found.cost == 0.5
-
     def test_another_alphabet_is_refused(self):
         with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
             accepting_extract(parity(), AB, ExtractionSettings())

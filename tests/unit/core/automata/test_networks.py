@@ -232,17 +232,6 @@ class TestTraining:
         other = train(WALKS, PREDICTOR, TrainingSettings(restarts=6, batch=4, steps=30, look_every=7, seed=1))
         assert parameters(one) != parameters(other)
 
-    def test_threads_of_the_caller_are_left_as_they_were(self):
-        import torch
-
-        before = torch.get_num_threads()
-        torch.set_num_threads(2)
-        try:
-            train(WALKS, PREDICTOR, TrainingSettings(restarts=2, batch=2, steps=1))
-            assert torch.get_num_threads() == 2
-        finally:
-            torch.set_num_threads(before)
-
     def test_best_is_kept_even_if_none_is_consistent(self):
         # A step size that throws every network about: what was best is far from what is last.
         wild = TrainingSettings(restarts=4, batch=4, steps=40, learning_rate=30.0, look_every=1)
@@ -251,13 +240,6 @@ class TestTraining:
         assert training.best.loss == min(point.best_loss for point in training.curve)
         assert training.curve[-1].best_loss > training.best.loss
         assert "none is right about every training string" in training.summary
-
-    def test_no_more_batches_than_needed(self):
-        training = train(EVEN_ONES, ACCEPTOR, TrainingSettings(restarts=320, batch=32, steps=400, enough=2))
-        assert len(training.networks) < 320
-        assert training.consistent >= 2
-        losses = [network.loss for network in training.networks[: training.consistent]]
-        assert losses == sorted(losses)
 
     def test_training_lowers_the_loss_to_that_of_the_source(self):
         # After an a comes a b with 3 in 4, an a otherwise; after a b the end.

@@ -114,11 +114,10 @@ def test_a_gripper_of_another_stiffness_is_named_with_its_figures():
 
 
 @pytest.mark.parametrize(
-    ("depth_mm", "friction_N", "outcome"),
-    [(9.9, 0.0, Outcome.INSERTED), (9.0, 0.0, Outcome.WEDGED), (9.6, 0.0, Outcome.WEDGED)],
+    ("depth_mm", "outcome"), [(9.9, Outcome.INSERTED), (9.0, Outcome.WEDGED), (9.6, Outcome.WEDGED)]
 )
-def test_a_peg_that_rests_too_high_is_wedged(depth_mm, friction_N, outcome):
-    trial = Trial(FakeWorld(Pit(1.2e-3, -0.7e-3, depth_m=depth_mm * 1e-3, friction_N=friction_N)))
+def test_a_peg_that_rests_too_high_is_wedged(depth_mm, outcome):
+    trial = Trial(FakeWorld(Pit(1.2e-3, -0.7e-3, depth_m=depth_mm * 1e-3)))
     assert trial.report.outcome is outcome
 
 
@@ -146,27 +145,26 @@ def test_a_heavy_tool_starts_and_ends_its_search(moving_mass_kg):
 # Faulty sensors.
 
 _LIES = {
-    "held, quiet": (held(0.06), 60.0),
-    "held, noise of its own": (held(1.0), 60.0),
-    "scaled by 0.01": (scaled(0.01), 60.0),
-    "scaled by 0.1": (scaled(0.1), 60.0),
-    "flipped": (flipped, 60.0),
-    "axial force dead": (without_axial, 60.0),
-    "forces swapped": (swapped, 60.0),
+    "held, quiet": held(0.06),
+    "held, noise of its own": held(1.0),
+    "scaled by 0.01": scaled(0.01),
+    "scaled by 0.1": scaled(0.1),
+    "flipped": flipped,
+    "axial force dead": without_axial,
+    "forces swapped": swapped,
 }
 
 
 @pytest.mark.parametrize("phase", [Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT])
 @pytest.mark.parametrize("name", _LIES)
 def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name, phase):
-    lie, limit_N = _LIES[name]
     world = FakeWorld(HOLE)
-    trial = Trial(world, lie, phase)
+    trial = Trial(world, _LIES[name], phase)
     assert trial.lied
     _, _, tip_z_m = world.tip_m
     if trial.report.outcome is Outcome.INSERTED:
         assert tip_z_m > 0.0098
-    assert trial.peak_N < limit_N
+    assert trial.peak_N < 60.0
 
 
 @pytest.mark.parametrize(
@@ -184,16 +182,3 @@ def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(phase, seed, fau
     [[run]] = run_cases(config, [Case(chosen, phase, seed)], "torque")
     assert run.latched
     assert run.peak_force_N < limit_N
-
-
-def test_what_seems_a_hole_and_is_none_is_explored_although_the_plate_was_never_felt():
-    """A sensor that is dead until the plate bears 5 N: the peg goes on from the approach to sink, and explores."""
-    woken = []
-
-    def dead_at_first(held, true, rng):
-        woken.extend([True] if true[2] < -5.0 else [])
-        return (true if woken else held) + NOISE * rng.standard_normal(6)
-
-    trial = Trial(FakeWorld(HOLE), dead_at_first, Phase.APPROACH, TaskConfig(press_kgf=1.0))
-    assert trial.details("false drop")
-    assert trial.report.outcome is Outcome.INSERTED

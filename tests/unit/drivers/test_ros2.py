@@ -1,6 +1,7 @@
-"""An arm behind ROS 2 in virtual time: joints by name, set-points, refusals, and what stops it."""
+"""Arm and force sensor behind ROS 2 in virtual time: joints by name, set-points, refusals, and what stops them."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import nan
 
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.device import ArmState
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, WiringError
-from palpate.drivers.ros2 import Ros2Arm, Ros2ArmSettings
+from palpate.drivers.ros2 import WRENCH, Ros2Arm, Ros2ArmSettings, Ros2Wrench
 from palpate.drivers.ros2.judgement import StampClock
 from tests.virtual_ros2 import HOME, NAMES, VirtualDomain
 
@@ -197,3 +198,62 @@ def test_times_are_the_stamps_on_this_clock_and_grow_whatever_the_delay():
     assert taken(20, 70) == pytest.approx(55 * 10**6, abs=10_000)
     assert taken(20, 71) == pytest.approx(55 * 10**6, abs=10_000)
     assert taken(21, 56 + 20) > 55 * 10**6
+
+
+def opened(domain, frame="tool0"):
+    link = domain.link("wrench", WRENCH, "")
+    link.open()
+    sensor = Ros2Wrench(link, frame)
+    domain.ticks(2)
+    return sensor
+
+
+def with_force(value):
+    def network(message):
+        if hasattr(message, "wrench"):
+            message.wrench.force.x = value
+        return message
+
+    return network
+
+
+def framed(message):
+    message.header.frame_id = "ft_frame"
+    return message
+
+
+WRENCH_TROUBLES = {
+    "unknown frame": (
+        lambda domain: setattr(domain, "network", framed),
+        "/wrench is in frame 'ft_frame', the rig file says 'tool0'; set .force_sensor. frame if",
+    ),
+    "NaN": (lambda domain: setattr(domain, "network", with_force(nan)), "a wrench of /wrench is no number"),
+    "two publishers": (lambda domain: setattr(domain, "publishers", 2), "2 publishers send /wrench"),
+    "clock set back": (
+        lambda domain: setattr(domain, "stamp_ns", domain.stamp_ns - 10**9), "stamps of /wrench jump back by 0.9",
+    ),
+    "silence": (lambda domain: setattr(domain, "is_plugged", False), "nothing new for 1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("trouble", WRENCH_TROUBLES)
+def test_trouble_is_raised_in_one_line(trouble):
+    domain = VirtualDomain()
+    sensor = opened(domain)
+    assert sensor.poll(domain.clock.now_ns())[-1].force_N == (0.0, 0.0, -5.0)
+    sensor.check()
+    WRENCH_TROUBLES[trouble][0](domain)
+    domain.ticks(20)
+    sensor.poll(domain.clock.now_ns())
+    with pytest.raises(DriverError, match=WRENCH_TROUBLES[trouble][1]):
+        sensor.check()
+
+
+def test_samples_carry_the_times_of_their_stamps():
+    domain = VirtualDomain()
+    sensor = opened(domain)
+    sensor.poll(domain.clock.now_ns())
+    domain.ticks(1)
+    times_ns = [sample.receive_time_ns for sample in sensor.poll(domain.clock.now_ns())]
+    assert [b - a for a, b in pairwise(times_ns)] == pytest.approx([2e6] * (len(times_ns) - 1))
+    assert domain.clock.now_ns() - times_ns[-1] < 2.1e6

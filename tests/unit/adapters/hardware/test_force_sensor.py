@@ -1,16 +1,21 @@
-"""Facts about the force sensor: what the rig file states and what the sensor reports, put together."""
+"""Facts about the force sensor, its mounting, and readings that come faster than they are polled."""
+
+from dataclasses import dataclass
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from typing_extensions import override
 
 from palpate.adapters.config.rig import SensorFactsTable
 from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware import TurnedForceSensor
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.adapters.hardware.sensor_facts import gathered, missing_facts
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import WrenchSample
+from palpate.core.ports import Validity, WrenchSample
 from palpate.core.ports.rig import SensorFacts
+from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.simulation.work_cell import HiddenValues
 from tests.fake_devices import FakeForceSensor
 
@@ -57,3 +62,46 @@ def test_a_turned_sensor_reads_as_if_it_were_not(turn_deg, wrench):
     read = TurnedForceSensor(sensor, turn_deg).read()
     assert (*read.force_N, *read.torque_Nm) == pytest.approx(wrench, abs=1e-12)
     assert (read.source_time_ns, read.receive_time_ns, read.sequence) == (1, 2, 3)
+
+
+class Busy(PolledSensor):
+    """A poll takes longer than a reading: each finds a new one."""
+
+    def __init__(self, clock):
+        super().__init__("sensor", "wait")
+        self.clock, self.count = clock, 0
+
+    @override
+    def poll(self, now_ns):
+        self.clock.sleep_until(now_ns + 6_000_000)
+        self.count += 1
+        zero = (0.0, 0.0, 0.0)
+        self.latest = ForceSample(zero, zero, self.count, self.clock.now_ns())
+        return [self.latest]
+
+    @override
+    def check(self): ...
+
+
+@dataclass
+class Table:
+    max_age_ms: float = 50.0
+    start_timeout_s: float = 30.0
+
+
+class Sensor(PolledForceSensor[Busy]):
+    period_ns = 5_000_000
+
+    @override
+    def _connect(self):
+        self.device = Busy(self._clock)  # type: ignore[arg-type]
+
+    @override
+    def _leave(self, device): ...
+
+
+def test_sensor_whose_readings_come_faster_than_they_are_taken_is_activated():
+    clock = FakeClock()
+    with Sensor("sensor", clock, Table()) as sensor:
+        assert clock.now_ns() < 2 * 10**9
+        assert sensor.read().validity is Validity.VALID
