@@ -97,7 +97,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """In any order of requests, work, faults and cut cables the state is that of the table, and work goes on."""
         with self.rig(Life.CONSTRUCTED) as rig:
             live = rig.runs_by_itself or self.motion is not None
-        try_lives(self, shorten=not live, lives=8 if live else 12)
+        try_lives(self, 8 if live else 12)
 
     def test_lost_device_raises(self) -> None:
         """With the cable cut, each use raises DeviceError, activated again too, and ``close`` works all the same."""

@@ -1,6 +1,6 @@
 """Lives of an adapter in any order of requests, against the table of :mod:`palpate.core.ports.lifecycle`.
 
-The steps are drawn, the same each time; steps that a failure does not need are left out of it.
+The steps are drawn, the same each time.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,11 +28,8 @@ _RECENT: Final = 8
 _PAUSE_TICKS: Final = 200
 
 
-def try_lives(suite: Any, lives: int, *, shorten: bool) -> None:
+def try_lives(suite: Any, lives: int) -> None:
     """Live through a number of lives of a suite's adapter.
-
-    Args:
-        shorten: Find fewer steps that fail as well; a real device may not fail again.
 
     Raises:
         ContractViolation: In one of them something differs from the table, or the adapter does not work.
@@ -40,25 +37,8 @@ def try_lives(suite: Any, lives: int, *, shorten: bool) -> None:
     for seed in range(lives):
         random = Random(seed)
         steps = [(random.choice(_STEPS), random.random() < 0.5) for _ in range(_LENGTH)]
-        violation = _violation(suite, steps)
-        if violation is None:
-            continue
-        for left_out in reversed(range(_LENGTH if shorten else 0)):
-            fewer = [*steps[:left_out], *steps[left_out + 1 :]]
-            found = _violation(suite, fewer)
-            if found is not None:
-                steps, violation = fewer, found
-        raise violation
-
-
-def _violation(suite: Any, steps: Sequence[tuple[str, bool]]) -> ContractViolation | None:
-    """Return what is wrong with the life of these steps."""
-    try:
         with suite.rig(Life.CONSTRUCTED) as rig:
             _Living(suite, rig).live(steps)
-    except ContractViolation as violation:
-        return violation
-    return None
 
 
 class _Living:

@@ -41,7 +41,7 @@ from palpate.core.policy import Policy
 from palpate.core.ports import Rig
 from palpate.core.supervision import limits_line, weakened_lines
 from palpate.core.trial import ReadyPose
-from palpate.simulation.work_cell import accuracy_lines, inertia_lines
+from palpate.simulation.work_cell import inertia_lines, validity_lines
 
 _MOST_TROUBLES: Final = 5
 Named: TypeAlias = str | os.PathLike[str]
@@ -340,7 +340,7 @@ class Run:
     def _tell_part(self) -> None:
         config = self.config
         own = [limits_line(config.supervision, config.task)] if self.rig_file else inertia_lines(config.arm)
-        weak = *weakened_lines(config.supervision), *accuracy_lines(config.cell)
+        weak = *weakened_lines(config.supervision), *validity_lines(config.cell)
         for line in (config.part.describe(), *own, *weak):
             self.notify(line)
 

@@ -10,7 +10,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, StateError, WiringError
+from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, WiringError
 from palpate.drivers.nmc.commands import CLEAR_BITS, NOP, read_stat
 from palpate.drivers.nmc.frames import (
     EVERYBODY,
@@ -69,7 +69,6 @@ class NmcBus:
         self._masks: dict[int, StatusItem] = {}
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
-        self._demand: str | None = None
         self._is_dirty = True
         self._asked = 0
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s)
@@ -98,10 +97,9 @@ class NmcBus:
         self.forgive()
 
     def forgive(self) -> None:
-        """Withdraws the demand for a new start, after one."""
+        """Clears the failures."""
         self._failures.clear()
         self._run = self._stray_run = 0
-        self._demand = None
 
     def resync(self) -> None:
         """Flushes the line and completes any frame that a module may still be waiting for."""
@@ -132,7 +130,7 @@ class NmcBus:
         self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
 
     def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
-        """One try, allowed even while a new start is demanded; failures are counted but raise nothing."""
+        """One try; failures are counted but raise nothing."""
         was_dirty = self._is_dirty
         if was_dirty:
             self.resync()
@@ -175,21 +173,19 @@ class NmcBus:
         """One try of many, as in a control cycle; None when the reply was lost or thrown away.
 
         Raises:
-            StateError: The bus demands a new start.
             SilentError: No reply as often in a row as the settings allow, or the port is gone.
             GarbledError: As often a reply without sense, or bytes without a request.
             WiringError: What is sent comes back.
         """
-        if self._demand is not None:
-            raise StateError(DEVICE, f"stopped after errors ({self._demand})", "start or attach to the bus again")
         result = self.attempt(address, command)
         allowed = ERRORS_IN_A_ROW
         if self._stray_run >= allowed:
-            raise self._stop(self._stray_error())
+            problem = f"heard bytes without a request before {self._stray_run} requests in a row"
+            raise GarbledError(DEVICE, problem, _OTHERS)
         if isinstance(result, Reply):
             return result
         if max(self._failures[address], self._run) >= allowed:
-            raise self._stop(_error(address, result, allowed))
+            raise _error(address, result, allowed)
         return None
 
     def disown(self, address: int) -> None:
@@ -203,7 +199,7 @@ class NmcBus:
         Only for commands that do no harm when they arrive twice.
 
         Raises:
-            StateError, SilentError, GarbledError, WiringError: As :meth:`exchange`.
+            SilentError, GarbledError, WiringError: As :meth:`exchange`.
         """
         while (reply := self.exchange(address, command)) is None:
             continue
@@ -219,7 +215,7 @@ class NmcBus:
         """Clears the sticky fault bits of a module; the bus never does so by itself.
 
         Raises:
-            StateError, SilentError, GarbledError, WiringError: As :meth:`exchange`.
+            SilentError, GarbledError, WiringError: As :meth:`exchange`.
         """
         return self.require(address, CLEAR_BITS)
 
@@ -268,18 +264,9 @@ class NmcBus:
         self._failures[address] += 1
         self._run += 1
 
-    def _stop(self, error: DriverError) -> DriverError:
-        self._demand = error.problem
-        return error
-
-    def _stray_error(self) -> GarbledError:
-        problem = f"heard bytes without a request before {self._stray_run} requests in a row"
-        return GarbledError(DEVICE, problem, _OTHERS)
-
     def _gone(self, error: Exception) -> SilentError:
         self._is_dirty = True
-        self._demand = f"the port is gone ({error})"
-        return SilentError(DEVICE, self._demand, "plug the serial adapter in and open the port again")
+        return SilentError(DEVICE, f"the port is gone ({error})", "plug the serial adapter in and open the port again")
 
 
 def _error(address: int, reason: Discarded, times: int) -> DriverError:

@@ -49,7 +49,7 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
     bus.forget()
     addresses = _address_chain(bus)
     if not addresses:
-        raise _nobody(bus)
+        raise _nobody()
     change_baud(bus, addresses)
     return _identify(bus, addresses)
 
@@ -90,8 +90,6 @@ def change_baud(bus: NmcBus, addresses: range) -> None:
     if not lost:
         bus.forgive()
         return
-    if len(lost) == len(addresses) and (found := _find_rate(bus, addresses[0])) is not None:
-        raise WiringError(DEVICE, f"told to go to {baud} baud, the modules answer at {found}", f"set {found} baud")
     names = ", ".join(map(str, lost))
     problem = f"after the change to {baud} baud no answer from module {names}"
     raise SilentError(DEVICE, problem, "start again, with a lower baud rate if this repeats")
@@ -158,24 +156,10 @@ def _identify(bus: NmcBus, addresses: range) -> tuple[Module, ...]:
     return tuple(modules)
 
 
-def _find_rate(bus: NmcBus, address: int) -> int | None:
-    for baud in BAUD_DIVISORS:
-        bus.set_line(baud)
-        bus.forget()
-        for candidate in (address, _UNADDRESSED):
-            if isinstance(_ask(bus, candidate, StatusItem.IDENTITY, tries=1), Reply):
-                return baud
-    return None
-
-
-def _nobody(bus: NmcBus) -> WiringError:
-    found = _find_rate(bus, 1)
-    if found is None:
-        rates = ", ".join(map(str, BAUD_DIVISORS))
-        problem = f"no module answers at any of {rates} baud"
-        return WiringError(DEVICE, problem, "check the port's name, the supply of the modules, and both pairs of wires")
-    problem = f"no module takes an address at {POWER_UP_BAUD} baud, but one answers at {found}"
-    return WiringError(DEVICE, problem, "switch the modules off and on: they have not obeyed the reset")
+def _nobody() -> WiringError:
+    problem = f"no module takes an address at any of {', '.join(map(str, BAUD_DIVISORS))} baud"
+    remedy = "check the port's name, both pairs of wires, and the supply of the modules: switch them off and on"
+    return WiringError(DEVICE, problem, remedy)
 
 
 def _echo() -> WiringError:

@@ -224,7 +224,7 @@ class Servos:
         """Switches every motor off; nothing holds the arm then."""
         lost = []
         for axis in AXES:
-            # Not by way of require(): motors must go off even while the bus demands a new start.
+            # Not by way of require(): one lost motor must not keep the others on.
             if any(isinstance(self._bus.attempt(axis, _OFF), Reply) for _ in range(2)):
                 self.on.discard(axis)
             else:

@@ -1,4 +1,3 @@
-from .accuracy import accuracy_lines as accuracy_lines
 from .accuracy import play_error_mm as play_error_mm
 from .accuracy import valid as valid
 from .accuracy import validity_lines as validity_lines

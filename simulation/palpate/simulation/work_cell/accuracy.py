@@ -1,4 +1,4 @@
-"""Accuracy of a cell's contacts: its play error, its valid range, and settings that cost accuracy.
+"""Accuracy of a cell's contacts: its play error, and its valid range.
 
 Figures are in docs/results.md.
 """
@@ -10,9 +10,6 @@ from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_impedance import VALID_SHARE, give_mm
 from palpate.simulation.work_cell.contour import FLAT
 
-_COARSE_SUBSTEPS = 3
-_LEAST_LEANING_IMPEDANCE = ((5, 0.96), (16, 0.965), (100, 0.97))
-"""From which impedance on a peg that leans sinks in by no more than 5 um, up to so many substeps."""
 _IDEAL_MM: Final = 0.0008
 """Roughness of a ground pin, Ra at most by ISO 8734, which ideal circles leave out."""
 
@@ -43,25 +40,3 @@ def validity_lines(cell: CellConfig) -> list[str]:
     error = f"{play_error_mm(cell) * 1e3:.1f} um of a radial clearance of {cell.peg.clearance_mm * 1e3:g} um"
     line = f"outside the simulator's valid range: its play error is {error} (limit {VALID_SHARE:.0%})"
     return [] if valid(cell) else [line]
-
-
-def accuracy_lines(cell: CellConfig) -> list[str]:
-    """What is to be said of a cell that touches less truly than the one that comes, a line each."""
-    peg, lines = cell.peg, validity_lines(cell)
-    if peg.cross_section == "round" and peg.rim_spheres != peg.wall_boxes:
-        lines.append(
-            f"cell.peg.rim_spheres = {peg.rim_spheres} beside cell.peg.wall_boxes = {peg.wall_boxes}: "
-            "the torque points beside the hole by up to 7 degrees RMS (limit 5); equal numbers go together"
-        )
-    if cell.substeps <= _COARSE_SUBSTEPS:
-        lines.append(
-            f"cell.substeps = {cell.substeps}: a peg drops into the hole from up to 18 % farther off "
-            "than at half the time step (limit 20 %)"
-        )
-    least = next(least for substeps, least in _LEAST_LEANING_IMPEDANCE if cell.substeps <= substeps)
-    if cell.leans and cell.leaning_impedance < least:
-        lines.append(
-            f"cell.leaning_impedance = {cell.leaning_impedance:g} at cell.substeps = {cell.substeps}: "
-            f"a peg that leans sinks into the plate by more than 5 um (limit 5); from {least:g} on it does not"
-        )
-    return lines
