@@ -8,8 +8,6 @@ from abc import abstractmethod
 from dataclasses import replace
 from typing import Generic
 
-from typing_extensions import override
-
 from palpate.adapters.contracts import TICK_NS
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports import (
@@ -115,7 +113,6 @@ class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
         self.kind = WrenchKind.RAW
         self.saturated = False
 
-    @override
     def _measured(self, now_ns, sequence):
         validity = Validity.SATURATED if self.saturated else Validity.VALID
         return WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
@@ -133,7 +130,6 @@ class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
         super().__init__("fake joint encoder", clock, max_age_ns)
         self._position_rad = position_rad
 
-    @override
     def _measured(self, now_ns, sequence):
         return JointSample(self._position_rad(), now_ns, now_ns, sequence)
 
@@ -148,15 +144,7 @@ class FakeArm(FakeDevice, ArmCommand):
         max_step_rad: How far a joint may move by one command.
     """
 
-    def __init__(
-        self,
-        clock,
-        home_rad,
-        *,
-        lower_rad,
-        upper_rad,
-        max_step_rad,
-    ):
+    def __init__(self, clock, home_rad, *, lower_rad, upper_rad, max_step_rad):
         super().__init__("fake arm", clock)
         self._lower_rad, self._upper_rad, self._max_step_rad = lower_rad, upper_rad, max_step_rad
         self._stopped = False

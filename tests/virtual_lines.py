@@ -1,7 +1,5 @@
 """Serial lines and CAN buses in virtual time: drivers open them by name, as they open real ones."""
 
-from __future__ import annotations
-
 from collections import deque
 from types import SimpleNamespace
 from typing import Generic

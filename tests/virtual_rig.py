@@ -1,7 +1,5 @@
 """An emulated rig in virtual time: the simulated cell behind the emulators' wires, the real drivers before them."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from dataclasses import replace
 
@@ -75,17 +73,7 @@ class VirtualRig(DeviceRig):
         phase: Of the cell's ticks, 0 to 1 of a control period.
     """
 
-    def __init__(
-        self,
-        config,
-        ready,
-        arm,
-        force,
-        hidden,
-        *,
-        phase=0.0,
-        late_ns=lambda tick: 0,
-    ):
+    def __init__(self, config, ready, arm, force, hidden, *, phase=0.0, late_ns=lambda tick: 0):
         self.desk, self.latch = VirtualDesk(), FaultLatch()
         self._config, self._approach = config, find_approach(config, ready)
         emulation = EmulationConfig(wires=arm, force=force)
@@ -147,7 +135,7 @@ def _arm_table(arm, cell):
     if arm == "zebra-nmc":
         return {"port": "arm", "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True,
                 "reset_wait_ms": 20.0}  # fmt: skip
-    scale = list(cell.arm.motors._scale)  # type: ignore[attr-defined]
+    scale = list(cell.arm.motors._scale)
     nodes = [axis + 1 for axis in range(len(scale))]
     return {"interface": "virtual", "channel": "arm", "divider": 2, "nodes": nodes, "counts_per_rad": scale}
 

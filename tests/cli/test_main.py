@@ -42,8 +42,7 @@ def test_every_command_explains_itself(palpate, words, shown):
 
 
 @pytest.mark.parametrize(
-    ("wide", "line"),
-    [(80, "neither on the\nnumber of workers"), (200, "neither on the number of workers")],
+    ("wide", "line"), [(80, "neither on the\nnumber of workers"), (200, "neither on the number of workers")]
 )
 def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(palpate, monkeypatch, wide, line):
     monkeypatch.setenv("COLUMNS", str(wide))

@@ -15,11 +15,7 @@ from tests.unit.adapters.log.made_logs import start, tick, write_log
 def desk(tmp_path):
     """A sound log, and all kinds of files that are none."""
     sound = INSERTION.read_bytes()
-    contents = {
-        "sound.mcap": sound,
-        "torn.mcap": sound[:500],
-        "there.gif": b"a picture of mine",
-    }
+    contents = {"sound.mcap": sound, "torn.mcap": sound[:500], "there.gif": b"a picture of mine"}
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
     (tmp_path / "folder.gif").mkdir()

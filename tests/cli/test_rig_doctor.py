@@ -51,11 +51,7 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_end_from_outside_is_one_line(
-    palpate,
-    monkeypatch,
-    number,
-):
+def test_an_end_from_outside_is_one_line(palpate, monkeypatch, number):
     def interrupted(examination):
         signal.raise_signal(number)
         yield DeviceReport("never")

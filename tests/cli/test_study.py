@@ -10,16 +10,7 @@ from pathlib import Path
 import pytest
 
 from palpate.simulation.work_cell.cell import WorkCell
-from tests.command_line import (
-    PATIENCE_S,
-    RESULTS,
-    CommandLine,
-    Done,
-    files_in,
-    results_in,
-    shared_folder,
-    wait_until,
-)
+from tests.command_line import PATIENCE_S, RESULTS, CommandLine, Done, files_in, results_in, shared_folder, wait_until
 
 SMALL = """
 [study]

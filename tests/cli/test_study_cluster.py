@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -27,7 +26,6 @@ policies = ["q-learning", "torque"]
 [base]
 task.time_limit_s = 0.3
 """
-Begin = Callable[..., subprocess.Popen[bytes]]
 
 
 @pytest.fixture

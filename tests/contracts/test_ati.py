@@ -77,7 +77,7 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
 def test_a_box_that_nobody_configured_for_us_does_not_open():
     bench = Bench()
     page = bench.box.page().replace(b"<scfgfu>N<", b"<scfgfu>lbf<")
-    bench.box.page = lambda: page  # type: ignore[method-assign]
+    bench.box.page = lambda: page
     with pytest.raises(ConfigurationError, match="set the force units to N"):
         bench.sensor.configure()
     assert (bench.sensor.life, bench.is_open) == (Life.CONSTRUCTED, False)

@@ -54,13 +54,7 @@ class Bench(BusBench):
 class TestCia402Encoder(JointEncoderContract):
     def make(self):
         bench = Bench()
-        return JointEncoderRig(
-            max_age_ns=250_000_000,
-            joints=3,
-            expected_rad=HOME,
-            arm=bench.arm,
-            **bench.knobs(),
-        )
+        return JointEncoderRig(max_age_ns=250_000_000, joints=3, expected_rad=HOME, arm=bench.arm, **bench.knobs())
 
 
 class TestCia402Arm(ArmCommandContract):

@@ -36,7 +36,7 @@ class OfKind:
     def trying(cls, kind=None, **knobs):
         suite = cls()
         suite.kind = kind or cls.kind
-        suite.knobs = knobs  # type: ignore[misc]
+        suite.knobs = knobs
         return suite
 
 

@@ -1,12 +1,6 @@
 """A stranger's arm keeps the contracts in the arm's process as it keeps them in the loop's."""
 
-from palpate.adapters.contracts import (
-    TICK_NS,
-    ArmCommandContract,
-    ArmCommandRig,
-    JointEncoderContract,
-    JointEncoderRig,
-)
+from palpate.adapters.contracts import TICK_NS, ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.arm_process import PACE_NS
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext

@@ -319,7 +319,7 @@ class HidesStop(FakeArm):
 
 class TellsSeconds(FakeClock):
     def now_ns(self):
-        return float(super().now_ns())  # type: ignore[return-value]
+        return float(super().now_ns())
 
 
 class TurnsBack(FakeClock):
@@ -337,12 +337,7 @@ class Drifts(FakeClock):
         super().sleep_until(deadline_ns + self.late_ns if deadline_ns > self.now_ns() else deadline_ns)
 
 
-FORCE, ENCODER, ARM, CLOCK = (
-    fake.TestFakeForceSensor,
-    fake.TestFakeJointEncoder,
-    fake.TestFakeArm,
-    fake.TestFakeClock,
-)
+FORCE, ENCODER, ARM, CLOCK = (fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm, fake.TestFakeClock)
 LIFE, SOUND, SILENT, LOAD = "life_follows_the_table", "every_sample_is_sound", "silence_is_marked", "load_has_its_sign"
 BOUNDS, SPEED, STILL = "position_limit", "velocity_limit", "after_stop_the_arm_holds_still"
 UNSAFE = [

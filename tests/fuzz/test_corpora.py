@@ -7,11 +7,7 @@ import pytest
 from tests.support import fuzz_cia402, fuzz_jr3, fuzz_nmc
 from tests.support.fuzzing import CORPORA
 
-HARNESSES = {
-    "cia402": fuzz_cia402.once,
-    "nmc": fuzz_nmc.once,
-    "jr3_can": fuzz_jr3.once,
-}
+HARNESSES = {"cia402": fuzz_cia402.once, "nmc": fuzz_nmc.once, "jr3_can": fuzz_jr3.once}
 INPUTS = [(name, path) for name in HARNESSES for path in sorted((CORPORA / name).iterdir())]
 FAULTED = {"astray", "boot", "emergency", "fault_state", "mute", "stopped"}
 SILENT = {"heartbeat", "orphans", "kinds", "other_node", "host", "short", "bad_state", "echo", "noise"}

@@ -1,7 +1,5 @@
 """Fault plans and settings of the fault scenarios."""
 
-from __future__ import annotations
-
 EXPLORING = 150
 """A tick at which trial 0 explores."""
 SOON = {"tare_ticks": 8, "start_uncertainty_mm": 0.0}
@@ -37,10 +35,7 @@ def square(**options):
     """Settings of a square peg, inserted in six degrees of freedom."""
     task = {"name": "insertion-6dof", "tare_ticks": 7, "ready_height_mm": 1.0, "time_limit_s": 4.0}
     own = {"corners": 4.0, "corner_mm": 20.5, "inside_mm": 2.0} | options
-    return {
-        "task": task | {"start_uncertainty_mm": 0.5, "options": own},
-        "cell": {"peg": {"cross_section": "square"}},
-    }
+    return {"task": task | {"start_uncertainty_mm": 0.5, "options": own}, "cell": {"peg": {"cross_section": "square"}}}
 
 
 def dead(tick):

@@ -1,7 +1,5 @@
 """A trial with faults injected at its ports, and its log."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,14 +20,7 @@ from palpate.adapters.experiments import (
 from palpate.adapters.log import TrialRecorder, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, PalpateError
-from palpate.core.ports import (
-    AppliedCommand,
-    ArmCommand,
-    CommandReason,
-    DeviceDecorator,
-    ForceSensor,
-    WrenchKind,
-)
+from palpate.core.ports import AppliedCommand, ArmCommand, CommandReason, DeviceDecorator, ForceSensor, WrenchKind
 from palpate.core.supervision import weaker_settings
 from tests.support.faults import FaultPlan, faulty
 from tests.support.memory_sink import MemorySink

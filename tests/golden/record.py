@@ -4,8 +4,6 @@ Recording is for a change that is meant to alter behaviour; its commit says whic
 reason differs from its recipe is reported, and the exit code is then 1.
 """
 
-from __future__ import annotations
-
 import shutil
 import sys
 import tempfile

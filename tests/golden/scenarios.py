@@ -1,7 +1,5 @@
 """Fault scenarios of the golden logs: each trip reason, each outcome, and sensor faults that have a mechanism."""
 
-from __future__ import annotations
-
 from tests.golden.fault_plans import EXPLORING, SOON, arm, clock, dead, force, joints, square, weak
 from tests.golden.fault_scenario import FaultScenario
 from tests.golden.scenarios_supervision import COMMANDS, LIMITS, SAMPLES
@@ -16,10 +14,7 @@ def _shallow(depth_mm, hole_mm, arm="zebra-zero", **task):
 
 
 INSERTIONS = {
-    "straight-in": FaultScenario(
-        "inserted",
-        settings=_shallow(1.0, 1.0, **SOON, surface_uncertainty_mm=0.0),
-    ),
+    "straight-in": FaultScenario("inserted", settings=_shallow(1.0, 1.0, **SOON, surface_uncertainty_mm=0.0)),
     # Far from where the posture points: each inverse kinematics takes several steps.
     "inserted-panda": FaultScenario(
         "inserted",
@@ -44,10 +39,7 @@ INSERTIONS = {
     ),
     "proportional": FaultScenario(
         "stopped from outside",
-        settings={
-            "control": {"force_proportional_m_per_N": 1e-5},
-            "task": {"time_limit_s": 3.0, "tare_ticks": 8},
-        },
+        settings={"control": {"force_proportional_m_per_N": 1e-5}, "task": {"time_limit_s": 3.0, "tare_ticks": 8}},
         at=(160, "stop"),
     ),
     # A force that fades for eight ticks looks like the hole.
@@ -88,9 +80,7 @@ SENSOR_FAULTS = {
         "safety trip, SENSOR_NOISE", (force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": SOON}
     ),
     "fault-drifting": FaultScenario(
-        "safety trip, CONTACT_MISMATCH",
-        (force("bias-drift", EXPLORING, magnitude=-4.0, channels=(2,)),),
-        _LONG,
+        "safety trip, CONTACT_MISMATCH", (force("bias-drift", EXPLORING, magnitude=-4.0, channels=(2,)),), _LONG
     ),
     # Each channel drifts meanwhile, and their sum does not.
     "fault-recurring": FaultScenario(

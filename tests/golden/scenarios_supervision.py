@@ -1,7 +1,5 @@
 """Fault scenarios of the supervisor, the ports and the arm's limits: samples, forces, places, commands."""
 
-from __future__ import annotations
-
 from math import nan
 
 from palpate.core.ports import CommandReason
@@ -53,10 +51,7 @@ LIMITS = {
     ),
     # The sample is early and thus close to the one before.
     "trip-force-rate": FaultScenario(
-        "safety trip, FORCE_RATE",
-        (force("spike", 84, magnitude=26.0, channels=(0,)),),
-        _EARLY,
-        ahead={84: -2_000_000},
+        "safety trip, FORCE_RATE", (force("spike", 84, magnitude=26.0, channels=(0,)),), _EARLY, ahead={84: -2_000_000}
     ),
     # Two samples too close in time for a rate, two half a tick apart, and two around a repeated one.
     "close-samples": FaultScenario(

@@ -12,16 +12,8 @@ from palpate.core.ports import SensorFacts
 from tests.golden.fault_plans import arm, square
 from tests.golden.fault_scenario import FaultScenario, recorded
 from tests.golden.record import shown
-from tests.support.fault_trials import (
-    Bench,
-    Case,
-    Fault,
-    Verdict,
-    cases,
-    device_faults,
-    run_cases,
-    sensor_faults,
-)
+from tests.support.fault_list import Fault, device_faults, sensor_faults
+from tests.support.fault_trials import Bench, Case, Verdict, cases, run_cases
 from tests.support.pegs_6dof import config_of
 
 CONFIG = RunConfig()

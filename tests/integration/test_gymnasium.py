@@ -6,9 +6,7 @@ import re
 import runpy
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import gymnasium
 import numpy as np
@@ -114,9 +112,6 @@ def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys):
     section = guide.partition("## palpate/PegInsertion6Dof-v0")[2]
     exec(section.split("```python\n")[1].partition("```")[0], {})
     assert re.fullmatch(r"inserted lean 1, push 1, stand 1(, insert)?\n", capsys.readouterr().out)
-
-
-Told = Callable[[int, bool, dict[str, Any]], None]
 
 
 def learn_outside(env, policy, seed, trials, tell):

@@ -42,7 +42,7 @@ class StandInRobot:
     """Of LeRobot's ``Robot`` nothing but that it takes a configuration."""
 
     def __init__(self, config):
-        self.robot_type = self.name  # type: ignore[attr-defined]
+        self.robot_type = self.name
 
 
 class StandInDataset:
@@ -173,7 +173,7 @@ def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(dataset, tmp_
 
 
 def test_an_invalid_sample_leaves_the_one_before(dataset, tmp_path):
-    bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)  # type: ignore[arg-type]
+    bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)
     silent = replace(exact(0), wrench=None, asked_rad=None, applied=None)
     found = frames(dataset, tmp_path, [silent, exact(1), replace(exact(2), wrench=bad), exact(3)], 140)
     assert found["tick"].tolist() == [1, 2, 3]

@@ -125,7 +125,7 @@ def test_one_changed_bit_is_found_in_either_way(trained, tmp_path, monkeypatch, 
         assert replayed(altered, tmp_path).verdict is not Verdict.EQUAL, topic
 
     def elsewhere(made):
-        made.policy_json = made.policy_json.replace("Drift", "Drifs")  # type: ignore[attr-defined]
+        made.policy_json = made.policy_json.replace("Drift", "Drifs")
 
     assert replayed(changed(messages, 0, elsewhere), tmp_path).verdict is Verdict.REFUSED
     learned = changed(messages, 0, lambda made: setattr(made, "learner_json", made.learner_json.replace("0.0", "0.5")))

@@ -53,7 +53,7 @@ def struck(arm, force, strike, at_ns=200_000_000):
             prepare(trial)
             timer.after(at_ns, lambda: strike(rig))
 
-        rig.prepare = then  # type: ignore[method-assign]
+        rig.prepare = then
         try:
             run.evaluate(1, "torque")
         except DeviceError as error:
@@ -90,10 +90,10 @@ def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s():
             for data in came:
                 timer.after(1_000_000, lambda data=data: port.put(data))
             if came:
-                port.line.step = step  # type: ignore[method-assign]
+                port.line.step = step
             return came
 
-        port.line.step = twice  # type: ignore[method-assign]
+        port.line.step = twice
 
     assert struck("zebra-nmc", "jr3-can", again, 540_000_000) == "went on"
 

@@ -2,7 +2,6 @@
 
 import os
 import threading
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -58,7 +57,6 @@ class Devices:
     context: RigContext
 
 
-Make = Callable[..., tuple[HardwareRig, Devices]]
 NO_KEYS = OperatorTable(keys=False)
 FACTS = SensorFactsTable(0.1, 0.004, (100.0,) * 3, (5.0,) * 3, 140.0)
 
@@ -83,13 +81,7 @@ def rig_of(monkeypatch):
     monkeypatch.setattr(hardware_rig, "arm_in_process", arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
-    def make(
-        watchdog,
-        operator,
-        config=CONFIG,
-        facts=FACTS,
-        latch=None,
-    ):
+    def make(watchdog, operator, config=CONFIG, facts=FACTS, latch=None):
         entry = DeviceEntry("fake", {})
         file = RigFile("fakes", entry, entry, 2.0, operator, watchdog, facts)
         return HardwareRig(file, config, find_approach(config, ready_pose()), latch), devices

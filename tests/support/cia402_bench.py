@@ -1,7 +1,5 @@
 """A bus without threads and without real time: what the host sends reaches emulated drives at once, and back."""
 
-from __future__ import annotations
-
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import BusFrame
@@ -137,7 +135,7 @@ class Bench:
             CanopenLink(self.network), self.settings, now_ns=self.network.clock, sleep=self.network.sleep
         )
         # Waiting is what lets this bus go on; the lock is re-entrant, so frames may come in meanwhile.
-        self.arm._exchange._mailbox._all_here.wait = self.network.sleep  # type: ignore[method-assign, assignment]
+        self.arm._exchange._mailbox._all_here.wait = self.network.sleep
 
     def enabled(self):
         self.arm.open()

@@ -10,15 +10,12 @@ ticks count from a port's first use.
 """
 
 import zlib
-from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import copysign, nan
-from typing import ClassVar, Generic, NamedTuple
+from math import nan
+from typing import NamedTuple
 
 import numpy as np
-from typing_extensions import override
 
 from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import (
@@ -31,12 +28,10 @@ from palpate.core.ports import (
     ForceSensor,
     JointCommand,
     JointEncoder,
-    JointSample,
     Ports,
-    SampleT,
     Validity,
-    WrenchSample,
 )
+from tests.support.sample_faults import SAMPLE_FAULTS, changed
 
 MAX_AGE_NS = 5 * 1_000_000_000 // CONTROL_RATE_HZ
 """Age above which a sample that a fault holds back is marked ``STALE``, unless another is given: five ticks."""
@@ -90,10 +85,6 @@ class Moment(NamedTuple):
     time_ns: int
 
 
-Notify = Callable[[Moment], object]
-"""Called whenever a fault has changed something."""
-
-
 class Ticker:
     """Counts the ticks of one port: a use at a later time than the previous one begins a tick."""
 
@@ -142,237 +133,15 @@ class Schedule:
         return self.plan.probability >= 1.0 or self.rng.random() < self.plan.probability
 
 
-# Faults of samples.
-
-_Change = Callable[[int, float], float]
-"""A function of a channel's number and value."""
+# Decorated ports.
 
 
-def channels_of(sample):
-    """Return Fx Fy Fz Tx Ty Tz in N and Nm, or the joint angles in rad."""
-    return (*sample.force_N, *sample.torque_Nm) if isinstance(sample, WrenchSample) else sample.position_rad
-
-
-def with_channels(sample, values, validity):
-    if isinstance(sample, WrenchSample):
-        fx, fy, fz, tx, ty, tz = values
-        return replace(sample, force_N=(fx, fy, fz), torque_Nm=(tx, ty, tz), validity=validity)
-    return replace(sample, position_rad=tuple(values), validity=validity)
-
-
-def changed(values, channels, change):
-    """Return the values with a change made to some of them, or to all where no channels are given."""
-    chosen = channels or range(len(values))
-    return tuple(change(i, value) if i in chosen else value for i, value in enumerate(values))
-
-
-class SampleFault(ABC, Generic[SampleT]):
-    """A fault between a sensor and its reader; each tick it either strikes or lets the sample pass."""
-
-    def __init__(self, plan, rng):
-        self.plan, self._rng = plan, rng
-        self._last = None
-
-    def pass_by(self, sample):
-        self._last = sample
-
-    @abstractmethod
-    def strike(self, sample, moment):
-        """Return the sample that is read instead; the same object if there is nothing to change."""
-
-    def _required(self, sample):
-        if sample is None:
-            raise DeviceError(self.plan.port, "has not delivered a sample yet")
-        return sample
-
-    def _instead_of(self, sample, old):
-        """Return an older sample, with the number and times of the new measurement if the fault is not honest."""
-        if self.plan.honest:
-            return old
-        new_times = (sample.source_time_ns, sample.receive_time_ns)
-        return replace(old, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
-
-
-class Drop(SampleFault[SampleT]):
-    """The new sample is lost."""
-
-    @override
-    def strike(self, sample, moment):
-        return self._required(self._last)
-
-
-class Delay(SampleFault[SampleT]):
-    """Every sample comes late, with its true times; if not honest, the sensor falls back at once instead."""
-
-    def __init__(self, plan, rng):
-        super().__init__(plan, rng)
-        self._under_way = deque()
-        self._shown = deque(maxlen=plan.delay_ticks + 1)
-
-    @override
-    def pass_by(self, sample):
-        self._last = sample
-        self._shown.append(sample)
-        self._under_way.clear()
-
-    @override
-    def strike(self, sample, moment):
-        if not self.plan.honest:
-            self._shown.append(sample)
-            return self._instead_of(sample, self._shown[0])
-        self._under_way.append((moment.tick + self.plan.delay_ticks, sample))
-        while self._under_way[0][0] <= moment.tick:
-            self._last = replace(self._under_way.popleft()[1], receive_time_ns=moment.time_ns)
-        return self._required(self._last)
-
-
-class Duplicate(SampleFault[SampleT]):
-    """The previous sample comes again instead of the new one; never the same one three times."""
-
-    @override
-    def strike(self, sample, moment):
-        last, self._last = self._last, None
-        if last is None:
-            self._last = sample
-            return sample
-        return replace(last, receive_time_ns=moment.time_ns)
-
-
-class Repeat(SampleFault[SampleT]):
-    """The samples before the fault come again and again."""
-
-    def __init__(self, plan, rng):
-        super().__init__(plan, rng)
-        self._stretch = deque(maxlen=plan.span_ticks)
-        self._next = 0
-
-    @override
-    def pass_by(self, sample):
-        self._stretch.append(sample)
-        self._next = 0
-
-    @override
-    def strike(self, sample, moment):
-        if not self._stretch:
-            return sample
-        old = self._stretch[self._next % len(self._stretch)]
-        self._next += 1
-        return self._instead_of(sample, old)
-
-
-class Lag(SampleFault[SampleT]):
-    """Samples come later and later, as through a buffer that fills."""
-
-    def __init__(self, plan, rng):
-        super().__init__(plan, rng)
-        self._under_way = deque()
-        self._since_ns = None
-
-    @override
-    def pass_by(self, sample):
-        self._last, self._since_ns = sample, None
-        self._under_way.clear()
-
-    @override
-    def strike(self, sample, moment):
-        if self._since_ns is None:
-            self._since_ns = moment.time_ns
-        late_ns = round(self.plan.time_s * (moment.time_ns - self._since_ns))
-        self._under_way.append(sample)
-        while self._under_way and self._under_way[0].source_time_ns + late_ns <= moment.time_ns:
-            self._last = replace(self._under_way.popleft(), receive_time_ns=moment.time_ns)
-        return self._instead_of(sample, self._required(self._last))
-
-
-class Disconnect(SampleFault[SampleT]):
-    """The device is gone."""
-
-    @override
-    def strike(self, sample, moment):
-        raise DeviceError(self.plan.port, "does not answer")
-
-
-class Struck(NamedTuple):
-    """Inputs of a change of values, in addition to the value itself.
-
-    Attributes:
-        held: Values of the last sample before the fault.
-        lasted_ns: Time since the fault began.
-    """
-
-    plan: FaultPlan
-    rng: np.random.Generator
-    values: tuple[float, ...]
-    held: tuple[float, ...]
-    lasted_ns: int
-
-
-def _spike(struck):
-    error = struck.plan.magnitude if struck.rng.random() < 0.5 else -struck.plan.magnitude
-    return lambda i, value: value + error
-
-
-def _swap(struck):
-    one, other = struck.plan.channels
-    return lambda i, value: struck.values[other if i == one else one]
-
-
-_CHANGES = {
-    "freeze": lambda struck: lambda i, value: struck.held[i],
-    "bias-drift": lambda struck: lambda i, value: value + struck.plan.magnitude * struck.lasted_ns / _NS,
-    # After "freeze": the noise of an amplifier whose gauges are dead.
-    "noise": lambda struck: lambda i, value: value + struck.plan.magnitude * float(struck.rng.standard_normal()),
-    "offset": lambda struck: lambda i, value: value + struck.plan.magnitude,
-    "swap": _swap,
-    "spike": _spike,
-    "nan": lambda struck: lambda i, value: nan,
-    "saturate": lambda struck: lambda i, value: copysign(struck.plan.magnitude, value),
-    "unit": lambda struck: lambda i, value: struck.plan.factor * value,
-}
-
-
-class Changed(SampleFault[SampleT]):
-    """Other values, marked where a device would mark them."""
-
-    _since_ns: int | None = None
-
-    @override
-    def strike(self, sample, moment):
-        self._since_ns = moment.time_ns if self._since_ns is None else self._since_ns
-        self._last = sample if self._last is None else self._last
-        plan, values, lasted_ns = self.plan, channels_of(sample), moment.time_ns - self._since_ns
-        change = _CHANGES[plan.kind](Struck(plan, self._rng, values, channels_of(self._last), lasted_ns))
-        validity = Validity.INVALID if plan.kind == "nan" else sample.validity
-        if plan.kind == "saturate" and plan.honest and validity is Validity.VALID:
-            validity = Validity.SATURATED
-        return with_channels(sample, changed(values, plan.channels, change), validity)
-
-
-SAMPLE_FAULTS = {
-    "drop": Drop,
-    "delay": Delay,
-    "duplicate": Duplicate,
-    "repeat": Repeat,
-    "lag": Lag,
-    "disconnect": Disconnect,
-    **dict.fromkeys(_CHANGES, Changed),
-}
-
-
-class _FaultySensor(DeviceDecorator, Generic[SampleT]):
+class _FaultySensor(DeviceDecorator):
     """A sensor with faults; the first of them is next to the device."""
 
-    PORT: ClassVar[str]
+    PORT = ""
 
-    def __init__(
-        self,
-        sensor,
-        clock,
-        plans,
-        notify=None,
-        *,
-        max_age_ns=MAX_AGE_NS,
-    ):
+    def __init__(self, sensor, clock, plans, notify=None, *, max_age_ns=MAX_AGE_NS):
         super().__init__(sensor)
         self._read, self._ticker, self._max_age_ns = sensor.read, Ticker(clock), max_age_ns
         schedules = [Schedule(plan, notify) for plan in plans if plan.port == self.PORT]
@@ -414,19 +183,16 @@ class _FaultySensor(DeviceDecorator, Generic[SampleT]):
         return replace(sample, validity=Validity.STALE)
 
 
-class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
+class FaultyForceSensor(_FaultySensor, ForceSensor):
     """A force sensor with faults."""
 
     PORT = "force_sensor"
 
 
-class FaultyJointEncoder(_FaultySensor[JointSample], JointEncoder):
+class FaultyJointEncoder(_FaultySensor, JointEncoder):
     """Joint encoders with faults."""
 
     PORT = "joint_encoder"
-
-
-# Faults of commands and of time.
 
 
 class CommandFault:
@@ -435,11 +201,6 @@ class CommandFault:
     def __init__(self, plan):
         self._plan = plan
         self._under_way = deque()
-
-    @property
-    def acknowledges(self):
-        """Whether the command is answered as if it was applied as requested, as by a bus that only queues it."""
-        return self._plan.kind != "unit"
 
     def strike(self, command, moment, held_rad):
         """Return what arrives instead of a command.
@@ -486,7 +247,6 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         self._stages = [(schedule, CommandFault(schedule.plan)) for schedule in schedules]
         self._held = None
 
-    @override
     def send(self, command):
         if self.stopped:
             return self._arm.send(command)
@@ -498,7 +258,6 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         hidden = acknowledged and applied.reason is not CommandReason.STOPPED
         return AppliedCommand(command.position_rad) if hidden else applied
 
-    @override
     def stop(self):
         self.stopped = True
         self._arm.stop()
@@ -519,7 +278,8 @@ class FaultyArm(DeviceDecorator, ArmCommand):
                 raise
             if on_way is not before:
                 schedule.delivered(moment)
-                acknowledged = acknowledged or fault.acknowledges
+                # A bus that only queues a command answers as if it was applied.
+                acknowledged = acknowledged or schedule.plan.kind != "unit"
         return on_way, acknowledged
 
 
@@ -536,7 +296,6 @@ class FaultyClock(Clock):
         self._floor_ns = None
         self._jumped = set()
 
-    @override
     def now_ns(self):
         shown_ns = self._clock.now_ns() + self._offset_ns
         if self._floor_ns is not None:
@@ -544,28 +303,23 @@ class FaultyClock(Clock):
         self._floor_ns = shown_ns
         return shown_ns
 
-    @override
     def sleep_until(self, deadline_ns):
         if self.now_ns() < deadline_ns:
             self._clock.sleep_until(deadline_ns - self._offset_ns)
         self._tick += 1
         moment = Moment(self._tick, self._clock.now_ns())
         for number, schedule in enumerate(self._schedules):
-            strikes = schedule.strikes(moment)
-            if schedule.plan.kind == "clock-jump":
-                self._jump(number, schedule, moment, strikes)
-            elif strikes:
-                self._clock.sleep_until(self._clock.now_ns() + round(schedule.plan.time_s * _NS))
-                schedule.delivered(moment)
-
-    def _jump(self, number, schedule, moment, strikes):
-        if strikes == (number in self._jumped):
-            return
-        self._jumped ^= {number}
-        # The present time is shown first, so that no later one can be before it.
-        self.now_ns()
-        self._offset_ns += round(schedule.plan.time_s * _NS) * (1 if strikes else -1)
-        schedule.delivered(moment)
+            if not schedule.strikes(moment) or number in self._jumped:
+                continue
+            shift_ns = round(schedule.plan.time_s * _NS)
+            if schedule.plan.kind == "overrun":
+                self._clock.sleep_until(self._clock.now_ns() + shift_ns)
+            else:
+                self._jumped.add(number)
+                # The present time is shown first, so that no later one can be before it.
+                self.now_ns()
+                self._offset_ns += shift_ns
+            schedule.delivered(moment)
 
 
 def faulty(ports, plans, notify=None, *, max_age_ns=MAX_AGE_NS):

@@ -4,8 +4,6 @@ The whole driver runs, set up and enabled, on a bus in virtual time with emulate
 instead of, or in addition to, the drives' answers to each SYNC.
 """
 
-from __future__ import annotations
-
 from palpate.drivers.device import ArmState
 from palpate.drivers.errors import DriverError
 from tests.support.cia402_bench import Bench
@@ -49,7 +47,7 @@ def once(data):
         if not mute:
             send(can_id, payload, remote)
 
-    network.send_message = send_among_strangers  # type: ignore[method-assign]
+    network.send_message = send_among_strangers
     for ends, quiet, identifier, payload in frames_in(data):
         heard.append((identifier, payload))
         mute = quiet

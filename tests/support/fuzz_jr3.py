@@ -1,7 +1,5 @@
 """Fuzz target: the JR3 codec on CAN. No input may raise or grow memory."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 from palpate.drivers.can import CanFrame

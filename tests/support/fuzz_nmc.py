@@ -4,8 +4,6 @@ Reply decoder and the whole arm run on one input. Nothing but a ``DriverError`` 
 must return, and an accepted reply must carry the right sum.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from palpate.drivers.errors import DriverError

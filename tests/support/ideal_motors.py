@@ -1,7 +1,5 @@
 """Six motors that are where their servos want them."""
 
-from typing_extensions import override
-
 from palpate.simulation.emulators.motors.plant import AXES, HOME_RAD, ArmGears, Plant
 
 
@@ -13,16 +11,13 @@ class IdealPlant(Plant):
         self._motors = list(self._gears.counts(HOME_RAD))
         self._jammed = [False] * AXES
 
-    @override
     def motor_counts(self, axis):
         return round(self._motors[axis])
 
-    @override
     def set_motor_counts(self, axis, counts):
         if not self._jammed[axis]:
             self._motors[axis] = counts
 
-    @override
     def release(self, axis):
         """It stays where it is until it is pushed."""
 

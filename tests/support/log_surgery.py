@@ -1,14 +1,11 @@
 """Takes logs apart, changes one thing, and puts them together again with valid checksums."""
 
 import json
-from collections.abc import Callable
 from math import inf, nextafter
-from typing import Any
 
 from palpate.adapters.log.container import LogFile, read_messages
 from palpate.adapters.log.schema import BY_ID, BY_TOPIC, message_class
 
-Change = Callable[[Any], None]
 _BATCH = 14
 
 

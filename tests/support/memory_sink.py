@@ -2,8 +2,6 @@
 
 from io import BytesIO
 
-from typing_extensions import override
-
 from palpate.adapters.log import LogFile, Sink, packed
 
 
@@ -20,7 +18,6 @@ class MemorySink(Sink):
         """The logs, in the order in which they were begun."""
         return [stream.getvalue() for stream in self.streams.values()]
 
-    @override
     def open(self, path, metadata):
         self._log = None
         if path in self.streams:
@@ -29,12 +26,10 @@ class MemorySink(Sink):
         self.streams[path] = BytesIO()
         self._log = LogFile(self.streams[path], metadata)
 
-    @override
     def put(self, batch):
         if self._log is not None:
             self._log.add(packed(batch, self.troubles))
 
-    @override
     def close(self):
         if self._log is not None:
             self._log.finish()

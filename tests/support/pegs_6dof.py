@@ -1,7 +1,5 @@
 """Insertions in six degrees of freedom as tests and benchmarks run them, with drawn poses of hole, plate and grip."""
 
-from __future__ import annotations
-
 from palpate.adapters.config import compose, overlay
 from palpate.adapters.experiments import ChosenPolicy, Run
 from palpate.core.errors import DeviceError
@@ -25,9 +23,6 @@ def config_of(shape, conditions, arm, options):
     own = {"place": {"tilt_uncertainty_mrad": 4.0}} if shape == "round" else {}
     more = {"arm": arm, "task": {"options": dict(options)}}
     return compose(name, "q-learning", own, CONDITIONS[conditions], more, task=TASK)
-
-
-Row = tuple[int, str, bool, float, float, int, str]
 
 
 def trials(config, policy, seed, numbers):

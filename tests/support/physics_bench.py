@@ -32,13 +32,7 @@ _STEP_M = 0.5e-3
 _PUSH_M = 75e-6  # so far into the wall: the springs then push the peg against it with some 3 N
 
 
-def quiet(
-    arm="zebra-zero",
-    *,
-    peg=None,
-    compliance=None,
-    **settings,
-):
+def quiet(arm="zebra-zero", *, peg=None, compliance=None, **settings):
     """A run whose wrist sensor has neither noise nor bias, and whose cell has these settings."""
     cell = CellConfig(peg or PegConfig(), compliance or ComplianceConfig(), _SILENT, **settings)
     return RunConfig(arm=arm, cell=cell)
@@ -83,13 +77,7 @@ class Bench:
         self.measurement = Measurement(Kinematics(arm, TOOL), goal, signal, axial_N_per_m)
         self.press_N = config.task.press_kgf * N_PER_KGF
         self._motion = TipMotion(Kinematics(arm, TOOL), goal, ready.tip_rotation, PERIOD_S)
-        along = DampingControl(
-            control.damping_N_s_per_m,
-            (0.0, 0.0, -self.press_N),
-            travel,
-            axial_N_per_m,
-            PERIOD_S,
-        )
+        along = DampingControl(control.damping_N_s_per_m, (0.0, 0.0, -self.press_N), travel, axial_N_per_m, PERIOD_S)
         self._free = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
         self._press = HybridControl(self._free, along)
         self._slide = HybridControl(PositionControl(control.position_gain_per_s, _PASS_SPEED_M_S, PERIOD_S), along)

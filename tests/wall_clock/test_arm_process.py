@@ -75,7 +75,6 @@ class Bench(NamedTuple):
     notes: Path
 
     def said(self):
-        assert self.loop.stdout is not None
         return self.loop.stdout.readline()
 
 
@@ -89,7 +88,6 @@ def bench(tmp_path, monkeypatch):
     monkeypatch.setenv("NOTES", str(tmp_path / "notes"))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     loop = subprocess.Popen([sys.executable, "-c", LOOP], stdout=subprocess.PIPE, text=True)
-    assert loop.stdout is not None
     try:
         assert loop.stdout.readline() == "moving\n"
         children = Path(f"/proc/{loop.pid}/task/{loop.pid}/children")
@@ -131,10 +129,7 @@ def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
 
 @pytest.mark.parametrize(
     ("way", "told"),
-    [
-        (signal.SIGKILL, "was killed by SIGKILL; what stops"),
-        (signal.SIGUSR2, "has not run for"),
-    ],
+    [(signal.SIGKILL, "was killed by SIGKILL; what stops"), (signal.SIGUSR2, "has not run for")],
     ids=["killed", "hanging in C"],
 )
 def test_a_loop_whose_arm_s_process_fails_knows_and_ends_it(way, told, bench):

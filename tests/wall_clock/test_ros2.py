@@ -86,7 +86,7 @@ def test_wrench_is_read_and_one_that_ends_is_named(server):
     context = RigContext.of("ur5e", MonotonicClock())
     with force_sensor_maker("ros2")(table(server, max_age_ms=200.0), context) as sensor:
         assert (*sensor.read().force_N, *sensor.read().torque_Nm) == WRENCH
-        found = sensor.diagnostics()  # type: ignore[attr-defined]
+        found = sensor.diagnostics()
         offered = found["publishers of /force_torque_sensor_broadcaster/wrench"]
         assert offered.startswith("geometry_msgs/msg/WrenchStamped, ")
         server.is_unplugged = True

@@ -93,11 +93,7 @@ def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context):
     sensor.close()
 
 
-@pytest.mark.parametrize(
-    "network",
-    [lambda data: b"", lambda data: b"\x00\x01U"],
-    ids=["silence", "garbage"],
-)
+@pytest.mark.parametrize("network", [lambda data: b"", lambda data: b"\x00\x01U"], ids=["silence", "garbage"])
 @pytest.mark.usefixtures("real_time")
 def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(context, network):
     with served() as server:

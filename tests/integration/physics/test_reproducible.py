@@ -17,9 +17,7 @@ def short_run(arm):
     config = RunConfig(arm=arm, seed=7)
     # A hole that lies elsewhere in every trial, and time enough for some tens of steps.
     return replace(
-        config,
-        task=replace(config.task, time_limit_s=1.5),
-        cell=replace(config.cell, hole_uncertainty_mm=3.0),
+        config, task=replace(config.task, time_limit_s=1.5), cell=replace(config.cell, hole_uncertainty_mm=3.0)
     )
 
 
