@@ -28,38 +28,17 @@ def _forget_modules():
             del sys.modules[name]
 
 
-MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
-
-
 @pytest.mark.parametrize(
     ("name", "flags", "counts"),
     [
-        ("ArmChecks", MOVES, "12 passed, 1 skipped"),
-        ("EncoderChecks", MOVES, "9 passed"),
+        ("ArmChecks", ("--moves",), "13 passed"),
+        ("EncoderChecks", ("--moves",), "9 passed"),
         ("ForceChecks", (), "10 passed"),
         ("ArmChecks", (), "4 passed, 9 skipped"),
     ],
 )
 def test_the_example_keeps_its_contract(example, name, flags, counts):
-    printed = example.succeed("rig", "check", f"third_party_rig.checks:{name}", *flags)
-    assert counts in printed
-    if name == "ArmChecks" and flags:
-        plan = printed.partition("test session starts")[0]
-        assert "joint 3 by 0.1007 rad, to its limit at 0.4 rad" in plan
-        assert "at most 0.2 rad/s a joint" in plan
-
-
-@pytest.mark.parametrize(
-    ("flags", "reason"),
-    [
-        (("--moves",), "rate_rad_s = 0.0 is refused"),
-        (("--moves", "--rate-rad-s", "0.1"), "reach_rad = 0.0 is refused"),
-        (("--rate-rad-s", "0.1"), "with --moves only"),
-        (("--moves", "--rate-rad-s", "0.0001", "--reach-rad", "1"), "more than 0.00056 rad/s"),
-    ],
-)
-def test_moves_are_refused_without_rates(example, flags, reason):
-    assert reason in example.refusal("rig", "check", "third_party_rig.checks:ArmChecks", *flags)
+    assert counts in example.succeed("rig", "check", f"third_party_rig.checks:{name}", *flags)
 
 
 BROKEN = """

@@ -11,7 +11,7 @@ from palpate.adapters.contracts import (
     run_clauses,
 )
 from tests.contracts.unsafe import ARM, CLOCK, ENCODER, FORCE, UNSAFE, Mirrors
-from tests.fake_devices import FakeForceSensor
+from tests.fake_devices import FakeArm, FakeForceSensor
 
 SUITES = (FORCE, ENCODER, ARM, CLOCK)
 
@@ -36,6 +36,16 @@ def test_without_any_one_clause_something_gets_through():
             names = failed(suite.trying(kind)).keys()
             needed |= names if len(names) == 1 else set()
     assert {clause.name for suite in SUITES for clause in clauses(suite)} - needed == set()
+
+
+def test_nothing_is_sent_to_an_arm_that_may_not_be_commanded():
+    class Forbidden(FakeArm):
+        def send(self, command):
+            raise AssertionError(command)
+
+    suite = ARM.trying(Forbidden)
+    suite.may_command = False
+    assert failed(suite) == {}
 
 
 def test_a_violation_says_what_was_seen_and_what_is_wanted():

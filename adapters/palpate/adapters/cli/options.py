@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Annotated, Self, TypeAlias
 
 import tyro
-from typing_extensions import override
 
 from palpate.adapters.config import LEARNERS, SCENARIOS, TRIALS, EmulationConfig, GridLearning, RunConfig
 from palpate.core.ports import OneOf, Range, Settings
@@ -202,18 +201,7 @@ class CheckOptions(Settings):
     suite: Annotated[str, tyro.conf.Positional]
     """Contract suite, package.module:Name."""
     moves: bool = False
-    """Send commands to the arm, along ramps within the next two; what will move is printed first."""
-    rate_rad_s: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """With --moves: highest rate of a joint, rad/s."""
-    reach_rad: Annotated[float, Range(0.0, 7.0)] = 0.0
-    """With --moves: farthest that a joint may go from the rig's home_rad, rad."""
-
-    @override
-    def check(self) -> None:
-        for name in ("rate_rad_s", "reach_rad"):
-            accepted = "more than 0: with --moves you say how fast and how far joints may move"
-            self.require(name, not self.moves or getattr(self, name) > 0.0, accepted)
-            self.require(name, self.moves or not getattr(self, name), "given with --moves only")
+    """Send commands to the arm, too fast ones among them: for a simulated arm."""
 
 
 @dataclass(frozen=True)

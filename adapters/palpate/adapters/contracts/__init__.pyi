@@ -14,8 +14,6 @@ from .learners import LearnerContract as LearnerContract
 from .learners import PolicyContract as PolicyContract
 from .learners import Practice as Practice
 from .learners import third_party as third_party
-from .motion import NO_MOTION as NO_MOTION
-from .motion import MotionLimits as MotionLimits
 from .running import Clause as Clause
 from .running import ClauseOutcome as ClauseOutcome
 from .running import ClauseResult as ClauseResult

@@ -15,27 +15,24 @@ from palpate.adapters.contracts.bench import (
     ClauseNotApplicable,
     ContractViolation,
     knob,
+    ramp,
     require,
     require_raises,
 )
 from palpate.adapters.contracts.clock import TICK_NS
 from palpate.adapters.contracts.device import LONG_TICKS, DeviceContract, bring
-from palpate.adapters.contracts.motion import ramp
 from palpate.core.errors import CommandError
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Life
 
 _HANG_NS: Final = 500_000_000
 _JOIN_S: Final = 0.01
 _MANY_STEPS: Final = 1500
-"""On a simulated arm a limit that is further away is left alone unless it is the nearest."""
+"""A limit that is further away is left alone unless it is the nearest."""
 
 
 class ArmCommandContract(DeviceContract[ArmCommandRig]):
     """Every arm keeps these clauses; a subclass makes the rig. All commands go through :meth:`_send`."""
 
-    _asked_rad: JointVector = ()
-    _tick_rad: JointVector = ()
-    _tick_ns: int = 0
     _rest_rad: JointVector = ()
     """Where the arm is to be; empty where it was not seen yet."""
     _poses: int = 0
@@ -47,31 +44,21 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     @override
     @contextmanager
     def rig(self, life: Life) -> Iterator[ArmCommandRig]:
-        """Besides: a real arm goes home along a ramp before a clause, and after it."""
         self._stopped, self._halted, self._rest_rad, self._poses = False, True, (), 0
         with super().rig(life) as rig:
-            self._asked_rad = ()
-            moves = rig.motion is not None and bool(rig.motion.rate_rad_s)
-            if moves and life is Life.ACTIVE:
-                self._go(rig, rig.home_rad)
-            try:
-                yield rig
-            finally:
-                if moves and rig.device.life is Life.ACTIVE:
-                    with suppress(Exception):
-                        self._go(rig, rig.home_rad)
+            yield rig
 
     @override
-    def may_use(self, rig: ArmCommandRig) -> bool:
-        return rig.motion is None or bool(rig.motion.rate_rad_s)
+    def may_use(self) -> bool:
+        return self.may_command
 
     @override
     def use(self, rig: ArmCommandRig) -> object:
-        return self._send(rig, (self._rest_rad or rig.home_rad) if rig.motion is None else _where(rig))
+        return self._send(rig, self._rest_rad or rig.home_rad)
 
     @override
     def activated(self, rig: ArmCommandRig) -> None:
-        self._stopped, self._asked_rad = False, ()
+        self._stopped = False
 
     @override
     def work(self, rig: ArmCommandRig) -> None:
@@ -119,47 +106,15 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         joint = self._poses % len(rig.home_rad)
         return _shifted(rig.home_rad, rig.step_rad if self._poses % 2 else -rig.step_rad, joint)
 
-    def plan(self, rig: ArmCommandRig) -> list[str]:
-        """What the clauses would move within the rig's limits, how far and how fast; one line each."""
-        motion = rig.motion
-        if motion is None or not motion.rate_rad_s:
-            return ["nothing: no command is sent to the arm"]
-        lines = [
-            f"at first and before each clause, from where the arm stands to home_rad, if no joint is more than"
-            f" {motion.reach_rad:g} rad away from it",
-            f"all {len(rig.home_rad)} joints by {rig.step_rad:.4g} rad to either side of home_rad",
-        ]
-        for joint, limit_rad, beyond_rad in _limits_in_reach(rig):
-            way = abs(beyond_rad - rig.home_rad[joint])
-            if way <= motion.reach_rad:
-                lines.append(f"joint {joint + 1} by {way:.4g} rad, to its limit at {limit_rad:g} rad and past it")
-        return [*lines, f"all of it along ramps of at most {motion.rate_rad_s:g} rad/s a joint"]
-
     def _send(self, rig: ArmCommandRig, asked_rad: JointVector) -> AppliedCommand:
-        """The one way by which clauses command the arm.
-
-        Raises:
-            ClauseNotApplicable: It would move further or faster than the rig allows.
-        """
-        motion = rig.motion
-        if motion is not None:
-            if not motion.rate_rad_s:
-                raise ClauseNotApplicable("it sends commands to the arm")
-            now_ns = rig.clock.now_ns()
-            if not self._asked_rad or now_ns - self._tick_ns >= TICK_NS:
-                self._tick_rad, self._tick_ns = self._asked_rad or _where(rig), now_ns
-            for way, most, what in (
-                (_far(asked_rad, self._tick_rad), motion.tick_rad, "within a tick"),
-                (_far(asked_rad, rig.home_rad), motion.reach_rad, "from home"),
-            ):
-                if way > most + rig.tolerance_rad:
-                    raise ClauseNotApplicable(f"it asks for {way:.4g} rad {what}, {most:.4g} rad are allowed")
-            self._asked_rad = asked_rad
+        """The one way by which clauses command the arm."""
+        if not self.may_command:
+            raise ClauseNotApplicable("it sends commands to the arm")
         return rig.device.send(JointCommand(asked_rad))
 
     def _go(self, rig: ArmCommandRig, end_rad: JointVector) -> AppliedCommand:
         """Lead the arm to a pose, step by step, a tick each; what became of the last step."""
-        begin_rad = self._asked_rad or (rig.home_rad if rig.position_rad is None else _where(rig))
+        begin_rad = rig.home_rad if rig.position_rad is None else _where(rig)
         applied = AppliedCommand(begin_rad)
         for asked_rad in ramp(begin_rad, end_rad, rig.step_rad):
             applied = self._send(rig, asked_rad)
@@ -322,7 +277,7 @@ def _limits_in_reach(rig: ArmCommandRig) -> list[tuple[int, float, float]]:
         for joint, (q, lower, upper) in enumerate(limits)
         for limit_rad, outward in ((lower, -1.0), (upper, 1.0))
     )
-    most_rad = _MANY_STEPS * rig.step_rad if rig.motion is None else rig.motion.reach_rad - rig.step_rad
+    most_rad = _MANY_STEPS * rig.step_rad
     return [
         (joint, limit_rad, limit_rad + outward * rig.step_rad)
         for k, (way_rad, joint, limit_rad, outward) in enumerate(rooms)

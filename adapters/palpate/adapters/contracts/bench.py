@@ -4,15 +4,15 @@ A knob that is None does not exist on this rig, and the clauses that need it are
 may be unable to fall silent, a real arm has nothing that provokes a fault.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Generic, Self, TypeVar
+from dataclasses import dataclass
+from math import ceil
+from typing import Generic, TypeVar
 from unittest import SkipTest
 
 from typing_extensions import override
 
-from palpate.adapters.contracts.motion import MotionLimits
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     SENSOR_FRAME,
@@ -79,14 +79,6 @@ class DeviceRig(Generic[DeviceT]):
     def patience_ns(self) -> int:
         """How long the adapter may take to notice that the device is gone."""
         return 0
-
-    def within(self, motion: MotionLimits) -> Self:
-        """Return the same rig, on which no arm moves further or faster than that.
-
-        Raises:
-            ConfigurationError: At this rate no motion could be observed.
-        """
-        return self
 
     def pass_time(self, duration_ns: int) -> None:
         """Let more than ``duration_ns`` go by, one tick at a time.
@@ -156,17 +148,10 @@ class MovingRig(DeviceRig[DeviceT]):
         step_rad: A move within one tick that every joint is allowed, in both directions.
         tolerance_rad: Greatest distance of an arm at rest from its command, or of an encoder from the joint; less than
             half of ``step_rad``.
-        motion: How far and how fast the arm may be moved; None for a simulated one. Otherwise each clause begins with a
-            ramp to home, so ``expected_rad`` or ``position_rad`` is needed.
     """
 
     step_rad: float = 1e-3
     tolerance_rad: float = 1e-6
-    motion: MotionLimits | None = None
-
-    @override
-    def within(self, motion: MotionLimits) -> Self:
-        return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,3 +221,14 @@ def require_raises(clause: str, kind: type[Exception], action: Callable[[], obje
     """Fail the clause unless ``action`` raises this kind of error; errors of other kinds pass."""
     with suppress(kind):
         raise ContractViolation(clause, f"no error, but {action()!r}", wanted)
+
+
+def ramp(begin_rad: JointVector, end_rad: JointVector, step_rad: float) -> Iterator[JointVector]:
+    """The way from one pose to another in steps of at most ``step_rad`` a joint, all joints arriving together."""
+    far = max((abs(e - b) for b, e in zip(begin_rad, end_rad, strict=True)), default=0.0)
+    # A way of one step is not two, whatever its floats say.
+    steps = ceil(far / step_rad - 1e-6)
+    for k in range(1, steps):
+        yield tuple(b + k / steps * (e - b) for b, e in zip(begin_rad, end_rad, strict=True))
+    if steps:
+        yield end_rad

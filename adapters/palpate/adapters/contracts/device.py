@@ -10,7 +10,6 @@ from typing import Any, Final, Generic, TypeVar
 
 from palpate.adapters.contracts.bench import DeviceRig, knob, require, require_raises
 from palpate.adapters.contracts.life import try_lives
-from palpate.adapters.contracts.motion import MotionLimits
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import Life
 
@@ -28,14 +27,14 @@ _THREAD_S: Final = 1.0
 class DeviceContract(ABC, Generic[RigT]):
     """Clauses on the life of a device; the port's own suite adds the rest."""
 
-    motion: MotionLimits | None = None
-    """How far and how fast an arm may be moved, whatever its rig says; None leaves that to the rig."""
+    may_command: bool = True
+    """Whether commands may be sent to an arm, too fast ones among them: not to a real one."""
 
     @abstractmethod
     def make(self) -> RigT:
         """Make a fresh rig, with an adapter that was only constructed."""
 
-    def may_use(self, rig: RigT) -> bool:
+    def may_use(self) -> bool:
         """Whether the device may be used at all."""
         return True
 
@@ -63,8 +62,6 @@ class DeviceContract(ABC, Generic[RigT]):
     def rig(self, life: Life) -> Iterator[RigT]:
         """A fresh rig whose adapter was brought to this state; released afterwards."""
         rig = self.make()
-        if self.motion is not None:
-            rig = rig.within(self.motion)
         try:
             bring(rig, life)
             yield rig
@@ -96,7 +93,7 @@ class DeviceContract(ABC, Generic[RigT]):
     def test_life_follows_the_table(self) -> None:
         """In any order of requests, work, faults and cut cables the state is that of the table, and work goes on."""
         with self.rig(Life.CONSTRUCTED) as rig:
-            live = rig.runs_by_itself or self.motion is not None
+            live = rig.runs_by_itself or not self.may_command
         try_lives(self, 8 if live else 12)
 
     def test_lost_device_raises(self) -> None:

@@ -47,7 +47,7 @@ class _Living:
     def __init__(self, suite: Any, rig: Any) -> None:
         self._suite, self._rig = suite, rig
         self._life, self._cause, self._steps = Life.CONSTRUCTED, "", list[str]()
-        self._usable = suite.may_use(rig)
+        self._usable = suite.may_use()
 
     def live(self, steps: Sequence[tuple[str, bool]]) -> None:
         """Take the steps, then close the device; some end what is under way in the active device."""
