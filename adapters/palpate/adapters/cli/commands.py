@@ -53,7 +53,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, score, export"),
+    "log": Command("look at recorded trials: info, plot, score, export, import"),
     "render": Command("make a video of a recorded trial", "render:render", "render:RenderOptions"),
     "emulate": Command(
         "serve the simulated cell behind emulated serial and CAN wires", "emulate:emulate", "options:EmulateOptions"
@@ -80,7 +80,8 @@ COMMANDS: dict[str, Command] = {
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log:PlotOptions"),
     "log score": Command("points of trials by a public score sheet", "log:score", "log:ScoreOptions"),
-    "log export": Command("the same data as CSV files", "log:export", "log:ExportOptions"),
+    "log export": Command("the same data as CSV files or bags of ROS 2", "log:export", "log:ExportOptions"),
+    "log import": Command("a bag of ROS 2 as a log", "log:import_bag", "log:ImportOptions"),
 }  # fmt: skip
 
 GROUPS: dict[str, tuple[str, str]] = {

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from palpate.core.errors import LogError, UsageError, one_line, require_one_of
-from palpate.core.ports import Settings
+from palpate.core.errors import LogError, UsageError, one_line
+from palpate.core.ports import OneOf, Settings
 
 if TYPE_CHECKING:
     from palpate.adapters.log import TrialLog
@@ -55,14 +55,36 @@ class ScoreOptions(Settings):
 
 @dataclass(frozen=True)
 class ExportOptions(Settings):
-    """Write logs as CSV, which keeps every bit. Rerun and Foxglove open the logs themselves."""
+    """Write logs as CSV, which keeps every bit, or as bags of ROS 2. Rerun and Foxglove open the logs themselves."""
 
     files: Files = ()
     """Logs, or folders with logs in or below them."""
-    to: str = "csv"
-    """csv."""
+    to: Annotated[str, OneOf("csv", "rosbag2")] = "csv"
+    """Format."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
+
+
+@dataclass(frozen=True)
+class ImportOptions(Settings):
+    """Write a bag of ROS 2 (MCAP or SQLite) as a log: its JointState and WrenchStamped messages at the control rate."""
+
+    bag: Annotated[str, tyro.conf.Positional]
+    """Folder of the bag."""
+    job: str = ""
+    """Job file: part, tool, arm and place. If not given: the paper's peg."""
+    arm: str = ""
+    """Arm by name. If not given: that of the job."""
+    joints: tuple[str, ...] = ()
+    """Names of the joints in the messages, base first. If not given: those of the model."""
+    joint_states: str = ""
+    """Topic of the joint angles. If not given: the only one of its type."""
+    wrench: str = ""
+    """Topic of the wrenches. If not given: the only one of its type."""
+    reverse_wrench: bool = False
+    """The wrenches are what the tool exerts on the world."""
+    out: str = ""
+    """The log, a new file. If not given: NAME.mcap here."""
 
 
 def info(options: InfoOptions) -> int:
@@ -121,15 +143,33 @@ def score(options: ScoreOptions) -> int:
 def export(options: ExportOptions) -> int:
     """Write trials in another format."""
     paths = _logs(options.files, "export")
-    require_one_of("to", options.to, ("csv",))
     options.require("out", bool(options.out), "a folder for the result")
     out = Path(options.out)
-    from palpate.adapters.log import export_csv, read_log
+    from palpate.adapters.log import export_bags, export_csv, read_log
 
     for path in paths:
         print_damage(read_log(path))
-    folders = export_csv(paths, out)
-    sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
+    folders = (export_csv if options.to == "csv" else export_bags)(paths, out)
+    sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as {options.to} in {out}\n")
+    return 0
+
+
+def import_bag(options: ImportOptions) -> int:
+    """Write a bag as a log."""
+    from palpate.adapters.config import configured
+    from palpate.adapters.experiments import plain_perception, ready_pose
+    from palpate.adapters.files import new_file, require_no_file
+    from palpate.adapters.log import BagTopics, log_of_bag
+
+    bag, out = Path(options.bag), Path(options.out or f"{Path(options.bag).stem}.mcap")
+    require_no_file(out)
+    config = configured(options.job or None, arm=options.arm)
+    sign = -1 if options.reverse_wrench else 1
+    topics = BagTopics(options.joint_states, options.wrench, options.joints, sign)
+    data = log_of_bag(bag, config, ready_pose(config), plain_perception(config), topics)
+    with new_file(out) as passing:
+        passing.write_bytes(data)
+    sys.stdout.write(f"{out}: {bag} as a log of {config.arm}\n")
     return 0
 
 

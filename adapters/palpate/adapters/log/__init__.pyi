@@ -1,3 +1,6 @@
+from .bags import BagTopics as BagTopics
+from .bags import export_bags as export_bags
+from .bags import log_of_bag as log_of_bag
 from .container import LogFile as LogFile
 from .container import RawMessage as RawMessage
 from .export_csv import export_csv as export_csv

@@ -16,9 +16,15 @@ _ACKNOWLEDGED: Final = "acknowledged"
 def world_of(rig: Rig) -> World:
     """The rig's world, the facts of its force sensor, and who has acknowledged trips on it."""
     world = rig.world()
-    facts = {_SENSOR: _plain(rig.sensor_facts)}
+    facts = sensor_facts(rig.sensor_facts)
     acknowledged = [asdict(each) for each in rig.latch.acknowledgements]
     return replace(world, facts=world.facts | facts | ({_ACKNOWLEDGED: acknowledged} if acknowledged else {}))
+
+
+def sensor_facts(facts: SensorFacts) -> dict[str, Any]:
+    """The facts of a force sensor as a log holds them: null where there is no end of a range."""
+    plain = asdict(facts)
+    return {_SENSOR: plain | {name: [None if each == inf else each for each in plain[name]] for name in _RANGES}}
 
 
 def recorded_sensor(world_json: str) -> SensorFacts:
@@ -56,9 +62,3 @@ def _world(world_json: str) -> Mapping[str, Any]:
 
 
 _RANGES: Final = ("range_N", "range_Nm")
-
-
-def _plain(facts: SensorFacts) -> dict[str, Any]:
-    """As JSON has it: null where there is no end of a range."""
-    plain = asdict(facts)
-    return plain | {name: [None if each == inf else each for each in plain[name]] for name in _RANGES}
