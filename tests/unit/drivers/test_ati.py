@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.ati import NetFt, NetFtBox, parse_box
-from palpate.drivers.ati.device import SATURATED, faults_in
 from palpate.drivers.errors import DeviceFaultError, DriverError, SettingError, SilentError, WiringError
 
 # As a Gamma with firmware 2.2.59 sends it.
@@ -154,17 +153,6 @@ def test_request_that_was_lost_is_sent_again_until_the_stream_begins():
     assert wire.sent == [START] * 3 + [STOP]
 
 
-def test_new_stream_continues_the_count_and_drops_what_waited():
-    device, wire = streaming()
-    wire.waiting = [record(1), record(2)]
-    device.poll(1)
-    wire.waiting = [record(3)]
-    device.start(2)
-    wire.waiting = [record(1, ft=999)]
-    assert [sample.sequence for sample in device.poll(3)] == [3]
-    assert +device.errors == Counter()
-
-
 def test_dead_network_is_an_error_and_not_silence():
     device, wire = streaming()
     wire.broken = True
@@ -200,22 +188,3 @@ def test_no_datagram_raises(datagrams):
     numbers, device = fed(*datagrams)
     assert numbers == sorted(set(numbers))
     assert device.errors["malformed datagrams"] == sum(not data or len(data) % 36 > 0 for data in datagrams)
-
-
-@pytest.mark.parametrize(
-    ("status", "words"),
-    [
-        (0, []),
-        (SATURATED | 1 << 31, []),  # marks samples
-        (0x8001_0000, []),  # a threshold of the box's own monitor, latched
-        (0x8000_0000, ["bit 31"]),
-        (0xC000_0000, ["CPU or RAM"]),
-        (0x8000_0010, ["transducer unplugged"]),
-        (0x8802_0400, ["serial link", "analog board watchdog"]),
-        (0x0000_8000, ["unknown fault (bit 15)"]),
-    ],
-)
-def test_status_word_names_its_faults(status, words):
-    faults = faults_in(status)
-    assert len(faults) == len(words)
-    assert all(word in fault for word, fault in zip(words, faults, strict=True))

@@ -21,14 +21,6 @@ def test_requests_come_in_their_order():
     assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
 
 
-def test_request_in_flight_is_the_only_one():
-    bench = Bench()
-    bench.link.mute = {"force scales"}
-    bench.device.open()
-    bench.polls(100)
-    assert bench.link.asked == ["state", "force scales"]
-
-
 def test_late_acknowledgement_counts_once():
     bench = Bench()
     bench.link.mute = {"state"}
@@ -162,17 +154,6 @@ def test_requests_out_of_order_are_refused():
         bench.device.open()
 
 
-def test_sample_has_values_counter_and_time():
-    bench = Bench().streaming()
-    bench.polls(4, 5.0)
-    (sample,) = bench.read(z=-16384, step=78 * 3)
-    assert sample.force_N == (0.0, 0.0, -185.0)
-    assert sample.torque_Nm == (0.0, 0.0, 0.0)
-    assert (sample.sequence, sample.receive_time_ns) == (2, bench.now_ns)
-    assert sample == bench.device.latest
-    assert not sample.saturated
-
-
 def test_bootup_in_mid_run_starts_again_and_marks_samples():
     bench = Bench().streaming()
     last = bench.device.latest
@@ -193,18 +174,6 @@ def test_bootup_in_mid_run_starts_again_and_marks_samples():
     assert bench.device.diagnostics()["restarts"] == "1"
 
 
-def test_bootup_before_the_first_start_is_no_event():
-    bench = Bench()
-    bench.link.mute = {"state"}
-    bench.device.open()
-    bench.polls(100)
-    bench.link.inbox.append(BOOTUP)
-    bench.link.mute = set()
-    bench.polls(9)
-    assert len(bench.read()) == 1
-    assert not bench.device.after_boot
-
-
 def test_board_that_keeps_restarting_is_a_fault():
     bench = Bench().streaming()
     for _ in range(MAX_BOOTS + 1):
@@ -223,14 +192,6 @@ def test_restarts_with_readings_between_are_no_fault():
     bench.device.check()
 
 
-def test_half_of_a_reading_does_not_survive_a_restart():
-    bench = Bench().streaming()
-    bench.link.inbox += [forces(156), BOOTUP]
-    bench.polls(8)
-    bench.link.inbox += [moments(156)]
-    assert bench.poll() == []
-
-
 def test_counter_that_goes_back_is_a_restart():
     bench = Bench().streaming()
     bench.counter = 20_000
@@ -240,14 +201,6 @@ def test_counter_that_goes_back_is_a_restart():
     (sample,) = bench.read()
     assert sample.settling
     assert bench.device.errors["counters that began again"] == 1
-
-
-def test_samples_are_settling_after_a_start():
-    bench = Bench(cutoff_Hz=2.0).streaming()
-    flags = [bench.read()[0].settling for _ in range(60)]
-    assert flags[0]
-    assert not flags[-1]
-    assert flags == sorted(flags, reverse=True)
 
 
 @pytest.mark.parametrize(

@@ -86,14 +86,6 @@ def test_after_a_stall_of_any_length_no_reply_is_taken_for_another_modules(line,
         assert isinstance(found, Reply), stall_ms
 
 
-def test_reply_that_came_twice_is_flushed_and_counted(line, bus):
-    line.modules[0].counts = line.modules[0].target = 7
-    once(line, lambda reply: [(0.0, reply + reply)])
-    assert bus.exchange(1, NOP).position_counts == 7
-    assert bus.exchange(2, NOP).position_counts == 0
-    assert bus.errors["bytes without a request"] == 7
-
-
 @pytest.mark.parametrize(
     ("change", "error"),
     [(CASES["missing"][0], SilentError), (CASES["corrupted"][0], GarbledError), (CASES["zeros"][0], GarbledError)],
@@ -277,7 +269,3 @@ def test_attach_changes_nothing():
     assert len(modules) == 6
     assert {code for module in line.modules for code, _ in module.seen} == {0x3}
     assert all(module.counts == 77 and module.is_on for module in line.modules)
-
-
-def test_attach_to_fresh_modules_finds_none():
-    assert attach(bus_on(Line()), 6) is None

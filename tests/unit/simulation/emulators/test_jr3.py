@@ -1,13 +1,12 @@
 """The JR3 board: filter, counter, zero and states, in the frames of its CAN firmware."""
 
-import math
 import struct
 
 import pytest
 
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
 from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample
-from palpate.simulation.emulators.jr3.sensor import Jr3Config, smoothing_factor
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.lines.can_bus import BusFrame
 from tests.support import jr3_vectors as golden
 
@@ -96,17 +95,6 @@ def test_zero_gives_one_zero_pair():
     assert zeros == [True, True] + [False] * (len(zeros) - 2)
 
 
-def test_frames_do_not_depend_on_how_often_the_node_is_advanced():
-    def run(step_ns):
-        host = Host()
-        frames = host.send(0x201, struct.pack("<HI", 1000, 7_000), wait_ns=0)
-        for _ in range(S // step_ns):
-            frames += host.wait(step_ns)
-        return frames
-
-    assert run(S) == run(MS // 2)
-
-
 def ready(wrench=FULL):
     node = Jr3Node(Jr3Config(boot_ns=0, eeprom_ns=0), lambda _: wrench)
     assert node.advance(0) == [Notice.BOOTED]
@@ -115,11 +103,6 @@ def ready(wrench=FULL):
 
 def samples(node, until_ns):
     return [event for event in node.advance(until_ns) if isinstance(event, Sample)]
-
-
-@pytest.mark.parametrize(("cut_off_cHz", "alpha"), [(200, 0.001612), (1000, 0.008009), (5000, 0.03880), (0, 1.0)])
-def test_smoothing_factors_are_those_of_the_firmware(cut_off_cHz, alpha):
-    assert smoothing_factor(cut_off_cHz) == pytest.approx(alpha, rel=5e-4)
 
 
 @pytest.mark.parametrize(
@@ -134,16 +117,6 @@ def test_load_becomes_counts(wrench, counts):
     node = ready(wrench)
     node.start(0, 0, period_us=1000)
     assert samples(node, MS)[-1].counts == counts
-
-
-def test_filter_starts_from_zero_and_settles():
-    node = ready()
-    node.start(1000, 0, period_us=10_000)
-    stream = [sample.counts[2] for sample in samples(node, 200 * MS)]
-    assert stream[0] == round(16384 * smoothing_factor(1000))
-    assert stream == sorted(stream)
-    assert stream[2] == pytest.approx(16384 * (1 - math.exp(-2 * math.pi * 10 * 20e-3)), rel=0.01)
-    assert stream[-1] == 16384
 
 
 def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not():
@@ -161,13 +134,3 @@ def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not()
     node.start(0, 30 * MS, period_us=1000)
     first = samples(node, 31 * MS)[0]
     assert (first.counter, first.counts[2]) == (1, 16384)
-
-
-def test_stream_without_the_sensor_repeats_itself():
-    node = ready()
-    node.start(0, 0, period_us=1000)
-    samples(node, 10 * MS)
-    node.connected = False
-    assert len(set(samples(node, 20 * MS)[1:])) == 1
-    node.connected = True
-    assert len(set(samples(node, 30 * MS))) == 10

@@ -21,7 +21,6 @@ from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
 from tests.virtual_lines import VirtualPort
 from tests.virtual_time import VirtualTime
 
-MS = 1_000_000
 NOP = command(1, 0xE)
 
 
@@ -83,24 +82,6 @@ def test_host_understands_modules_at_their_rate_only():
         assert host.exchange(NOP) != b"\x19\x19"
     host.follow(115_200)
     assert host.exchange(NOP) == b"\x19\x19"
-
-
-def test_spontaneous_message_at_the_wrong_rate_is_garbage():
-    host = Host(Echo(), baud=19_200)
-    host.port.line.emulator.spontaneous = bytes(60)
-    received = host.port.read(60)
-    assert len(received) == 10
-    assert received != bytes(10)
-
-
-@pytest.mark.parametrize("baud", [9_600, 115_200])
-def test_bytes_take_their_time(baud):
-    host = Host(Echo(baud), paced=True)
-    taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
-    # There and back; received bytes are taken in grains of half a millisecond.
-    least_s = 2 * 40 * 10 / baud
-    assert min(taken) >= least_s - 1e-6
-    assert max(taken) <= least_s + 0.0005
 
 
 @pytest.fixture
@@ -169,28 +150,10 @@ class Talker:
         return out
 
 
-def test_frame_reaches_all_but_its_sender_in_the_order_sent():
-    one, two = Talker(), Talker()
-    bus = EmulatedCanBus((one, two))
-    one.outbox = [BusFrame(0x601, b"1"), BusFrame(0x090, b"2")]
-    bus.send(BusFrame(0x10, b"3"))
-    assert [frame.arbitration_id for frame in bus.advance(0)] == [0x601, 0x090, 0x11, 0x11]
-    assert one.heard == [0x10, 0x11]
-    assert two.heard == [0x10, 0x601, 0x090, 0x11]
-
-
 def opened(*nodes):
     adapter = SlcanAdapter(EmulatedCanBus(nodes))
     assert adapter.feed(b"S8\rO\r", 0) == b"\r\r"
     return adapter
-
-
-def test_adapter_takes_the_greeting_of_python_can():
-    adapter = SlcanAdapter(EmulatedCanBus([]))
-    # Close, set, an empty line, and open twice.
-    assert adapter.feed(b"C\rS8\r\rO\rO\r", 0) == b"\a\r\r\a"
-    assert (adapter.is_open, adapter.bit_rate_Hz) == (True, 1_000_000)
-    assert adapter.feed(b"C\rt0800\r", 0) == b"\r\a"
 
 
 def test_adapter_takes_frames_whole_or_in_pieces():
@@ -258,16 +221,6 @@ def test_nodes_answer_and_stream_to_python_can():
         assert host.expect(0x101) == b"\x00"
         counters = [struct.unpack("<H", host.expect(0x601)[6:])[0] for _ in range(200)]
         assert set((np.diff(counters) & 0xFFFF).tolist()) <= {7, 8}
-
-
-def test_second_host_may_come_after_the_first():
-    with on_adapter(jr3()) as (server, host):
-        host.send(0x401)
-        host.expect(0x101)
-        host.bus.shutdown()
-        host.bus = CanHost(server).bus
-        host.send(0x401)
-        assert host.expect(0x101) == b"\x00"
 
 
 @pytest.mark.parametrize(("bitrate", "kind"), [(500_000, {}), (1_000_000, {"is_extended_id": True})])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from palpate.simulation.emulators.nmc.motion import ONE_COUNT, Profile
 from tests.support import nmc_vectors as golden
-from tests.unit.simulation.emulators.nmc_host import ALL, GAINS, TICK_NS, Bench, command, trajectory
+from tests.unit.simulation.emulators.nmc_host import TICK_NS, Bench, command, trajectory
 
 MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1 = 0x01, 0x04, 0x08, 0x10, 0x20
 WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN = 0x02, 0x04, 0x08, 0x10, 0x20
@@ -50,21 +50,6 @@ def test_wrong_checksum_is_reported_and_the_command_ignored():
         assert bench.raw(bytes(wrong)) == b"\x1b\x1b"
         assert (bench.bus.modules[0].mask, bench.bus.modules[0].address) == (0, 1)
         assert bench.status(1) == 0x19  # about the last command only
-
-
-def test_module_that_was_reset_is_silent_at_the_higher_rate():
-    bench = Bench().addressed()
-    bench.ask(1, 0xA, bytes([10]))  # the rate changes for groups only
-    assert (bench.bus.baud, bench.bus.modules[0].rejected) == (19_200, 1)
-    bench.tell(ALL, 0xA, bytes([10]))
-    assert bench.bus.baud == 115_200
-    bench.bus.modules[2].power_up()
-    assert bench.raw(command(3, 0xE)) == b""
-    assert bench.raw(command(0, 0xE)) == b""  # it listens at 19200
-    assert len(bench.raw(command(4, 0xE))) == 2
-    bench.tell(ALL, 0xF)
-    assert bench.bus.baud == 19_200
-    bench.addressed()
 
 
 @pytest.mark.parametrize("cut", range(1, 17))
@@ -134,18 +119,6 @@ def test_stop_holds_at_once_or_after_a_ramp(way, farther):
     assert bench.auxiliary(1) & SERVO_ON
 
 
-@pytest.mark.parametrize("preparation", [[(0x6, GAINS), (0x7, b"\x04")], [(0x7, b"\x05")]], ids=["amplifier", "gains"])
-def test_motor_without_amplifier_or_gains_stays_and_trips(preparation):
-    bench = Bench(modules=1).addressed()
-    for code, data in preparation:
-        bench.ask(1, code, data)
-    moving(bench)
-    bench.wait(1_000)
-    assert bench.position(1) == 0
-    assert bench.status(1) & POSITION_ERROR
-    assert bench.auxiliary(1) & SERVO_ON == 0
-
-
 def test_position_error_trips_at_the_limit_and_stays_until_cleared():
     bench = bench_of_one()
     bench.plant.jam(0)
@@ -162,24 +135,6 @@ def test_position_error_trips_at_the_limit_and_stays_until_cleared():
     bench.ask(1, 0x7, b"\x05")
     assert bench.status(1) & POSITION_ERROR  # sticky
     assert bench.ask(1, 0xB).status == MOVE_DONE | POWER
-
-
-def test_sticky_bits_stay_until_cleared():
-    bench = bench_of_one()
-    servo = bench.bus.modules[0].servo
-    servo.overcurrent = servo.overrun = True
-    servo.set_position((1 << 31) - 2)
-    bench.ask(1, 0x7, b"\x11" + struct.pack("<i", (1 << 31) - 1))
-    bench.plant.push(0, 8.0)
-    bench.ask(1, 0x7, b"\x02")
-    bench.plant.push(0, 8.0)
-    bench.wait(5)
-    assert bench.position(1) < 0
-    assert bench.status(1) & OVERCURRENT
-    assert bench.auxiliary(1) & (OVERRUN | WRAP) == OVERRUN | WRAP
-    bench.ask(1, 0xB)
-    assert bench.status(1) & OVERCURRENT == 0
-    assert bench.auxiliary(1) & (OVERRUN | WRAP) == 0
 
 
 def test_power_loss_switches_the_servo_off_for_good():

@@ -2,18 +2,16 @@
 
 from fractions import Fraction
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.adapters.files import read_strings, write_strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
-from palpate.core.policy import Observation, QLearning, QParameters, RandomWalkPolicy, TemperatureSchedule, Transition
+from palpate.core.policy import Observation, RandomWalkPolicy, Transition
 from palpate.core.policy.base import COMPASS_NAMES
 from palpate.simulation.grid import GridMap, grid_actions, run_trial
-from palpate.simulation.grid.maps import COMPASS, SCENARIO_1, SCENARIO_2, SCENARIOS, TWIN
+from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2, SCENARIOS, TWIN
 from palpate.simulation.grid.optimum import belief_optimum, full_information_optimum, random_walk_steps
 from palpate.simulation.grid.trial import walk_strings
 from tests.unit.core.policy.bench import Diary
@@ -72,12 +70,6 @@ def test_every_move_can_be_taken_back(name, size):
         for action, target in enumerate(row):
             if target is not None and target != cell:
                 assert grid.moves[target][(action + 4) % 8] == cell
-
-
-def test_actions_are_those_of_the_insertion_task():
-    assert tuple(action.name for action in grid_actions()) == COMPASS_NAMES
-    assert [action.displacement_m for action in grid_actions()[:2]] == [(1e-3, 0.0), (1e-3, 1e-3)]
-    assert len(set(COMPASS)) == 8
 
 
 @pytest.mark.parametrize(
@@ -190,15 +182,6 @@ def test_a_trial_depends_on_its_seed_and_its_index_alone():
     assert walk(6, 3) != walk(5, 3)
 
 
-def test_the_learner_of_the_insertion_task_learns_here():
-    grid = GridMap.from_regions("ABC/D·E/FGH", 5)
-    parameters = QParameters(alpha=0.5, gamma=1.0, temperature=TemperatureSchedule(1.0, 0.97, 0.05))
-    learner = QLearning(grid.symbols, grid_actions(), parameters)
-    steps = [run_trial(grid, IdentityState(grid.symbols), learner, 0, trial).steps for trial in range(300)]
-    assert np.mean(steps[:20]) > 5.0
-    assert np.mean(steps[-100:]) < 1.9  # 1.667 with full information
-
-
 def test_strings_are_walks_that_end_at_the_goal():
     strings = walk_strings(GRID, 60, seed=3, longest=30)
     assert strings.alphabet == GRID.symbols
@@ -207,9 +190,3 @@ def test_strings_are_walks_that_end_at_the_goal():
     assert len(set(strings.words)) > 50
     assert max(map(len, strings.words)) <= 30
     assert all(can_print(GRID, "".join(GRID.symbols[symbol] for symbol in word)) for word in strings.words)
-
-
-def test_walks_come_back_from_a_file(tmp_path):
-    strings = walk_strings(GRID, 30, seed=0)
-    write_strings(strings, tmp_path / "walks.txt")
-    assert read_strings(tmp_path / "walks.txt") == strings

@@ -16,7 +16,6 @@ from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import GoalConfig, goal_in_base
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
 from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig, SensorConfig
-from palpate.simulation.work_cell.contour import ContourConfig, add_contour, height_m
 from tests.support.tool import TOOL
 
 GOAL = goal_in_base(GoalConfig())
@@ -59,23 +58,6 @@ def deflection(cell, force_N, torque_Nm):
 
 
 # The model.
-
-
-def test_only_peg_and_plate_collide():
-    model = cell_of(CellConfig()).model
-    body_of = {"peg": set(), "plate": set()}
-    for geom in range(model.ngeom):
-        if model.geom_contype[geom]:
-            name = model.body(model.geom_bodyid[geom]).name
-            body_of["plate" if name == "plate" else "peg"].add(
-                (int(model.geom_contype[geom]), int(model.geom_conaffinity[geom]))
-            )
-    (peg_type, peg_affinity), (plate_type, plate_affinity) = body_of["peg"].pop(), body_of["plate"].pop()
-    assert not body_of["peg"] | body_of["plate"]
-    assert peg_type & plate_affinity
-    assert plate_type & peg_affinity
-    assert not peg_type & peg_affinity
-    assert not plate_type & plate_affinity
 
 
 @pytest.mark.parametrize("arm", ARMS)
@@ -285,19 +267,3 @@ def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section, 
             assert (deepest_m < 1e-6) is fits
             assert truth.depth_m == pytest.approx(DEPTH_M, abs=2e-6)
             assert truth.aside_m < 2e-6
-
-
-WAVE = ContourConfig(shape="sine", amplitude_mm=2.0, wavelength_mm=20.0, length_mm=60.0)
-
-
-def test_the_surface_is_the_wave_to_a_few_micrometres():
-    spec = mujoco.MjSpec()
-    # Its z points into the surface.
-    add_contour(spec.worldbody.add_body(name="plate", quat=(0.0, 1.0, 0.0, 0.0)), WAVE)
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    hit = np.zeros(1, dtype=np.int32)
-    for x_m in np.arange(-0.025, 0.025, 0.00037):
-        above = mujoco.mj_ray(model, data, np.array([x_m, 0.0, 0.1]), np.array([0.0, 0.0, -1.0]), None, 1, -1, hit)
-        assert 0.1 - above == pytest.approx(height_m(WAVE, x_m), abs=3e-5)

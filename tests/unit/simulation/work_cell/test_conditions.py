@@ -48,19 +48,6 @@ def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(name, ba
     assert len({drawn(trial, **{batch: 1}) for trial in range(50)}) == 50
 
 
-def test_holes_of_a_batch_lie_round_their_middle():
-    config = CellConfig(hole_uncertainty_mm=0.5, conditions=ConditionsConfig(hole_shift_mm=2.5, hole_shift_trials=20))
-    middles = set()
-    for trial in range(100):
-        found = trial_world(config, 5, trial)
-        middle = found.drawn["hole_shift_x_mm"], found.drawn["hole_shift_y_mm"]
-        middles.add(middle)
-        assert hypot(*(1e3 * a - b for a, b in zip(found.hole_in_task_m[:2], middle, strict=True))) <= 0.5
-    assert len(middles) == 5
-    assert max(hypot(*middle) for middle in middles) <= 2.5
-    assert config.hole_reach_mm == 3.0
-
-
 def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole():
     both = [world(trial, yaw_deg=5.0, plate_lean_mrad=17.5) for trial in range(40)]
     for each in both:
@@ -72,13 +59,6 @@ def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole():
     yaws = [each.drawn["hole_yaw_deg"] for each in both]
     assert -5.0 <= min(yaws) < -4.0 < 4.0 < max(yaws) <= 5.0
     assert [world(trial, yaw_deg=5.0).drawn for trial in range(40)] == [{"hole_yaw_deg": yaw} for yaw in yaws]
-
-
-def test_the_plate_reaches_as_far_as_a_corner_swings():
-    triangle = PegConfig(cross_section="triangle")
-    still, turned = CellConfig(triangle), CellConfig(triangle, conditions=ConditionsConfig(yaw_deg=60.0))
-    # A corner of a triangle is twice as far from its axis as a side.
-    assert turned.plate_reach_m(6e-3) - still.plate_reach_m(6e-3) == pytest.approx(14.5e-3)
 
 
 def pressed(cell, ticks):

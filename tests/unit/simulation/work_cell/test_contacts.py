@@ -3,7 +3,6 @@
 from dataclasses import replace
 from math import cos, isclose, pi, remainder, sin, tan
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -154,22 +153,3 @@ def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(section, contact, s
         levels = {min(level, 1) for level in levels}
     assert set(used) <= levels
     assert used[-1] == max(levels)
-
-
-@pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
-def test_what_is_kept_before_a_tick_is_all_that_a_step_starts_from_and_changes(arm):
-    cell = cell_of(CellConfig(), arm, wander_m=WANDER_M)
-    every = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-    user = int(mujoco.mjtState.mjSTATE_USER)  # the command, and forces and places that only a caller sets
-    before, after = (np.empty(mujoco.mj_stateSize(cell.model, every)) for _ in range(2))
-    assert cell.contacts is not None
-    kept = sum(array.size for array in cell.contacts._state)
-    assert 1 + kept == mujoco.mj_stateSize(cell.model, every & ~user)
-    cell.command(tuple(ready_rad(arm) + 0.01))
-    cell.advance()
-    mujoco.mj_getState(cell.model, cell.data, before, every)
-    time_s, state = cell.data.time, [array.tobytes() for array in cell.contacts._state]
-    cell.advance()
-    cell.contacts._put_back(time_s, *state)
-    mujoco.mj_getState(cell.model, cell.data, after, every)
-    assert before.tobytes() == after.tobytes()

@@ -30,6 +30,7 @@ def test_a_map_is_a_scenario_regions_or_a_file(tmp_path):
         ("missing.txt", 7, "a readable text file"),
         ("binary", 7, "a text file in UTF-8; its byte 0 is not"),
         ("ABC/CXE/BDF", 7, "three rows of three regions"),
+        ("1", 6, "an odd number"),
     ],
 )
 def test_what_is_no_map_is_refused(name, size, says, tmp_path, monkeypatch):
