@@ -67,7 +67,7 @@ def desk(palpate, trained, tmp_path):
     [
         # Unknown words and names.
         ("frobnicate", COMMANDS),
-        ("log frobnicate", "info, plot, export"),
+        ("log frobnicate", "info, plot, score, export, import"),
         ("log info sound.mcap --jsn", "did you mean --json?"),
         ("log plot sound.mcap torn.mcap", "torn.mcap is not an option"),
         ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),

@@ -149,8 +149,9 @@ def export(options: ExportOptions) -> int:
 
     for path in paths:
         print_damage(read_log(path))
-    folders = (export_csv if options.to == "csv" else export_bags)(paths, out)
-    sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as {options.to} in {out}\n")
+    write, kind = (export_csv, "CSV") if options.to == "csv" else (export_bags, "bags")
+    folders = write(paths, out)
+    sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as {kind} in {out}\n")
     return 0
 
 
