@@ -15,8 +15,6 @@
 Malformed bytes on the wire are none of these: a codec counts them and continues.
 """
 
-from collections.abc import Iterable
-
 
 class DriverError(Exception):
     """Root of the tree."""
@@ -56,17 +54,3 @@ class GarbledError(DriverError):
 
 class DeviceFaultError(DriverError):
     """The device reports a fault of its own."""
-
-
-def require_all(device: str, checks: Iterable[tuple[bool, str, str]]) -> None:
-    """Refuse the first setting that cannot work.
-
-    Args:
-        checks: Whether it can, the setting with its value, and what it must be.
-
-    Raises:
-        SettingError: One cannot.
-    """
-    for good, found, wanted in checks:
-        if not good:
-            raise SettingError(device, found, f"must be {wanted}")

@@ -5,14 +5,21 @@ import zlib
 from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from struct import Struct
+from typing import IO, Any, Final, NamedTuple
 
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from palpate.adapters.log.schema import BY_TOPIC, CHANNELS, PACKAGE, descriptor_set
 from palpate.core.errors import LogError
+
+_RECORD: Final = Struct("<BQ")
+_MESSAGE: Final = Struct("<HIQQ")
+"""Opcode and length of a record; channel, sequence number and two times of a message. FACT: MCAP's specification."""
 
 
 class RawMessage(NamedTuple):
@@ -89,15 +96,17 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
     try:
         for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
             if isinstance(record, Chunk):
-                found += _messages(breakup_chunk(record, validate_crc=True), ours)
+                found += _in_chunk(record, ours)
             elif isinstance(record, DataEnd):
                 checked = True
             elif isinstance(record, Footer):
                 # The library checks the data in front of the summary alone. A checksum of zero says that there is none.
                 if record.summary_crc not in (0, zlib.crc32(data[record.summary_start : stream.tell() - 4])):
                     raise ValueError("the checksum of the summary is wrong")
-            else:
-                found += _messages([record], ours)
+            elif isinstance(record, Channel):
+                _describe(record, ours)
+            elif isinstance(record, Message) and record.channel_id in ours:
+                found.append(RawMessage(ours[record.channel_id], record.log_time, record.data, record.sequence))
         if stream.tell() < len(data) or not checked:
             raise ValueError("the end of the data is not marked, or bytes follow the end of the log")
     # MCAP's library and those that it unpacks with raise errors of many kinds for bytes that are none of theirs.
@@ -110,20 +119,28 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
     return found, damage
 
 
-def _messages(records: Iterable[Any], ours: dict[int, int]) -> list[RawMessage]:
-    """The messages on our channels.
-
-    Args:
-        ours: Our numbers of the channels, to which those that are described are added: by topic, because tools that
-            rewrite a file number them again.
-    """
-    found = []
-    for record in records:
-        if isinstance(record, Channel) and record.topic in BY_TOPIC and record.message_encoding == "protobuf":
-            ours[record.id] = BY_TOPIC[record.topic].id
-        elif isinstance(record, Message) and record.channel_id in ours:
-            found.append(RawMessage(ours[record.channel_id], record.log_time, record.data, record.sequence))
+def _in_chunk(chunk: Chunk, ours: dict[int, int]) -> list[RawMessage]:
+    """The messages on our channels; the library's own way takes thrice as long."""
+    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+    data, at, found = stream.read(size), 0, list[RawMessage]()
+    while at < size:
+        opcode, length = _RECORD.unpack_from(data, at)
+        begin, at = at + _RECORD.size, at + _RECORD.size + length
+        if at > size:
+            raise ValueError("a record of a chunk is cut short")
+        if opcode == Opcode.MESSAGE:
+            channel, sequence, time_ns, _ = _MESSAGE.unpack_from(data, begin)
+            if channel in ours:
+                found.append(RawMessage(ours[channel], time_ns, data[begin + _MESSAGE.size : at], sequence))
+        elif opcode == Opcode.CHANNEL:
+            _describe(Channel.read(ReadDataStream(BytesIO(data[begin:at]))), ours)
     return found
+
+
+def _describe(channel: Channel, ours: dict[int, int]) -> None:
+    """Note our number of a channel: by topic, because tools that rewrite a file number them again."""
+    if channel.topic in BY_TOPIC and channel.message_encoding == "protobuf":
+        ours[channel.id] = BY_TOPIC[channel.topic].id
 
 
 def writer_of(data: bytes) -> str:

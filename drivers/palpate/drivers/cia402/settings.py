@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Final
 
 from palpate.drivers.cia402.codec import HIGHEST_NODE
-from palpate.drivers.errors import SettingError, require_all
+from palpate.drivers.errors import SettingError
 
 HEARTBEAT_MS: Final = 50
 """Period of each drive's heartbeat."""
@@ -45,15 +45,12 @@ class JointDrive:
 
     def __post_init__(self) -> None:
         scale = self.counts_per_rad
-        most = max(abs(self.counts(self.lower_rad)), abs(self.counts(self.upper_rad))) if isfinite(scale) else scale
-        require_all(
-            f"drive {self.node}",
-            (
-                (1 <= self.node <= HIGHEST_NODE, f"node number {self.node}", f"1 to {HIGHEST_NODE}"),
-                (isfinite(scale) and scale != 0.0, f"counts_per_rad = {scale}", "finite, and not 0"),
-                (most <= _INT32, f"{most:.0f} counts", "32 bits at most: lower counts_per_rad or the limits"),
-            ),
-        )
+        if not 1 <= self.node <= HIGHEST_NODE or not isfinite(scale) or scale == 0.0:
+            problem = f"node {self.node} with {scale} counts_per_rad"
+            raise SettingError(f"drive {self.node}", problem, f"nodes are 1 to {HIGHEST_NODE}, and counts no zero")
+        most = max(abs(self.counts(self.lower_rad)), abs(self.counts(self.upper_rad)))
+        if most > _INT32:
+            raise SettingError(f"drive {self.node}", f"{most} counts need more than 32 bits", "lower counts_per_rad")
 
     def counts(self, angle_rad: float) -> int:
         """Position counts of a joint angle, to the nearest count."""

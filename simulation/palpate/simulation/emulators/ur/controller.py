@@ -195,7 +195,7 @@ class UrController:
     def dashboard(self, line: str) -> str:
         """Its answer to a line of the dashboard server."""
         version = ".".join(map(str, self.config.version))
-        if line in ("stop", "power on", "brake release", "unlock protective stop") and not self.remote:
+        if line in ("stop", "unlock protective stop") and not self.remote:
             return "Command is not allowed due to safety reasons: the robot is in local control"
         match line:
             case "PolyscopeVersion":
@@ -204,19 +204,9 @@ class UrController:
                 return self.config.serial
             case "is in remote control":
                 return str(self.remote).lower()
-            case "robotmode":
-                return f"Robotmode: {self.robot_mode.name}"
-            case "safetystatus":
-                return f"Safetystatus: {self.safety_mode.name}"
             case "stop":
                 self.end_program()
                 return "Stopped"
-            case "power on":
-                self.robot_mode = RobotMode.IDLE
-                return "Powering on"
-            case "brake release":
-                self.robot_mode = RobotMode.RUNNING
-                return "Brake releasing"
             case "close safety popup":
                 return "closing safety popup"
             case "unlock protective stop":

@@ -1,4 +1,4 @@
-"""One client's conversation over RTDE: packages, recipes, data. Uses no sockets."""
+"""One client's conversation over RTDE, version 2: packages, recipes, data. Uses no sockets."""
 
 import struct
 from typing import Final
@@ -35,7 +35,7 @@ class RtdeSession:
 
     def __init__(self, controller: UrController) -> None:
         self.is_broken = False
-        self._controller, self._buffer, self._version = controller, b"", 1
+        self._controller, self._buffer = controller, b""
         self._outputs: list[str] = []
         self._recipes: list[list[str]] = []
         self._started, self._period_ns, self._due_ns = False, CYCLE_NS, 0
@@ -61,8 +61,7 @@ class RtdeSession:
             return b""
         is_late = now_ns - self._due_ns > self._period_ns
         self._due_ns = (now_ns if is_late else self._due_ns) + self._period_ns
-        number = b"\x01" if self._version == 2 else b""
-        return _package(_DATA, number + b"".join(self._packed(name) for name in self._outputs))
+        return _package(_DATA, b"\x01" + b"".join(self._packed(name) for name in self._outputs))
 
     def close(self) -> None:
         """The client has gone: its registers are free."""
@@ -82,13 +81,10 @@ class RtdeSession:
 
     def _answer(self, kind: int, payload: bytes) -> bytes:
         if kind == _VERSION and len(payload) == 2:
-            asked = int.from_bytes(payload, "big")
-            if asked in (1, 2):
-                self._version = asked
-            return _package(_VERSION, bytes([asked in (1, 2)]))
+            return _package(_VERSION, bytes([int.from_bytes(payload, "big") == 2]))
         if kind == _CONTROLLER:
             return _package(_CONTROLLER, struct.pack(">4I", *self._controller.config.version))
-        if kind == _OUTPUTS and len(payload) >= 8 * (self._version - 1):
+        if kind == _OUTPUTS and len(payload) >= 8:
             return self._set_up_outputs(payload)
         if kind == _INPUTS:
             return self._set_up_inputs(_names(payload))
@@ -104,23 +100,17 @@ class RtdeSession:
         return self._complaint(f"package of type {kind} was not expected")
 
     def _complaint(self, text: str) -> bytes:
-        if self._version == 1:
-            return _package(_TEXT, b"\x02" + text.encode())
         source = b"RTDE"
         return _package(_TEXT, bytes([len(text)]) + text.encode() + bytes([len(source)]) + source + b"\x02")
 
     def _set_up_outputs(self, payload: bytes) -> bytes:
-        rate_Hz = 500.0
-        if self._version == 2:
-            (rate_Hz,) = struct.unpack_from(">d", payload)
-            payload = payload[8:]
-        names = _names(payload)
+        (rate_Hz,) = struct.unpack_from(">d", payload)
+        names = _names(payload[8:])
         types = [self._type(name) for name in names]
         found = bool(names) and "NOT_FOUND" not in types and 1.0 <= rate_Hz <= 500.0
         if found:
             self._outputs, self._period_ns = names, round(1e9 / rate_Hz)
-        number = bytes([found]) if self._version == 2 else b""
-        return _package(_OUTPUTS, (number + ",".join(types).encode())[: 0xFFFF - _HEADER])
+        return _package(_OUTPUTS, (bytes([found]) + ",".join(types).encode())[: 0xFFFF - _HEADER])
 
     def _set_up_inputs(self, names: list[str]) -> bytes:
         owner, inputs, types = self._controller.owner, self._controller.inputs, []
