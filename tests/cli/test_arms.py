@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from palpate.core.motion import arm_named
-from tests.command_line import JOB
 
 ARM = '[arm]\nname = "bench"\nurdf = "bench.urdf"\nflange = "link_eef"\nposture_rad = [0, 0.1, 0, 0.65, 0, 0.55, 0]\n'
 
@@ -29,27 +28,6 @@ def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpat
     done = palpate("replay", "out")
     assert done.code == 2
     assert "bench.urdf' is refused: a readable URDF (No such file or directory)" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "accepted"),
-    [
-        ("flange", "flnge", "did you mean arm.flange"),
-        ("name", "nome", "did you mean arm.name"),
-        ("0.65", "4.5", "arm.posture_rad[3] = 4.5 is refused: an angle from -0.19198 to 3.927, the limits of joint j"),
-        ("bench.urdf", "none.urdf", "a readable URDF (No such file or directory)"),
-        ("bench.urdf", "bench.toml", "a readable URDF (syntax error: line 1"),
-    ],
-)  # fmt: skip
-def test_an_arm_that_cannot_be_used_is_refused_in_one_line(palpate, bench, old, new, accepted):
-    bench.write_text(ARM.replace(old, new))
-    assert accepted in palpate.refusal("run", "--config", str(bench), "--policy", "torque", "--trials", "1")
-
-
-def test_a_rig_file_that_has_the_arm_is_not_told_another(palpate, bench):
-    bench.write_text(ARM + 'adapter = "cia402"\n[force_sensor]\nadapter = "jr3-can"\n')
-    line = palpate.refusal("run", "--rig", str(bench), *JOB, "--arm", "ur5", "--policy", "torque")
-    assert "arm = 'ur5' is refused: bench, which the rig file has, or none" in line
 
 
 def test_an_arm_by_name_in_a_file_may_have_other_limits(palpate):

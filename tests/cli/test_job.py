@@ -69,24 +69,6 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):
     assert "was run with other settings or versions, not mass_kg = 0.7" in palpate.refusal(*words)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("peg_mm = 12.0", "peg_mm = 12.1", "part.hole_mm = 12.018 is refused: from 12.102"),
-        ("depth_mm = 20.0", "dept_mm = 20.0", "a table that states part.depth_mm"),
-        ("friction_max", "friction", "did you mean part.friction_max?"),
-        ("x_mm = 600.0", "x_mm = 2500.0", "a place that ur10 reaches"),
-        ("[cell.peg]", "[cell.pegs]", "did you mean cell.peg?"),
-        ("[limits]", "[task]\nstep_mm = 0.1\n[limits]", "other settings belong in --config"),
-    ],
-)
-def test_what_is_wrong_with_a_job_is_one_line_with_exit_code_2(palpate, old, new, told):
-    text = DOWEL.read_text()
-    assert old in text
-    Path("job.toml").write_text(text.replace(old, new, 1))
-    palpate.refuses("run --policy torque --job job.toml", told)
-
-
 def test_a_job_that_is_not_there_is_one_line(palpate):
     palpate.refuses(
         "run --policy torque --job nowhere.toml", "job = 'nowhere.toml' is refused: a file that exists; examples/jobs"

@@ -71,12 +71,6 @@ def test_a_bad_log_does_not_hide_the_others(palpate, desk):
     assert ["damaged" in row for row in rows[1:]] == [False, True, True]
 
 
-def test_json_is_json_even_of_nothing(palpate, desk):
-    done = palpate("log", "info", "--json", "empty.mcap")
-    assert done.code == 2
-    assert json.loads(done.stdout) == []
-
-
 def test_plot_beside_the_log_or_where_asked(palpate, desk):
     assert "sound.png" in palpate.succeed("log", "plot", "sound.mcap")
     palpate.succeed("log", "plot", "sound.mcap", "--out", "other.png")

@@ -47,11 +47,6 @@ def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained, start):
     assert process.wait(timeout=PATIENCE_S) == 1
 
 
-def logs_in(out):
-    """The recordings of the finished trials."""
-    return {path.name: path.read_bytes() for path in (out / "logs").glob("*.mcap")}
-
-
 def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(palpate, tmp_path, trained, start):
     # The space, and a policy to begin from, are traps for the command that is printed.
     out = tmp_path / "a run"
@@ -77,23 +72,3 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(palpate
     straight = results_in(tmp_path / "straight")
     assert results_in(out) == straight
     assert all(straight[table].startswith(content) for table, content in tables.items())
-
-
-def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate, tmp_path, start):
-    out = tmp_path / "run"
-    process = start("train", *QUICK, "--trials", MANY, "--out", out)
-    wait_until(lambda: finished_trials(out) >= 1, process)
-    process.kill()
-    process.wait(timeout=PATIENCE_S)
-    # Whenever the kill came: make sure that a line is left in part.
-    with (out / "trials.csv").open("a") as stream:
-        stream.write("3,time lim")
-    trials = finished_trials(out) + 1
-    resumed = palpate("train", "--resume", "--out", out, "--trials", trials)
-    assert resumed.code == 0
-    assert f"was left in the middle by process {process.pid} on" in resumed.stderr
-    palpate.succeed("train", *QUICK, "--trials", trials, "--out", "straight")
-    assert results_in(out) == results_in(tmp_path / "straight")
-    # The recordings are the same too; what the killed trial recorded is kept beside.
-    assert logs_in(out) == logs_in(tmp_path / "straight")
-    assert f"{trials} of {trials} equal" in palpate.succeed("replay", out, "--jobs", 1)

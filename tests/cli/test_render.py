@@ -18,7 +18,6 @@ def desk(tmp_path):
     contents = {"sound.mcap": sound, "torn.mcap": sound[:500], "there.gif": b"a picture of mine"}
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
-    (tmp_path / "folder.gif").mkdir()
     write_log(tmp_path / "seven.mcap", [tick(0)], begin=start(tip_rotation=(0.0,) * 7))
     return tmp_path
 
@@ -61,18 +60,11 @@ def test_a_trial_of_a_rig_is_drawn(palpate, desk):
     ("words", "named", "accepted"),
     [
         ("sound.mcap", "to = ''", ".mp4, .gif"),
-        ("sound.mcap --to a.avi", "to = 'a.avi'", ".mp4, .gif"),
         ("sound.mcap --to there.gif", "there.gif", "never overwritten; name another file with --to"),
-        ("sound.mcap --to folder.gif", "folder.gif", "name another file with --to"),
-        ("sound.mcap --to a.gif --size 0x0", "size = '0x0'", "120 to 4096"),
         ("sound.mcap --to a.mp4 --size 641x480", "size = '641x480'", "even"),
-        ("sound.mcap --to a.png", "to = 'a.png'", ".mp4, .gif"),
         ("sound.mcap --to a.gif --fps -5", "fps = -5.0", "from 0.1 to 50"),
-        ("sound.mcap --to a.gif --speed 0", "speed = 0.0", "from 0.001"),
         ("sound.mcap --to a.gif --speed 0.001", "fps = 12.5", "a greater speed"),
-        ("sound.mcap --to a.gif --begin-s 9", "begin_s = 9.0", "from 0 to "),
         ("sound.mcap --to a.gif --begin-s 1 --end-s 0.5", "end_s = 0.5", "after the beginning"),
-        ("sound.mcap --to a.gif --camera top", "camera = 'top'", "both, close-up, arm"),
         ("torn.mcap --to a.gif", "torn.mcap: holds nothing that can be read", "deleted"),
         ("seven.mcap --to a.gif", "seven.mcap: /start", "what the cell looked like"),
     ],

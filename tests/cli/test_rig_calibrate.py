@@ -20,8 +20,6 @@ RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\
             ("--rig", "rig.toml", *JOB, "--steps", "plate", "dance"),
             "steps = 'dance' is refused: some of payload, plate, hole",
         ),
-        (("--rig", "rig.toml", *JOB, "--arm", "ur9"), "arm = 'ur9' is refused"),
-        (("--rig", "rig.toml", *JOB, "--steps"), "steps = '' is refused: some of payload, plate, hole"),
         (("--rig", "rig.toml", *JOB, "--steps", "hole"), "calibration.mounting_deg = None is refused"),
         (("--rig", "rig.toml", *JOB, "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
     ],

@@ -12,21 +12,17 @@ from tests.command_line import JOB
 from tests.support.rig_files import zebra_rig
 
 STRANGE = "[arm]\nname = 'zebra-zero'\nadapter = '{}'\n[force_sensor]\nadapter = 'jr3-can'\n"
-NODES = "[arm]\nname = 'zebra-zero'\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\n{}\n"
 
 
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (NODES.format("node = 3\ncanopen_nodes = [3]"), "a node that no drive on the bus has"),
-        (STRANGE.format("cia402"), "arm.counts_per_rad"),
         (
             STRANGE.format("ur-rtde").replace("name = 'zebra-zero'", ""),
             'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME',
         ),
         (STRANGE.format("nowhere:make"), "a module that can be imported"),
         (STRANGE.format("os:getcwd"), "'os:getcwd' is refused: a function that makes an adapter; it raised TypeError("),
-        (STRANGE.format("os:name"), "function that makes an adapter; it raised TypeError(\"'str' object is not"),
         (STRANGE.format("operator:is_"), "function that makes an adapter: ArmAdapter, not False"),
     ],
 )
@@ -35,14 +31,13 @@ def test_rig_file_that_cannot_work_is_refused_in_one_line(palpate, content, reas
     assert reason in palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--out", "run")
 
 
-@pytest.mark.parametrize("arm", ["ur5", "panda"])
-def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate, arm):
-    words = ("--arm", arm, "--policy", "torque", "--trials", "1")
+def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate):
+    words = ("--arm", "panda", "--policy", "torque", "--trials", "1")
     told = palpate.refusal("run", "--rig", zebra_rig(Path("zebra.toml")), *JOB, *words)
-    assert f"arm = '{arm}' is refused: zebra-zero, which the rig file has, or none" in told
+    assert "arm = 'panda' is refused: zebra-zero, which the rig file has, or none" in told
     Path("rig.toml").write_text(Path("zebra.toml").read_text().replace('name = "zebra-zero"', ""))
     told = palpate.refusal("run", "--rig", "rig.toml", *JOB, *words)
-    assert f"arm = '{arm}' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
+    assert "arm = 'panda' is refused: zebra-zero, or the URDF of this arm, with 6 joints" in told
 
 
 def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate):
@@ -119,12 +114,6 @@ def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate):
     assert done.code == 1
     assert "cannot be opened" in done.stderr
     assert Path("rig.toml.fault.json").read_bytes() == before
-
-
-def test_a_broken_fault_file_keeps_the_rig_still(palpate):
-    zebra_rig(Path("rig.toml"))
-    Path("rig.toml.fault.json").write_text("{")
-    assert "does not move" in palpate.refusal(*RUN.split())
 
 
 BROKEN = """

@@ -4,7 +4,7 @@ import pytest
 
 from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
-from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.errors import DeviceError
 from palpate.core.ports import Life, Validity
 from palpate.simulation.emulators.ati import EmulatedBox
 from tests.virtual_box import VirtualBox
@@ -72,12 +72,3 @@ def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause
         sensor.acknowledge_fault()
         sensor.activate()
         assert sensor.read().validity is Validity.VALID
-
-
-def test_a_box_that_nobody_configured_for_us_does_not_open():
-    bench = Bench()
-    page = bench.box.page().replace(b"<scfgfu>N<", b"<scfgfu>lbf<")
-    bench.box.page = lambda: page
-    with pytest.raises(ConfigurationError, match="set the force units to N"):
-        bench.sensor.configure()
-    assert (bench.sensor.life, bench.is_open) == (Life.CONSTRUCTED, False)

@@ -119,19 +119,6 @@ def reading(desk, load):
         yield sensor, node, bus
 
 
-def test_board_that_restarts_in_mid_run_latches_a_fault(desk):
-    with reading(desk, Load()) as (sensor, node, _):
-        node.reboot(desk.clock.now_ns())
-        desk.clock.sleep(0.04)
-        with pytest.raises(DeviceError, match="restarted in mid-run"):
-            sensor.read()
-        assert sensor.life is Life.FAULTED
-        sensor.acknowledge_fault()
-        sensor.activate()
-        desk.clock.sleep(0.1)
-        assert sensor.read().validity is Validity.VALID
-
-
 def test_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(desk):
     with reading(desk, Load()) as (sensor, node, _):
         node.firmware.silent = True

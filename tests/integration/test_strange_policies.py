@@ -112,13 +112,10 @@ ALTERED = [
 """A bit of a message of this channel is turned over."""
 
 
-@pytest.mark.parametrize("code", [True, False])
-def test_one_changed_bit_is_found_in_either_way(trained, tmp_path, monkeypatch, code):
-    if code:
-        monkeypatch.syspath_prepend(str(PACKAGE))
+def test_one_changed_bit_is_found_without_its_code(trained, tmp_path):
     messages = messages_of(trained / "logs" / "trial-00000.mcap")
     same = replayed(messages, tmp_path)
-    assert (same.verdict, bool(same.recorded_decisions)) == (Verdict.EQUAL, not code)
+    assert (same.verdict, bool(same.recorded_decisions)) == (Verdict.EQUAL, True)
     for topic, change in ALTERED:
         places = indices(messages, topic)
         altered = changed(messages, places[len(places) // 2], change)

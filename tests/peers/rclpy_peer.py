@@ -1,7 +1,6 @@
 """A peer on the real rclpy, in an environment of its own: a robot that is driven, or a client that drives one.
 
     python rclpy_peer.py robot     publishes joints and wrenches, takes commands
-    python rclpy_peer.py picky     the same, and wants commands that are kept for late subscribers
     python rclpy_peer.py client    reads joints and wrenches, sends commands
 
 It ends when its standard input does, and then prints as JSON what it has seen.
@@ -15,7 +14,7 @@ import time
 
 import rclpy
 from geometry_msgs.msg import WrenchStamped
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
@@ -59,12 +58,6 @@ class Robot:
         self.wrenches.publish(wrench)
 
 
-class Picky(Robot):
-    """A subscriber that what palpate offers does not fit."""
-
-    commands = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
 class Client:
     """Turns the last joint, a step a period."""
 
@@ -95,7 +88,7 @@ class Client:
 def main():
     rclpy.init()
     node = rclpy.create_node("peer")
-    peer = {"robot": Robot, "picky": Picky, "client": Client}[sys.argv[1]](node)
+    peer = {"robot": Robot, "client": Client}[sys.argv[1]](node)
     threading.Thread(target=lambda: (sys.stdin.read(), rclpy.try_shutdown()), daemon=True).start()
     try:
         rclpy.spin(node)

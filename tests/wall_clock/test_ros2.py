@@ -95,24 +95,6 @@ def test_wrench_is_read_and_one_that_ends_is_named(server):
             sensor.read()
 
 
-REFUSALS = {
-    "another topic": ({"topic": "/wrench"}, "no publisher of /wrench in domain"),
-    "wrong type": (
-        {"topic": "/joint_states"}, "/joint_states carries sensor_msgs/msg/JointState, not geometry_msgs/msg/Wrench",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", REFUSALS)
-def test_sensor_that_is_not_there_is_refused(server, case):
-    settings, problem = REFUSALS[case]
-    sensor = force_sensor_maker("ros2")(
-        table(server, start_timeout_s=1.0, **settings), RigContext.of("ur5e", MonotonicClock())
-    )
-    with pytest.raises(DeviceError, match=problem):
-        sensor.configure()
-
-
 def test_without_the_library_one_line_names_the_extra(monkeypatch):
     monkeypatch.setattr("palpate.drivers.ros2.link.find_spec", lambda name: None)
     sensor = force_sensor_maker("ros2")({}, RigContext.of("ur5e", MonotonicClock()))

@@ -143,17 +143,3 @@ def test_without_the_client_one_line_names_the_extra(palpate, tmp_path, monkeypa
     done = palpate("run", "--rig", "rig.toml", "--confirm", "rig", *JOB, "--policy", "torque", "--trials", "1")
     assert done.code == 2
     assert "pip install 'palpate[ur]'" in done.stderr.splitlines()[-1]
-
-
-def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate, tmp_path):
-    with served() as server:
-        sensor = (
-            f"[force_sensor]\nadapter = 'ur-rtde'\nhost = '{server.host}'\nfacts = {{noise_N = 1.75, noise_Nm = 0.1}}"
-        )
-        (tmp_path / "rig.toml").write_text(
-            f"[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}\n"
-        )
-        line = palpate.refusal("run", "--rig", "rig.toml", *JOB, "--policy", "torque", "--trials", "1")
-        assert "at least 32.6 with a force sensor of 1.75 N noise, or a quieter sensor" in line
-        with server.exclusive() as controller:
-            assert controller.targets_rad() == HOME
