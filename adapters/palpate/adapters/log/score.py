@@ -150,14 +150,15 @@ def mean_jerk_m_s3(tip_m: np.ndarray, time_s: np.ndarray) -> float:
         tip_m: Places, (n, 3).
         time_s: Their times, (n,).
     """
-    from scipy.signal import savgol_filter
-
     fresh = np.r_[True, np.any(np.diff(tip_m, axis=0) != 0.0, axis=1)] if len(tip_m) else np.zeros(0, bool)
     tip_m, time_s = tip_m[fresh], time_s[fresh]
     if len(tip_m) < _WINDOW:
         return 0.0
     velocity_m_s = np.gradient(tip_m, time_s, axis=0)
     step_s = float(np.median(np.diff(time_s)))
-    jerk_m_s3 = savgol_filter(velocity_m_s, _WINDOW, 2, deriv=2, delta=step_s, axis=0)
+    # Twice the curvature of a parabola through each window; at the ends that of the outermost one.
+    curvature = np.linalg.pinv(np.vander(np.arange(_WINDOW) * step_s, 3))[0]
+    windows = np.lib.stride_tricks.sliding_window_view(velocity_m_s, _WINDOW, axis=0)
+    jerk_m_s3 = np.pad(2.0 * windows @ curvature, ((_WINDOW // 2, _WINDOW // 2), (0, 0)), mode="edge")
     moving = np.linalg.norm(velocity_m_s, axis=1) > _MOVING_M_S
     return float(np.linalg.norm(jerk_m_s3[moving], axis=1).mean()) if moving.any() else 0.0
