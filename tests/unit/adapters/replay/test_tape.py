@@ -131,8 +131,6 @@ def log():
 @pytest.mark.parametrize(
     ("setting", "table"),
     [
-        ("task.max_force_N=20", {"task": {"max_force_N": 20}}),
-        ("seed=7", {"seed": 7}),
         ("task.area_centre=start", {"task": {"area_centre": "start"}}),
         ("perception.channels=['x', 'y']", {"perception": {"channels": ["x", "y"]}}),
         ("task.goal.x_mm=1", {"task": {"goal": {"x_mm": 1}}}),
@@ -166,14 +164,12 @@ def test_a_limit_that_was_weak_may_be_set_stronger(log, limit_N, weakened):
 @pytest.mark.parametrize(
     "fields",
     [
-        {"config_toml": "scenario = "},
         {"config_toml": "[task]\nsteps_of_another_version = 1\n"},
         {"perception_json": "{}"},
         {"policy_json": "{}"},
         {"policy": "a policy of another version"},
         {"learner_json": "{}"},
         {"tip_rotation": (1.0, 0.0)},
-        {"start_m": (1.0,)},
         {"world_json": "not json"},
     ],
     ids=str,

@@ -165,11 +165,6 @@ WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc
 PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
 
 
-@pytest.fixture(scope="module")
-def walks():
-    return infer(WALKS, PREDICTION)
-
-
 class TestInference:
     def test_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it(self):
         told = []
@@ -197,7 +192,8 @@ class TestInference:
         assert chosen.network is never
         assert (extract.wrong, extract.states) == (0.0, 2)
 
-    def test_walks_give_a_machine_that_says_what_may_come_next(self, walks):
+    def test_walks_give_a_machine_that_says_what_may_come_next(self):
+        walks = infer(WALKS, PREDICTION)
         machine = walks.machine
         assert machine.kind is Kind.MOORE
         assert walks.consistent is None

@@ -121,14 +121,6 @@ class TestSymbols:
         with pytest.raises(CommandError, match="features must be finite"):
             stage.symbol(tuple(features))
 
-    def test_thresholds_belong_to_features_and_a_gate_needs_a_middle_and_separate_ones(self):
-        with pytest.raises(ConfigurationError, match="each of the 2 features"):
-            Thresholds(("x", "y"), ((-1.0, 1.0),))
-        with pytest.raises(ConfigurationError, match=r"symboliser\.outer = .* an even number of thresholds"):
-            GatedThresholds.of({"x": (0.0,)}, {"tx": (-1, 1)})
-        with pytest.raises(ConfigurationError, match="each only once"):
-            GatedThresholds.of({"x": (-1, 1)}, {"x": (-1, 1)})
-
     def test_prototypes_lie_inside_the_bounds_and_own_themselves(self):
         stage = RandomPartition.draw(BOUNDS, 50, 3)
         low, high = np.array(list(BOUNDS.values())).T

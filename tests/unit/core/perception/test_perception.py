@@ -164,14 +164,6 @@ class TestPipeline:
         for row in TABLE[:, :width].tolist():
             assert getattr(back, use)(tuple(row)) == getattr(stage, use)(tuple(row))
 
-    def test_perception_comes_back_from_json(self):
-        data = json.loads(json.dumps(stages.perception_to_dict(paper())))
-        assert data["schema"] == "palpate.perception/1"
-        back = stages.perception_from_dict(data)
-        assert back == paper()
-        for row in TABLE.tolist():
-            assert back.observe(tuple(row)) == paper().observe(tuple(row))
-
     @pytest.mark.parametrize(
         ("change", "message"),
         [
