@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
@@ -76,7 +75,10 @@ class FinitePomdp:
         return after
 
     @cached_property
-    def _ways(self) -> list[csc_array]:
+    def _ways(self) -> list[Any]:
+        # Every command knows the learner's parameters; few plan.
+        from scipy.sparse import csr_array
+
         return [csr_array(moves).T for moves in self.transitions]
 
 

@@ -9,10 +9,9 @@ matrix product has the same bits whatever the order in which a processor takes i
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.hmm.finite_pomdp import FinitePomdp
@@ -80,6 +79,8 @@ class PointBasedPlan:
 
 def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
     """A plan by point-based value iteration."""
+    from scipy.sparse import csr_array
+
     beliefs = _on_grid(_met(model, qmdp(model), rng), _SHARE)
     vectors = np.full((1, model.states), _on_grid(np.array(1.0 / (1.0 - DISCOUNT)), _COST))
     values = (beliefs @ vectors.T).min(axis=1)
@@ -112,7 +113,7 @@ def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
     return PointBasedPlan(model, vectors / _COST)
 
 
-def _backed_up(model: FinitePomdp, moves: Sequence[csr_array], beliefs: Floats, vectors: Floats) -> Floats:
+def _backed_up(model: FinitePomdp, moves: Sequence[Any], beliefs: Floats, vectors: Floats) -> Floats:
     """For each belief the best plan of one step and then one of the vectors for each symbol, (beliefs, states)."""
     # By what may be read: cost of each vector, times the probability of the reading, after the move.
     read = np.rint(model.emissions.T[:, None, :] * vectors[None])
