@@ -1,7 +1,6 @@
 """The JR3 adapter keeps the contract of a force sensor, over CAN, against a board in virtual time."""
 
 from contextlib import contextmanager
-from dataclasses import replace
 
 import pytest
 
@@ -10,7 +9,7 @@ from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life, Validity
-from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.jr3 import Jr3CanNode
 from tests.virtual_lines import Cable, VirtualDesk
 from tests.virtual_time import VirtualTime
 
@@ -64,7 +63,7 @@ def rig(desk, wire, sensor, load, firmware):
 
 def can_rig():
     load, desk = Load(), VirtualDesk()
-    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS))
+    node = Jr3CanNode(1, load, BOOT_NS)
     bus = desk.can("can0", node)
     settings = {"interface": "virtual", "channel": "can0", "max_age_ms": MAX_AGE_MS, "period_us": 2000}
     return rig(desk, bus, force_sensor_maker("jr3-can")(settings, context(desk.clock)), load, node.firmware)
@@ -111,7 +110,7 @@ def desk():
 @contextmanager
 def reading(desk, load):
     """An active sensor, its board, and the bus between them."""
-    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS))
+    node = Jr3CanNode(1, load, BOOT_NS)
     bus = desk.can("can0", node)
     with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
         desk.clock.sleep(0.04)

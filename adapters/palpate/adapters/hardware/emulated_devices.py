@@ -13,7 +13,7 @@ from palpate.core.motion import Kinematics, arm_named, controller_frames
 from palpate.core.ports import JointVector
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
-from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.jr3 import Jr3CanNode
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanAdapter
 from palpate.simulation.emulators.motors import DirectMotors, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
@@ -191,7 +191,7 @@ def emulated_sensor(
             "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
         }, faults, _noise(config))  # fmt: skip
     # The board was switched on long before anyone connects.
-    node = Jr3CanNode(_JR3_NODE, feel, Jr3Config(boot_ns=0))
+    node = Jr3CanNode(_JR3_NODE, feel, boot_ns=0)
     server = PtyServer(SlcanAdapter(EmulatedCanBus([node])), clock_ns, paced=False)
     faults = {
         "sensor-silent": lambda: setattr(node.firmware, "silent", True),

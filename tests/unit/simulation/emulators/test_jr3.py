@@ -1,12 +1,11 @@
-"""The JR3 board: filter, counter, zero and states, in the frames of its CAN firmware."""
+"""The JR3 board: filter, counter and states, in the frames of its CAN firmware."""
 
 import struct
 
 import pytest
 
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
+from palpate.simulation.emulators.jr3.node import BOOT_NS, Jr3Node, Notice, Sample
 from palpate.simulation.emulators.lines.can_bus import BusFrame
 from tests.support import jr3_vectors as golden
 
@@ -25,9 +24,9 @@ READY, NOT_INITIALISED, BOOTUP = map(frame, (golden.READY, golden.NOT_INITIALISE
 class Host:
     """Talks to a node and keeps the time."""
 
-    def __init__(self, node_id=1, booted=True, **config):
-        quick = {"boot_ns": 0, "eeprom_ns": 0} if booted else {}
-        self.node = Jr3CanNode(node_id, lambda _: FULL, Jr3Config(**(quick | config)))
+    def __init__(self, boot_ns=0, connected=True):
+        self.node = Jr3CanNode(1, lambda _: FULL, boot_ns)
+        self.node.firmware.connected = connected
         self.now_ns = 0
         self.boot_frames = self.node.advance(0)
 
@@ -39,11 +38,12 @@ class Host:
         return self.node.feed(arbitration_id, data, self.now_ns) + self.wait(wait_ns)
 
 
-def test_bootup_comes_after_two_seconds_and_before_answers_to_what_was_heard_meanwhile():
-    host = Host(booted=False)
+def test_bootup_comes_after_two_seconds_and_what_was_heard_meanwhile_is_lost():
+    host = Host(boot_ns=BOOT_NS)
     assert host.boot_frames == []
-    assert host.send(0x401, wait_ns=2 * S) == []  # lost: nobody listens yet
-    assert host.send(0x401, wait_ns=40 * MS) == [BOOTUP, READY]
+    assert host.send(0x401, wait_ns=2 * S) == []
+    assert host.wait(40 * MS) == [BOOTUP]
+    assert host.send(0x401) == [READY]
     host.node.reboot(host.now_ns)
     assert host.wait(3 * S) == [BOOTUP]
 
@@ -77,7 +77,7 @@ def test_golden_start_gives_a_pair_every_ten_milliseconds():
 def test_board_without_a_sensor_acknowledges_with_one_and_has_no_full_scales():
     host = Host(connected=False)
     assert host.boot_frames == []
-    for operation in (0x200, 0x280, 0x300, 0x400):
+    for operation in (0x200, 0x280, 0x400):
         assert host.send(operation + 1, b"\x00" * 6) == [NOT_INITIALISED]
     (answer,) = host.send(0x481)
     assert len(answer.data) == 7
@@ -86,17 +86,8 @@ def test_board_without_a_sensor_acknowledges_with_one_and_has_no_full_scales():
     assert host.wait(S) == []
 
 
-def test_zero_gives_one_zero_pair():
-    host = Host()
-    host.send(0x201, struct.pack("<HI", 1000, 10_000), wait_ns=20 * MS)
-    frames = host.send(0x301, wait_ns=100 * MS)
-    assert frames[0] == READY
-    zeros = [each.data[:6] == bytes(6) for each in frames[1:]]
-    assert zeros == [True, True] + [False] * (len(zeros) - 2)
-
-
 def ready(wrench=FULL):
-    node = Jr3Node(Jr3Config(boot_ns=0, eeprom_ns=0), lambda _: wrench)
+    node = Jr3Node(lambda _: wrench, 0)
     assert node.advance(0) == [Notice.BOOTED]
     return node
 
@@ -119,18 +110,14 @@ def test_load_becomes_counts(wrench, counts):
     assert samples(node, MS)[-1].counts == counts
 
 
-def test_stop_resets_the_counter_and_loses_the_zero_and_another_start_does_not():
+def test_stop_resets_the_counter_and_another_start_does_not():
     node = ready()
     node.start(0, 0, period_us=1000)
     samples(node, 10 * MS)
-    node.zero()
     node.start(0, 10 * MS, period_us=2000)
-    later = samples(node, 20 * MS)[-1]
-    assert later.counts == (0,) * 6
-    assert later.counter > 100
+    assert samples(node, 20 * MS)[-1].counter > 100
     node.stop()
     assert samples(node, 30 * MS) == []
-    node.zero()  # without sampling there is nothing to zero
     node.start(0, 30 * MS, period_us=1000)
     first = samples(node, 31 * MS)[0]
     assert (first.counter, first.counts[2]) == (1, 16384)

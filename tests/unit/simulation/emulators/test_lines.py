@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import serial
 
-from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.jr3 import Jr3CanNode
 from palpate.simulation.emulators.lines import BusFrame, EmulatedCanBus, PtyServer, SlcanAdapter
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.ideal_motors import IdealPlant
@@ -183,7 +183,7 @@ def test_bad_line_rings_the_bell(line):
 
 def jr3(node_id=1):
     full = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
-    return Jr3CanNode(node_id, lambda _: full, Jr3Config(boot_ns=0, eeprom_ns=0))
+    return Jr3CanNode(node_id, lambda _: full, boot_ns=0)
 
 
 class CanHost:

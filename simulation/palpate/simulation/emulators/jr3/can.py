@@ -4,8 +4,7 @@ import struct
 from collections import deque
 from enum import IntEnum
 
-from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource, unsigned
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
+from palpate.simulation.emulators.jr3.node import BOOT_NS, Jr3Node, Notice, Sample, WrenchSource, unsigned
 from palpate.simulation.emulators.lines import BusFrame
 
 POLL_ns = 1_000_000
@@ -21,7 +20,6 @@ class CanOperation(IntEnum):
     ACK = 0x100
     START_ASYNC = 0x200
     STOP = 0x280
-    ZERO_OFFSETS = 0x300
     GET_STATE = 0x400
     GET_FULL_SCALE_FORCES = 0x480
     GET_FULL_SCALE_MOMENTS = 0x500
@@ -31,7 +29,7 @@ class CanOperation(IntEnum):
 
 
 class Jr3CanNode:
-    """A `CanNode` that behaves like the CAN firmware, as far as a host that streams needs it: no SYNC, no RESET.
+    """A `CanNode` that behaves like the CAN firmware, as far as a host that streams needs it: no SYNC, RESET or ZERO.
 
     Commands wait in a queue of 32 for the main loop, which looks every millisecond, so an acknowledgement never comes
     out of `feed` for its own command but up to a millisecond later. More than 32 waiting push out the oldest
@@ -41,18 +39,18 @@ class Jr3CanNode:
         ValueError: The node number is not from 1 to 127.
     """
 
-    def __init__(self, node_id: int, wrench: WrenchSource, config: Jr3Config | None = None) -> None:
+    def __init__(self, node_id: int, wrench: WrenchSource, boot_ns: int = BOOT_NS) -> None:
         if not 1 <= node_id <= _NODE_BITS:
             raise ValueError(f"node_id: 1 to 127 expected, got {node_id}")
         self.node_id = node_id
-        self.firmware = Jr3Node(config or Jr3Config(), wrench)
+        self.firmware = Jr3Node(wrench, boot_ns)
         self._commands: deque[tuple[int, bytes]] = deque(maxlen=_QUEUE_FRAMES)
         self._next_poll_ns: int | None = None
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
         """Hear a frame of the bus; one with this node's number is queued."""
         frames = self.advance(now_ns)
-        if self.firmware.listening and arbitration_id & _NODE_BITS == self.node_id:
+        if self.firmware.serving and arbitration_id & _NODE_BITS == self.node_id:
             self._commands.append((arbitration_id & ~_NODE_BITS, data))
         return frames
 
@@ -88,7 +86,7 @@ class Jr3CanNode:
 
     def _serve(self, now_ns: int) -> list[BusFrame]:
         frames: list[BusFrame] = []
-        while self.firmware.serving and self._commands:
+        while self._commands:
             frames += self._execute(*self._commands.popleft(), now_ns)
         return frames
 
@@ -98,8 +96,6 @@ class Jr3CanNode:
                 self.firmware.start(unsigned(data, 0, 2), now_ns, period_us=unsigned(data, 2, 4))
             case CanOperation.STOP:
                 self.firmware.stop()
-            case CanOperation.ZERO_OFFSETS:
-                self.firmware.zero()
             case CanOperation.GET_STATE:
                 pass
             case CanOperation.GET_FULL_SCALE_FORCES:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 FULL_SCALE_COUNTS = 16384
@@ -27,21 +26,6 @@ UNFILTERED = 0
 _TENTHS: Final = (1.0, 1.0, 1.0, 10.0, 10.0, 10.0)
 _MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)
 """The axes are left-handed. FACT: yarp-devices Jr3Pci."""
-
-
-@dataclass(frozen=True, slots=True)
-class Jr3Config:
-    """One sensor with its board.
-
-    Attributes:
-        boot_ns: Time from power to the first look at the wire. FACT: jr3-mbed-firmware-can main.cpp.
-        eeprom_ns: Time to read the sensor's 256 calibration bytes. CALC: one byte in each acquisition.
-        connected: Whether a sensor is plugged into the board at power-up.
-    """
-
-    boot_ns: int = 2_000_000_000
-    eeprom_ns: int = 32_896_000
-    connected: bool = True
 
 
 def counts_of(wrench: Iterable[float]) -> list[float]:

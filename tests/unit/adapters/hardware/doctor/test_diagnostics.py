@@ -1,12 +1,10 @@
 """What our own drivers report of themselves, each against its emulator in virtual time."""
 
-from dataclasses import replace
-
 import pytest
 
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
 from palpate.core.motion.arm import arm_named
-from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.jr3 import Jr3CanNode
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.arms import driver_arm
 from tests.support.ideal_motors import IdealPlant
@@ -15,7 +13,7 @@ from tests.virtual_lines import VirtualDesk
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
 
-CONFIG = replace(Jr3Config(), boot_ns=1_000_000)
+BOOT_NS = 1_000_000
 
 
 @pytest.fixture
@@ -63,7 +61,7 @@ def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(zebra, table,
 
 
 def test_jr3_reports_its_board(desk):
-    desk.can("can0", Jr3CanNode(1, lambda now_ns: (0.0,) * 6, CONFIG))
+    desk.can("can0", Jr3CanNode(1, lambda now_ns: (0.0,) * 6, BOOT_NS))
     sensor = force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk))
     assert sensor.diagnostics() == {}
     sensor.configure()
