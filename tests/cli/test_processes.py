@@ -17,9 +17,9 @@ MANY = 5000
 
 def test_the_installed_script_prints_and_refuses(palpate):
     script = Path(sys.executable).with_name("palpate")
-    done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     assert done.stdout == palpate.succeed("--version")
-    done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
 
 
@@ -35,7 +35,9 @@ def test_help_and_info_import_nothing_heavy(trained):
         f"main(['log', 'info', {str(log)!r}])\n"
         f"sys.stderr.write(json.dumps([*told, loaded({HEAVY!r})]))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE_S, check=True
+    )
     assert json.loads(done.stderr) == [[], []]
 
 

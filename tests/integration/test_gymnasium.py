@@ -19,6 +19,7 @@ from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.policy import Observation, Transition, learner_of
 from palpate.core.trial.report import Purpose, generator
+from tests.command_line import PATIENCE_S
 
 NOWHERE = (0.0, 0.0, 0.0)
 SHORT = {"task": {"time_limit_s": 0.5}}
@@ -56,7 +57,7 @@ def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_hea
         "print(env.unwrapped.spec.id, env.reset(seed=1)[0] in env.observation_space)"
     )
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=PATIENCE_S, check=False
     )
     assert (done.stdout, done.stderr) == (f"[]\n{PEG_INSERTION} True\n", "")
 

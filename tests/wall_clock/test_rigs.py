@@ -122,7 +122,7 @@ def test_doctor_finds_both_devices_and_a_cable_pulled_in_mid_motion_ends_the_run
             assert found in " ".join(examined.stdout.split())
         with running(rig, out, "strange_policies.drift:Drift") as process:
             devices.send_signal(signal.SIGKILL)
-            _, complaint = process.communicate(timeout=60)
+            _, complaint = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "Traceback" not in complaint
     last = complaint.strip().splitlines()[-1]
@@ -146,7 +146,7 @@ def test_a_closed_terminal_and_the_operator_s_signal_stop_the_arm_and_leave_whol
         rig.with_name("rig.toml.fault.json").unlink(missing_ok=True)
         with running(rig, out, "random") as process:
             process.send_signal(signal.SIGUSR1)
-            _, complaint = process.communicate(timeout=60)
+            _, complaint = process.communicate(timeout=PATIENCE_S)
     log = read_log(logs(closed)[-1])
     assert log.end is not None, f"the log has no end; exit code {code}"
     if log.end.outcome not in ("interrupted", "stopped from outside"):
