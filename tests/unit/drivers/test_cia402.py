@@ -61,7 +61,7 @@ def test_watchdog_is_armed_before_power_and_fed_by_the_cycle():
 
 
 def test_cycle_sends_targets_and_then_sync():
-    bench = Bench(host_watchdog_ms=0).enabled()
+    bench = Bench(host_watchdog_ms=60_000).enabled()
     bench.cycle()
     bench.network.sent.clear()
     bench.cycle((0.005, -0.005, 0.0, 0.0, 0.0, 0.001))

@@ -26,7 +26,7 @@ AT_REST = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAUL
 
 
 def test_drive_left_under_power_by_a_dead_program_is_stopped_first():
-    bench = Bench(host_watchdog_ms=0).enabled()
+    bench = Bench(host_watchdog_ms=60_000).enabled()
     again = Bench()
     again.drives = again.network.nodes = bench.drives
     again.network.now_ns = bench.network.now_ns

@@ -81,8 +81,6 @@ def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[
     Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive that cannot do it holds
     its last target when the host is lost.
     """
-    if settings.host_watchdog_ms == 0:
-        return ()
     stops = objects.write_if_known(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
     host = settings.host_node << 16 | settings.host_watchdog_ms
     if not objects.write_if_known(0x1016, 1, host if on else 0, 4):

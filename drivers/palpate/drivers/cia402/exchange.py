@@ -127,7 +127,7 @@ class CyclicExchange:
 
     def _keep_alive(self, now_ns: int) -> None:
         every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
-        if self._settings.host_watchdog_ms > 0 and now_ns - self._last_heartbeat_ns >= every_ns:
+        if now_ns - self._last_heartbeat_ns >= every_ns:
             self._link.send(HEARTBEAT + self._settings.host_node, bytes((NMT_OPERATIONAL,)))
             self._last_heartbeat_ns = now_ns
 

@@ -71,8 +71,7 @@ class ArmSettings:
         missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.
         heartbeat_timeout_ms: Silence of a drive that stops the arm for good.
         host_node: Node number of the host's own heartbeat.
-        host_watchdog_ms: Silence of the host after which each drive quick-stops by itself. 0 leaves this out: then
-            the arm goes to its last set-point and stays there when this process dies.
+        host_watchdog_ms: Silence of the host after which each drive quick-stops by itself.
         quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
             (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
         sdo_timeout_s: Longest wait for an SDO answer.
@@ -98,7 +97,7 @@ class ArmSettings:
         if not self.joints or len(set(nodes)) != len(nodes):
             raise SettingError("arm", f"nodes {nodes}, the host's last", "give every drive and the host its own node")
         # Three heartbeats of the host within the drives' patience, and they are sent by the cycle alone.
-        if 0 < self.host_watchdog_ms < 3 * self.period_s * 1e3:
+        if self.host_watchdog_ms < 3 * self.period_s * 1e3:
             problem = f"host_watchdog_ms = {self.host_watchdog_ms} is shorter than three cycles"
             raise SettingError("arm", problem, "make it longer, or the rate higher")
 

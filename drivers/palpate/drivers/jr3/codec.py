@@ -11,8 +11,7 @@ from collections import Counter
 from typing import NamedTuple
 
 from palpate.drivers.can import CanFrame
-from palpate.drivers.errors import RefusedError
-from palpate.drivers.jr3.messages import Ack, Bootup, Counts3, Message, Op, Reading, Request
+from palpate.drivers.jr3.messages import Ack, Bootup, Counts3, Message, Op, Reading
 
 
 class Jr3Code(enum.IntEnum):
@@ -30,19 +29,16 @@ _READY, _NOT_INITIALISED = 0, 1
 _GARBAGE, _ORPHANS = "frames without sense", "halves of readings without the other half"
 
 
-def encode_can(request: Request, node: int) -> CanFrame:
+def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> CanFrame:
     """Make the frame of a request.
 
     FACT (jr3-mbed-firmware-can main.cpp): the cut-off of START is 16 bits, and the period 32 bits after it.
+
+    Args:
+        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START.
+        period_us: Time between readings in microseconds; START.
     """
-    if not 1 <= node <= _NODE_MASK:
-        raise RefusedError("JR3 on CAN", f"cannot send {request.op.name} to node {node}", "nodes are 1 to 127")
-    try:
-        data = struct.pack("<HI", request.cutoff_cHz, request.period_us) if request.op is Op.START else b""
-    except struct.error as error:
-        values = f"cut-off {request.cutoff_cHz} (16 bits) and period {request.period_us} (32 bits)"
-        raise RefusedError("JR3", f"{values} do not fit their fields", "check the settings") from error
-    return CanFrame(request.op + node, data)
+    return CanFrame(op + node, struct.pack("<HI", cutoff_cHz, period_us) if op is Op.START else b"")
 
 
 class _Half(NamedTuple):

@@ -10,7 +10,7 @@ from palpate.drivers.can import CanLink
 from palpate.drivers.device import ForceSample, PolledSensor, listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.jr3.codec import CanDecoder, encode_can
-from palpate.drivers.jr3.messages import LEFT_HANDED, Ack, FullScales, Op, Reading, Request, Signs
+from palpate.drivers.jr3.messages import LEFT_HANDED, Ack, FullScales, Op, Reading, Signs
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
 from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 
@@ -152,11 +152,11 @@ class Jr3(PolledSensor):
             # Not repeated as it is: the answers for forces and moments look alike, so that a late one could be taken
             # for the other. The state is asked first again; its short answer cannot overtake a late long one.
             attempts = 1
-        self._exchange.begin(Request(op, self._cutoff_cHz, self._period_us), attempts, ACK_TIMEOUT_NS)
+        self._exchange.begin(op, attempts, ACK_TIMEOUT_NS)
 
     def _answered(self, ack: Ack, now_ns: int) -> None:
         self._heard = True
-        if self._exchange.answer(ack, now_ns) is None:
+        if self._exchange.answer(ack) is None:
             return
         if self.phase is Jr3Phase.READING_SCALES:
             self._scales_read(ack.scales)
@@ -209,7 +209,7 @@ class Jr3(PolledSensor):
             self._give_up()
         request = self._exchange.request
         if request is not None and self._exchange.due(now_ns):
-            self._link.send(encode_can(request, self._node))
+            self._link.send(encode_can(request, self._node, self._cutoff_cHz, self._period_us))
 
     def _give_up(self) -> None:
         if self.phase is Jr3Phase.READING_SCALES and self._fences > 0:

@@ -33,20 +33,6 @@ SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
-    """A command with its arguments.
-
-    Attributes:
-        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START.
-        period_us: Time between readings in microseconds; START.
-    """
-
-    op: Op
-    cutoff_cHz: int = 0
-    period_us: int = 0
-
-
-@dataclass(frozen=True, slots=True)
 class Ack:
     """The board took a command.
 

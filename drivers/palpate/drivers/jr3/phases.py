@@ -12,7 +12,7 @@ that a stream never begins with a zero that another client has set.
 import enum
 from types import MappingProxyType
 
-from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Ack, Op, Request
+from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Ack, Op
 
 
 class Jr3Phase(enum.Enum):
@@ -102,13 +102,13 @@ class RequestInFlight:
     """
 
     def __init__(self) -> None:
-        self.request: Request | None = None
+        self.request: Op | None = None
         self.refused = False
         self._attempts_left = 0
         self._sent_ns: int | None = None
         self._timeout_ns = 0
 
-    def begin(self, request: Request, attempts: int, timeout_ns: int) -> None:
+    def begin(self, request: Op, attempts: int, timeout_ns: int) -> None:
         """Put a request in place of any before it; :meth:`due` then says when to send it."""
         self.request, self._attempts_left, self._timeout_ns = request, attempts, timeout_ns
         self._sent_ns, self.refused = None, False
@@ -132,10 +132,10 @@ class RequestInFlight:
         self.request = None
         return True
 
-    def answer(self, ack: Ack, now_ns: int) -> Request | None:
+    def answer(self, ack: Ack) -> Op | None:
         """Take an acknowledgement; give back the request that it completes, or None."""
         request = self.request
-        if request is None or self._sent_ns is None or len(ack.scales) != SCALES_IN_REPLY.get(request.op, 0):
+        if request is None or self._sent_ns is None or len(ack.scales) != SCALES_IN_REPLY.get(request, 0):
             return None
         self.refused = not ack.ready
         if self.refused:
