@@ -209,3 +209,23 @@ def test_what_a_seventh_joint_leaves_free_goes_back_to_the_posture_and_the_tip_s
         assert (np.abs(step - last) <= 0.25 * bench.reach).all()
         last = step
     np.testing.assert_allclose(q, home, atol=1e-3)
+
+
+def test_damping_sets_in_gently(zebra):
+    bends = np.linspace(0.0, 0.5, 5001)
+    elbows = [np.array([0.0, 0.3, -bend, 0.2, 0.4, 0.1]) for bend in bends]
+    place = np.searchsorted([abs(np.linalg.det(zebra.look.tip_jacobian(q))) for q in elbows], 2e-4)
+    steps = [zebra.step(q, zebra.shifted(q, 1e-5, 0.0, 0.0)) for q in (elbows[place - 1], elbows[place])]
+    assert [limited for _, limited in steps] == [True, False]
+    damped, free = (after - q for (after, _), q in zip(steps, elbows[place - 1 :], strict=False))
+    assert np.linalg.norm(damped - free) < 0.05 * np.linalg.norm(free)
+
+
+def test_six_of_seven_joints_get_there_and_it_is_said_that_one_met_its_limit():
+    panda = Bench(arm_named("panda"))
+    q = panda.posture + 0.4
+    q[1] = panda.look.upper_rad[1]
+    beyond = panda.tip(q + 1e-4 * np.eye(7)[1])
+    after, limited = panda.step(q, beyond)
+    assert (limited, after[1]) == (True, q[1])
+    np.testing.assert_allclose(panda.tip(after).translation, beyond.translation, atol=1e-6)
