@@ -1,11 +1,11 @@
 """An arm of ROS 2 over the loopback: from the newest wrench to the command, and stops when the arm's process dies.
 
-    python -m benchmarks.ros2 --times 100     100 deaths of the arm's process
+    python -m benchmarks.ros2 --times 100     100 deaths of the arm's process, commanding positions and velocities
     python -m benchmarks.ros2 --times 0       latency only
 
 The emulated robot, its joints at their set-points, is a thread of this process; it looks for commands every 2 ms. The
 arm's process is killed by SIGKILL while it moves a joint at 0.5 rad/s. What counts is when the robot gets the command
-that holds it from this process.
+that holds it, or velocities of zero, from this process.
 """
 
 from __future__ import annotations
@@ -41,13 +41,17 @@ NS = 10**9
 class Robot(Ros2Robot):
     """Joints at their set-points; notes what came when."""
 
-    def __init__(self) -> None:
-        super().__init__(NAMES, HOME)
+    def __init__(self, *, velocities: bool = False) -> None:
+        super().__init__(NAMES, HOME, velocities=velocities)
+        self.velocities = velocities
         self.came: list[tuple[int, tuple[float, ...]]] = []
 
     def command(self, data: Sequence[float], now_ns: int) -> None:
         super().command(data, now_ns)
         self.came.append((time.monotonic_ns(), tuple(data)))
+
+    def step(self, now_ns: int) -> None:
+        super().step(now_ns)
         self.measured_rad(self.targets_rad())
 
 
@@ -63,6 +67,8 @@ def bench(robot: Robot, rt: bool) -> Iterator[tuple[Ros2Server, ArmClient, RigCo
             "domain": server.domain, "address": server.address, "peers": (server.address,), "joints": NAMES,
             "commands": f"/{server.commands}", "patience": 10.0,
         }  # fmt: skip
+        if robot.velocities:
+            settings |= {"mode": "velocities", "stops_without_commands": True}
         yield server, arm_in_process(DeviceEntry("ros2", settings), context, RealTimeConfig(scheduling=rt), NS), context
 
 
@@ -97,8 +103,8 @@ def latency(seconds: float, rt: bool) -> None:
           f" {len(sent)} set-points reached the robot as they were")  # fmt: skip
 
 
-def stops(times: int, rt: bool) -> None:
-    rng, robot = random.Random(1), Robot()
+def stops(times: int, rt: bool, *, velocities: bool) -> None:
+    rng, robot = random.Random(1), Robot(velocities=velocities)
     late_ms: list[float] = []
     with bench(robot, rt) as (_, arm, context):
         clock = context.clock
@@ -122,15 +128,16 @@ def stops(times: int, rt: bool) -> None:
             arm.acknowledge_fault()
         arm.close()
     good = sum(late <= ALLOWED_MS for late in late_ms)
-    print(f"process killed: the position to hold within {ALLOWED_MS:g} ms in {good} of {times};"
-          f" median {np.median(late_ms):.1f} ms, most {max(late_ms):.1f} ms", flush=True)  # fmt: skip
+    what = "zeros" if velocities else "the position to hold"
+    print(f"process killed: {what} within {ALLOWED_MS:g} ms in {good} of {times}; median {np.median(late_ms):.1f} ms,"
+          f" most {max(late_ms):.1f} ms", flush=True)  # fmt: skip
 
 
 def held_ns(robot: Robot, since_ns: int, sign: int) -> float:
     """When the first command came that does not move the arm on."""
     commands = zip(robot.came, robot.came[1:], strict=False)
     for (_, before), (came_ns, data) in commands:
-        if came_ns > since_ns and (data[5] - before[5]) * sign <= 0.0:
+        if came_ns > since_ns and (data[5] if robot.velocities else data[5] - before[5]) * sign <= 0.0:
             return came_ns
     return np.inf
 
@@ -142,14 +149,14 @@ def arm_number() -> int:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--times", type=int, default=20, help="deaths of the arm's process")
+    parser.add_argument("--times", type=int, default=20, help="deaths of the arm's process, of each kind of command")
     parser.add_argument("--seconds", type=float, default=20.0, help="of the latency")
     parser.add_argument("--rt", action="store_true", help="request SCHED_FIFO")
     options = parser.parse_args()
     sys.setswitchinterval(0.0002)
     latency(options.seconds, options.rt)
-    if options.times:
-        stops(options.times, options.rt)
+    for velocities in (False, True) if options.times else ():
+        stops(options.times, options.rt, velocities=velocities)
 
 
 if __name__ == "__main__":

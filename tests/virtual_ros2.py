@@ -27,10 +27,10 @@ class VirtualDomain:
         seen: What the topic is found to carry, and the commands' subscribers to want.
     """
 
-    def __init__(self, clock=None, robot=None):
+    def __init__(self, clock=None, robot=None, **settings):
         self.idl = pytest.importorskip("palpate.simulation.emulators.ros2.idl", reason="needs the extra ros2")
         self.clock, self.moves = clock or VirtualTime(), robot is None
-        self.robot = robot or Ros2Robot(NAMES, HOME)
+        self.robot = robot or Ros2Robot(NAMES, HOME, **settings)
         self.load = [0.0, 0.0, -5.0, 0.0, 0.0, 0.0]
         self.network = lambda message: message
         self.is_plugged, self.publishers, self.stamp_ns = True, 1, _BOOT_NS
@@ -57,6 +57,7 @@ class VirtualDomain:
 
     def step(self, now_ns):
         self._due_ns = now_ns + PERIOD_NS
+        self.robot.step(now_ns)
         if self.moves:
             self.robot.measured_rad(self.robot.targets_rad())
         stamp_ns = self.stamp_ns + now_ns

@@ -25,6 +25,7 @@ from tests.virtual_ros2 import HOME, NAMES, VirtualDomain
 LOWER, UPPER = tuple(q - 0.3 for q in HOME), tuple(q + 0.05 for q in HOME)
 MAX_AGE_NS = 50_000_000
 TABLE = Ros2ArmTable(joints=NAMES, start_timeout_s=0.5)
+VELOCITIES = replace(TABLE, mode="velocities", stops_without_commands=True)
 
 
 class Bench(VirtualDomain):
@@ -75,13 +76,23 @@ class TestRos2Encoder(JointEncoderContract):
 
 
 class TestRos2Arm(ArmCommandContract):
+    table = TABLE
+    tolerance_rad = 1e-9
+
     def make(self):
-        bench = Bench()
+        bench = Bench(velocities=self.table.mode == "velocities")
         return ArmCommandRig(
-            device=bench.arm(), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3,
-            fast_step_rad=0.03, position_rad=bench.robot.targets_rad, tolerance_rad=1e-9,
+            device=bench.arm(self.table), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3,
+            fast_step_rad=0.03, position_rad=bench.robot.targets_rad, tolerance_rad=self.tolerance_rad,
             settle_ticks=60, limit_ticks=100, **bench.knobs(),
         )  # fmt: skip
+
+
+class TestRos2VelocityArm(TestRos2Arm):
+    # Its link and its states are those of positions.
+    test_life_follows_the_table = None
+    table = VELOCITIES
+    tolerance_rad = 5e-4
 
 
 class TestRos2Wrench(ForceSensorContract):
@@ -109,6 +120,7 @@ def test_sign_turns_a_wrench_that_the_tool_exerts():
 @pytest.mark.parametrize(
     ("table", "problem"),
     [
+        (replace(VELOCITIES, stops_without_commands=False), "velocities only with stops_without_commands = true"),
         (replace(TABLE, joints=NAMES[:5]), "6 names, one a joint of ur5"),
         (replace(TABLE, joints=(*NAMES[:5], NAMES[0])), "6 names, one a joint of ur5"),
     ],

@@ -30,6 +30,9 @@ class Following(Ros2Robot):
     def command(self, data, now_ns):
         super().command(data, now_ns)
         self.came.append((now_ns, data[5]))
+
+    def step(self, now_ns):
+        super().step(now_ns)
         self.measured_rad(self.targets_rad())
 
 

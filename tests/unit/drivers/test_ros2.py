@@ -34,9 +34,10 @@ def lead(arm, domain, ticks, to=None):
         domain.ticks(1)
 
 
-def test_arm_goes_where_it_is_led_and_holds_when_stopped():
-    domain = VirtualDomain()
-    arm = made(domain)
+@pytest.mark.parametrize("velocities", [False, True])
+def test_arm_goes_where_it_is_led_and_holds_when_stopped(velocities):
+    domain = VirtualDomain(velocities=velocities)
+    arm = made(domain, velocities=velocities)
     arm.enable()
     lead(arm, domain, 200, THERE)
     assert domain.robot.targets_rad() == pytest.approx(THERE, abs=5e-4)

@@ -24,8 +24,10 @@ from palpate.drivers.ros2 import (
     Ros2Network,
     Ros2Wrench,
     await_publisher,
+    held,
 )
 
+_POSITIONS, _VELOCITIES = "positions", "velocities"
 _NAME: Final = "ROS 2 arm"
 
 
@@ -59,6 +61,10 @@ class Ros2ArmTable(Ros2Table, ArmTable):
     of the model, base first."""
     joints: tuple[str, ...] = ()
     """Names of the joints in the messages, base first. If not given: those of the model."""
+    mode: Annotated[str, OneOf(_POSITIONS, _VELOCITIES)] = _POSITIONS
+    """What is commanded."""
+    stops_without_commands: bool = False
+    """The robot's driver stops the arm by itself when commands end. Velocities need it."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +97,7 @@ class Ros2DriverArm(DriverArm):
 
         limits = JointLimits(settings.lower_rad, settings.upper_rad, settings.velocity_rad_s)
         super().__init__(_NAME, open_bus, clock, limits, table)
-        self._link = link
+        self._link, self._velocities = link, settings.velocities
 
     @override
     def stand_by(self) -> StandBy:
@@ -101,7 +107,7 @@ class Ros2DriverArm(DriverArm):
 
         def hold(position_rad: JointVector) -> None:
             with translating(self.name):
-                way.write(position_rad)
+                way.write(held(position_rad, self._velocities))
 
         return StandBy(hold, way.close)
 
@@ -119,9 +125,13 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
     if len(set(joints)) != len(context.lower_rad):
         accepted = f"{len(context.lower_rad)} names, one a joint of {context.arm.name}"
         raise ConfigurationError("arm.joints", joints, accepted)
+    velocities = table.mode == _VELOCITIES
+    if velocities and not table.stops_without_commands:
+        accepted = "positions; velocities only with stops_without_commands = true: the controller keeps the last"
+        raise ConfigurationError("arm.mode", table.mode, accepted)
     settings = Ros2ArmSettings(
         joints=joints, lower_rad=context.lower_rad, upper_rad=context.upper_rad,
-        velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ,
+        velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ, velocities=velocities,
         start_s=table.start_timeout_s, silence_s=0.1 * table.patience,
     )  # fmt: skip
     return Ros2DriverArm(table, settings, link, context.clock)

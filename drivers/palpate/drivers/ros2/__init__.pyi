@@ -1,4 +1,5 @@
 from .arm import Ros2Arm as Ros2Arm
+from .arm import held as held
 from .judgement import await_publisher as await_publisher
 from .link import Ros2Link as Ros2Link
 from .settings import JOINT_STATE as JOINT_STATE

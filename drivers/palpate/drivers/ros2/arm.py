@@ -1,7 +1,7 @@
 """The arm: joint angles in, commands out, held where it is on every way out.
 
 A forward_command_controller keeps its last command for ever. So each position is at most one period ahead of the arm,
-and each stop sends that position once more.
+and each stop sends that position once more, or velocities of zero.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,6 +23,8 @@ from palpate.drivers.ros2.link import Ros2Link
 from palpate.drivers.ros2.settings import NAME, Ros2ArmSettings
 
 _LOOK_S: Final = 0.002
+_GAIN_PER_S: Final = 10.0
+"""Velocity that is added per radian that the arm is behind."""
 
 
 class Ros2Arm(LatchingArm):
@@ -79,8 +81,8 @@ class Ros2Arm(LatchingArm):
             goal_rad = held_back(clamped(asked, settings.lower_rad, settings.upper_rad), self._seen_rad, most_rad)
         with self._latching():
             if enabled:
-                self.setpoint_rad = goal_rad
-            if enabled or self._state is ArmState.STOPPED:
+                self._command(goal_rad)
+            elif self._state is ArmState.STOPPED:
                 self._hold()
         return Measured(self._seen_rad, self._time_ns)
 
@@ -89,7 +91,7 @@ class Ros2Arm(LatchingArm):
         return super().diagnostics() | link_diagnostics(self._link, self._stamps)
 
     def stop(self) -> None:
-        """Hold the arm; at any time, twice too, never raising."""
+        """Hold the arm, or send velocities of zero; at any time, twice too, never raising."""
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
         elif self._state not in (ArmState.STOPPED, ArmState.FAULTED):
@@ -137,9 +139,24 @@ class Ros2Arm(LatchingArm):
             problem = f"no message of {self._link.reads} for {silent_s * 1e3:.0f} ms"
             raise SilentError(NAME, problem, "check the robot's driver and the network, and how busy this computer is")
 
+    def _command(self, goal_rad: tuple[float, ...]) -> None:
+        settings, before = self.settings, self.setpoint_rad
+        self.setpoint_rad = goal_rad
+        if not settings.velocities:
+            self._link.write(goal_rad)
+            return
+        joints = zip(goal_rad, before, self._seen_rad, settings.velocity_rad_s, strict=True)
+        wanted = [((a - b) / settings.period_s + _GAIN_PER_S * (a - q), most) for a, b, q, most in joints]
+        self._link.write([min(max(speed, -most), most) for speed, most in wanted])
+
     def _hold(self) -> None:
         if self.setpoint_rad:
-            self._link.write(self.setpoint_rad)
+            self._link.write(held(self.setpoint_rad, self.settings.velocities))
+
+
+def held(position_rad: Sequence[float], velocities: bool) -> tuple[float, ...]:
+    """The command that holds an arm there."""
+    return (0.0,) * len(position_rad) if velocities else tuple(position_rad)
 
 
 def link_diagnostics(link: Ros2Link, stamps: StampClock) -> dict[str, str]:

@@ -32,6 +32,7 @@ class Ros2ArmSettings:
         joints: Names of the joints in the messages.
         lower_rad: Lower joint limits. upper_rad: Upper ones. velocity_rad_s: Velocity limits.
         period_s: Time between two commands.
+        velocities: Command velocities, instead of positions.
         start_s: Longest wait for publisher and first message.
         silence_s: So long without joint angles is a fault.
     """
@@ -41,5 +42,6 @@ class Ros2ArmSettings:
     upper_rad: tuple[float, ...]
     velocity_rad_s: tuple[float, ...]
     period_s: float
+    velocities: bool = False
     start_s: float = 5.0
     silence_s: float = 0.1

@@ -17,26 +17,41 @@ class Ros2Robot:
 
     Args:
         names: Names of the joints, base first, as controller and messages have them.
+        velocities: Commands are velocities, and no positions.
 
     Attributes:
         is_active: Whether there is a controller that takes commands.
         command_ns: When the last command came.
     """
 
-    def __init__(self, names: Sequence[str], start_rad: JointVector) -> None:
+    def __init__(self, names: Sequence[str], start_rad: JointVector, *, velocities: bool = False) -> None:
         self.names, self.is_active = tuple(names), True
         self.position_rad: JointVector = tuple(start_rad)
         self.command_ns = 0
-        self._targets_rad = tuple(start_rad)
+        self._velocities, self._targets = velocities, tuple(start_rad)
+        self._speeds = (0.0,) * len(self.names)
+        self._stepped_ns: int | None = None
 
     def command(self, data: Sequence[float], now_ns: int) -> None:
         """Take a command."""
-        if len(data) == len(self.names) and self.is_active:
-            self.command_ns, self._targets_rad = now_ns, tuple(data)
+        if len(data) != len(self.names) or not self.is_active:
+            return
+        self.command_ns = now_ns
+        if self._velocities:
+            self._speeds = tuple(data)
+        else:
+            self._targets = tuple(data)
+
+    def step(self, now_ns: int) -> None:
+        """Let time pass."""
+        elapsed_s = 0.0 if self._stepped_ns is None else (now_ns - self._stepped_ns) * 1e-9
+        self._stepped_ns = now_ns
+        steps = zip(self._targets, self._speeds, strict=True)
+        self._targets = tuple(angle + speed * elapsed_s for angle, speed in steps)
 
     def targets_rad(self) -> JointVector:
         """Joint set-points that the servos hold now, (n,) rad."""
-        return self._targets_rad
+        return self._targets
 
     def measured_rad(self, joints_rad: JointVector) -> None:
         """Feed back where the joints are, (n,) rad."""

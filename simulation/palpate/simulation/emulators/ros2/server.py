@@ -97,6 +97,7 @@ class Ros2Server:
                 for message in [] if controller is None else controller.take(16):
                     if message.sample_info.valid_data and not self.is_unplugged:
                         self._robot.command(message.data, now_ns)
+                self._robot.step(now_ns)
                 angles = self._robot.position_rad
             stamp_ns = epoch_ns + now_ns
             for writer, message in (
