@@ -1,5 +1,6 @@
 """A trial is a function of configuration, seed and number: to the last bit, in any process, after any other trial."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -9,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments import ChosenPolicy, Run
 from palpate.simulation.work_cell.config import PegConfig
-from tests.integration.physics.trials import digests
 
 
 def short_run(arm):
@@ -19,6 +20,14 @@ def short_run(arm):
     return replace(
         config, task=replace(config.task, time_limit_s=1.5), cell=replace(config.cell, hole_uncertainty_mm=3.0)
     )
+
+
+def digests(config, numbers):
+    """One a trial, run one after the other in one cell: of all that was reported, and the truth at the end."""
+    with Run(config) as run:
+        trials = run.trials(ChosenPolicy("random", config))
+        told = [repr((scored.report.events, scored.truth)) for scored in map(trials.run, numbers)]
+    return [hashlib.sha256(text.encode()).hexdigest() for text in told]
 
 
 @pytest.mark.parametrize(
