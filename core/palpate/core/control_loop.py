@@ -1,4 +1,4 @@
-"""The loop over the ports, and who may watch it."""
+"""The control loop over the four ports, and its observers."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from palpate.core.ports import (
 from palpate.core.trial import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
 
 if TYPE_CHECKING:
-    # Kinematics and learning are loaded by whoever makes a task; an observer needs neither.
+    # Making a task loads kinematics and learning; an observer needs neither.
     from palpate.core.policy import Observation
     from palpate.core.supervision import Supervisor
     from palpate.core.trial import Task
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000
-"""A tick that begins so much after its slot counts as late."""
+"""A tick that begins later than its slot by more than this counts as late."""
 FORCE_SENSOR: Final = "force_sensor"
 JOINT_ENCODER: Final = "joint_encoder"
 ARM: Final = "arm"
@@ -37,14 +37,15 @@ ARM: Final = "arm"
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedTick:
-    """What the loop held of its newest tick when the trial ended by an error or was closed.
+    """State of the newest tick when an error ended the trial or the trial was closed.
 
     Attributes:
-        calling: The port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty when it was none.
-        time_ns: Run-clock time of the tick; None when the clock was not read.
-        wrench: The force sample; None when there was none.
-        joints: The joint sample; None when there was none.
-        command: What was to be sent; None before it was known.
+        calling: The port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty if no port call
+            failed.
+        time_ns: Run-clock time of the tick; None if the clock was not read.
+        wrench: The force sample; None if none was read.
+        joints: The joint sample; None if none was read.
+        command: The command to be sent; None before it is known.
     """
 
     calling: str
@@ -55,21 +56,21 @@ class UnfinishedTick:
 
 
 class LoopObserver:
-    """The base of recorders, stopwatches and live views: the loop calls what a subclass overrides, and nothing else.
+    """Base class of observers; the loop calls only the methods that a subclass overrides.
 
-    The events of a tick come in the order in which they stand here. While the supervisor draws the tool back nothing is
-    sensed, chosen or acted. ``sensed`` and ``chosen`` come from :func:`run_trial` alone: whoever steps the task over
-    :func:`trial_ticks` does without. An observer that raises ends the trial, with the arm stopped.
+    The events of a tick occur in the order of the methods below. ``sensed``, ``chosen`` and ``acted`` are not called
+    during a retraction. Only :func:`run_trial` calls ``sensed`` and ``chosen``; a caller that steps :func:`trial_ticks`
+    does not get them. An observer that raises ends the trial; the arm is stopped.
     """
 
     def begun(self, start_ns: int, report: TrialReport) -> None:
-        """The task has begun; its schedule counts from this time, and this report grows as the trial goes on."""
+        """The task has begun at this time, the origin of its schedule; the report is updated during the trial."""
 
     def waited(self, tick: int, deadline_ns: int) -> None:
-        """The sleep until a tick's slot is over."""
+        """The sleep until a tick's slot has ended."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        """The tick for this slot found this to be the time, run clock."""
+        """The tick of this slot has read this time from the run clock."""
 
     def force_read(self, sample: WrenchSample) -> None:
         """The force sensor was read."""
@@ -78,39 +79,39 @@ class LoopObserver:
         """The joint encoders were read."""
 
     def sensed(self, observation: Observation | None) -> None:
-        """The task has taken the snapshot in; what an action is to be chosen by, in the ticks in which one is due."""
+        """The task has processed the snapshot; the observation is set only in ticks in which an action is chosen."""
 
     def chosen(self) -> None:
-        """The policy has chosen an action; only in those ticks."""
+        """The policy has chosen an action; called only in ticks in which one is due."""
 
     def acted(self, command: JointCommand) -> None:
-        """This is what the task asks of the arm."""
+        """The task has returned this command."""
 
     def supervised(self, supervised: Supervised) -> None:
-        """This is what the arm is to be told, and why where it is not what the task asked; not without a supervisor."""
+        """The supervisor has passed or changed the command; not called without a supervisor."""
 
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        """The arm was told this command, and answered with so much of it."""
+        """The command was sent to the arm, which reported the applied command."""
 
     def ended(self) -> None:
-        """The tick is over; the next thing is the sleep, or the end of the trial."""
+        """The tick is over; the sleep or the end of the trial follows."""
 
     def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
-        """This error ended the trial, or its ticks were closed (GeneratorExit); the arm was told to stop before."""
+        """This error ended the trial, or the ticks were closed (GeneratorExit); the arm has been stopped."""
 
     def stopped(self, error: BaseException | None) -> None:
-        """The arm was told to stop, on every way out; it raised this error, or None."""
+        """The stop command was sent at the end of the trial; ``error`` is what it raised, or None."""
 
 
 def tick_time_ns(start_ns: int, slot: int) -> int:
-    """When a slot of the control schedule begins: counted from the start, so that rounding never adds up."""
+    """Return the start of a slot, counted from the first tick, so that rounding errors do not accumulate."""
     return start_ns + slot * _NS // CONTROL_RATE_HZ
 
 
 def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
-    """The slot for the tick after one that ran in ``slot`` and found the time to be ``time_ns``.
+    """Return the slot of the tick that follows one in ``slot`` at ``time_ns``.
 
-    A tick that comes late takes its turn; slots that went by meanwhile are left out and never made up for in a burst.
+    A late tick still runs. Slots that have passed are skipped, so ticks never run in a burst.
     """
     return max(slot, (time_ns - start_ns) * CONTROL_RATE_HZ // _NS) + 1
 
@@ -122,15 +123,15 @@ def run_trial(
     supervisor: Supervisor | None = None,
     observers: Sequence[LoopObserver] = (),
 ) -> TrialReport:
-    """Run one trial from wherever the arm is.
+    """Run one trial from the arm's present pose.
 
-    The first tick is at the clock's present time. Every way out leaves the arm stopped.
+    The first tick runs at once. The arm is stopped however the trial ends.
 
     Args:
-        observers: Are called in this order at each event.
+        observers: Called in this order at each event.
 
     Raises:
-        FaultLatchedError: The supervisor has tripped before, or a device has failed, and nobody has acknowledged it.
+        FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.
     """
     ticks = trial_ticks(task, ports, setup, supervisor, observers)
     on_sensed, on_chosen = _listeners(observers, "sensed"), _listeners(observers, "chosen")
@@ -146,7 +147,7 @@ def run_trial(
                     call()
             snapshot = next_snapshot(ticks, task.act())
     except DeviceError as error:
-        # What the task itself refuses never comes by the ticks, which only wait for its command.
+        # An error of the task itself does not pass through the generator, which only waits for the command.
         if supervisor is not None:
             supervisor.latch.set(str(error))
         raise
@@ -156,9 +157,9 @@ def run_trial(
 
 
 def next_snapshot(ticks: Generator[Snapshot, JointCommand, None], command: JointCommand) -> Snapshot | None:
-    """Send the command of a tick of :func:`trial_ticks`; returns the next tick's snapshot, None when the trial is over.
+    """Send the command to :func:`trial_ticks`; return the snapshot of the next tick, or None at the end of the trial.
 
-    A function of its own, so that no StopIteration from anywhere else is taken for the end of a trial.
+    It is a separate function so that only the generator's own StopIteration ends the trial.
     """
     try:
         return ticks.send(command)
@@ -173,16 +174,16 @@ def trial_ticks(
     supervisor: Supervisor | None = None,
     observers: Sequence[LoopObserver] = (),
 ) -> Generator[Snapshot, JointCommand, None]:
-    """The same loop for whoever steps the task themselves: gives each tick's snapshot, and takes the task's command.
+    """Run the control loop as a generator: it yields the snapshot of each tick and receives the task's command.
 
-    A trip and the retreat after it are its own affair; while it retreats it asks for nothing. Closing it ends the
-    trial wherever it is, and leaves the arm stopped.
+    It handles trips and retractions itself and requests no commands meanwhile. Closing the generator ends the trial and
+    stops the arm.
 
     Args:
-        task: Is begun here; its ``step``, or ``sense`` and ``act``, is the caller's.
+        task: The generator calls ``begin``; the caller calls ``step``, or ``sense`` and ``act``.
 
     Raises:
-        FaultLatchedError: The supervisor has tripped before, or a device has failed, and nobody has acknowledged it.
+        FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.
     """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     on_waited, on_clock, on_force, on_joints, on_acted, on_supervised, on_sent, on_ended = (
@@ -269,7 +270,7 @@ def trial_ticks(
 
 
 def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
-    """While the tool is drawn back, which goes by position: a sensor that fails then does not leave it where it is."""
+    """Read the sensor during a retraction, which follows positions and must not end because the sensor fails."""
     try:
         return sensor.read()
     except DeviceError:
@@ -279,7 +280,7 @@ def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
 
 
 def _listeners(observers: Sequence[LoopObserver], event: str) -> tuple[Callable[..., None], ...]:
-    """The observers' methods for an event; an event that nobody overrides costs a tick nothing."""
+    """Return the observers' methods for an event; an event that no observer overrides costs nothing."""
     ignored = getattr(LoopObserver, event)
     return tuple(getattr(each, event) for each in observers if getattr(type(each), event) is not ignored)
 
@@ -291,7 +292,7 @@ def _stop(
     error: BaseException | None = None,
     tick: UnfinishedTick | None = None,
 ) -> None:
-    """First of all the arm. What a device failed by, the stop included, is latched as a trip is."""
+    """Stop the arm first, then latch device errors, including those of the stop, and notify the observers."""
     trouble: BaseException | None = None
     try:
         arm.stop()

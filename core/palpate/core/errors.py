@@ -1,22 +1,22 @@
-"""Every error that palpate raises on purpose, in one tree.
+"""The hierarchy of all errors that palpate raises on purpose.
 
 ::
 
     PalpateError
-    ├── ConfigurationError          a setting is wrong: the operator's to fix
+    ├── ConfigurationError          a setting is wrong; the operator fixes it
     │   ├── AssetError              a robot description or mesh is missing
     │   └── UnreachableError        a pose that the arm cannot take
-    ├── UsageError                  a command line that says nothing sensible: the operator's
-    ├── OutputError                 writing there would lose what is already on disk
-    ├── LogError                    a recorded trial that cannot be read, or not be replayed
-    ├── LifecycleError              a port was used in the wrong order: the caller's fault
-    ├── CommandError                a command that no arm may execute: the caller's fault
-    ├── UndeterminedError           measurements that do not say what is asked of them: measure more
-    ├── PolicyError                 a policy from outside failed: its author's to fix
-    └── DeviceError                 the device's fault
-        └── FaultLatchedError       a fault waits for a person to acknowledge it
+    ├── UsageError                  a command line is invalid; the operator fixes it
+    ├── OutputError                 writing would overwrite existing results
+    ├── LogError                    a recorded trial cannot be read or replayed
+    ├── LifecycleError              a port was used in the wrong order; the caller is wrong
+    ├── CommandError                a command that no arm may execute; the caller is wrong
+    ├── UndeterminedError           the measurements do not determine a quantity; measure more
+    ├── PolicyError                 a third-party policy failed; its author fixes it
+    └── DeviceError                 a device failed
+        └── FaultLatchedError       a fault has not been acknowledged
 
-Each error says what happened, the offending value, and what would have been right.
+Each error states what happened, the offending value, and the accepted values.
 """
 
 import difflib
@@ -27,14 +27,14 @@ from math import isfinite
 
 
 class PalpateError(Exception):
-    """Root of the tree; errors pass between processes as they are."""
+    """Base class of all errors; they can be pickled."""
 
     def __reduce__(self) -> tuple[object, ...]:
         return _restored, (type(self), self.args, self.__dict__)
 
 
 def _restored(kind: type[PalpateError], args: tuple[object, ...], attributes: dict[str, object]) -> PalpateError:
-    """Rebuild an error without its constructor, whose arguments it does not keep."""
+    """Rebuild an error without its constructor, whose arguments are not stored."""
     error = kind.__new__(kind, *args)
     error.__dict__.update(attributes)
     return error
@@ -49,7 +49,7 @@ class ConfigurationError(PalpateError, ValueError):
 
 
 class AssetError(ConfigurationError):
-    """A robot description or one of its files is not there."""
+    """A robot description or one of its files is missing."""
 
 
 class UnreachableError(ConfigurationError):
@@ -57,7 +57,7 @@ class UnreachableError(ConfigurationError):
 
 
 class UsageError(PalpateError):
-    """A command line that cannot be understood."""
+    """A command line is invalid."""
 
 
 class OutputError(PalpateError):
@@ -72,7 +72,7 @@ class LogError(PalpateError):
     """A recorded trial cannot be used.
 
     Attributes:
-        where: Offset, message or tick; empty when it is the whole file.
+        where: Offset, message or tick; empty if the whole file is affected.
     """
 
     def __init__(self, path: str, where: str, problem: str, remedy: str) -> None:
@@ -81,7 +81,7 @@ class LogError(PalpateError):
 
 
 class LifecycleError(PalpateError, RuntimeError):
-    """A port was asked for something that its state does not allow."""
+    """A request is not allowed in the present state of a port."""
 
     def __init__(self, who: str, state: str, request: str, accepted: str) -> None:
         self.state, self.request = state, request
@@ -89,7 +89,7 @@ class LifecycleError(PalpateError, RuntimeError):
 
 
 class CommandError(PalpateError, ValueError):
-    """A command that may not be sent to any arm, for example one that is not finite."""
+    """A command must not be sent to any arm, for example because it is not finite."""
 
     def __init__(self, problem: str, value: object) -> None:
         self.value = value
@@ -97,7 +97,7 @@ class CommandError(PalpateError, ValueError):
 
 
 class UndeterminedError(PalpateError):
-    """Measurements do not determine what is asked of them."""
+    """The measurements do not determine a quantity."""
 
     def __init__(self, quantity: str, problem: str, missing: str) -> None:
         self.quantity = quantity
@@ -105,10 +105,10 @@ class UndeterminedError(PalpateError):
 
 
 class PolicyError(PalpateError, RuntimeError):
-    """A policy that is not palpate's own failed, or gave what makes no sense. Every way out leaves the arm stopped.
+    """A third-party policy failed or returned an invalid value. The arm is always stopped.
 
     Attributes:
-        policy: What made it, ``package.module:Name``.
+        policy: The class or factory, ``package.module:Name``.
     """
 
     def __init__(self, policy: str, problem: str) -> None:
@@ -117,7 +117,7 @@ class PolicyError(PalpateError, RuntimeError):
 
 
 class DeviceError(PalpateError, RuntimeError):
-    """The device, or the way to it, failed."""
+    """A device, or the connection to it, failed."""
 
     def __init__(self, device: str, problem: str) -> None:
         self.device = device
@@ -125,7 +125,7 @@ class DeviceError(PalpateError, RuntimeError):
 
 
 class FaultLatchedError(DeviceError):
-    """The device stopped after a fault and waits until a person acknowledges it."""
+    """The device stopped after a fault; a person must acknowledge it."""
 
     def __init__(self, device: str, cause: str, remedy: str = "acknowledge it before going on") -> None:
         self.cause = cause
@@ -133,13 +133,13 @@ class FaultLatchedError(DeviceError):
 
 
 def one_line(said: object) -> str:
-    """What an error or another thing says, on one line; of signs that would steer a terminal, their codes."""
+    """Return the text of an object on one line, with unprintable characters escaped."""
     told = " ".join(str(said).split())
     return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in told)
 
 
 def told(error: BaseException) -> str:
-    """Kind, text and place of an error that is not palpate's own, on one line; the text may fail as well."""
+    """Return type, text and location of a third-party error on one line, even if formatting its text fails."""
     try:
         said = one_line(error)[:200]
     except Exception:
@@ -149,10 +149,10 @@ def told(error: BaseException) -> str:
 
 
 def raised_at(error: BaseException) -> str:
-    """Return ``module.py:LINE`` of the third-party code that raised an error; empty where there is none.
+    """Return ``module.py:LINE`` of the third-party code that raised an error; empty if there is none.
 
-    Of the calls on the way it is the innermost one in the package that comes first: a library that this package uses
-    says nothing of its mistake.
+    This is the innermost frame of the first third-party package in the traceback. Libraries used by that package are
+    skipped.
     """
     place, package, trace = "", "", error.__traceback__
     while trace is not None:
@@ -167,29 +167,29 @@ def raised_at(error: BaseException) -> str:
 
 def _shown(value: object) -> str:
     text = repr(value)
-    # Both ends: of a long path the end says most.
+    # Both ends: the end of a long path is the most informative.
     return text if len(text) <= 100 else f"{text[:48]}...{text[-48:]}"
 
 
 def require_in(field: str, value: float, low: float, high: float) -> None:
-    """The value must be a finite number of [low, high]."""
+    """Require a finite number in [low, high]."""
     if not isinstance(value, (int, float)) or not isfinite(value) or not low <= value <= high:
         raise ConfigurationError(field, value, f"a number from {low:g} to {high:g}")
 
 
 def require_whole(field: str, value: int, low: int, high: int) -> None:
-    """The value must be a whole number of [low, high]."""
+    """Require an integer in [low, high]."""
     if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
         raise ConfigurationError(field, value, f"a whole number from {low} to {high}")
 
 
 def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
-    """The value must be one of the names."""
+    """Require one of the names."""
     if value not in accepted:
         raise ConfigurationError(field, value, f"one of {', '.join(accepted)}{did_you_mean(value, accepted)}")
 
 
 def did_you_mean(value: object, accepted: Sequence[str]) -> str:
-    """The nearest of the names, as the end of a sentence; empty where none is near, or the value is no text."""
+    """Return the nearest name as the end of a sentence; empty if none is near or the value is not a string."""
     near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5) if isinstance(value, str) else []
     return f"; did you mean {near[0]}?" if near else ""

@@ -1,4 +1,4 @@
-"""The job: part, tool, place and limits as a person states them, and the settings that follow from them."""
+"""The job: part, tool, place and limits as stated by the user, and the settings derived from them."""
 
 import lazy_loader
 

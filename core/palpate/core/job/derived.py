@@ -1,8 +1,8 @@
-"""Settings that follow from part, tool, place, limits and sensor: one formula each.
+"""Settings derived from part, tool, place, limits and sensor, with one formula each.
 
-All quantities are in one consistent system of units, so that metres, newtons and seconds give the same settings as
-millimetres, newtons and seconds. What has a unit and does not come from the job is a field of :class:`Constants`.
-Figures in brackets refer to measurements on the simulated cell, ``docs/results.md``.
+All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
+newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in brackets
+refer to measurements in the simulated cell, ``docs/results.md``.
 """
 
 from __future__ import annotations
@@ -16,65 +16,65 @@ from palpate.core.ports import SensorFacts
 
 N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
-"""Torque threshold of the source paper, over pressing force and radius of its peg."""
+"""Torque threshold over pressing force and radius of the peg in the source paper."""
 _NOISES_PRESSED: Final = 26.0
-"""Standard deviations of the force in a pressing force: the torque of a contact is then as clear as in the paper's cell
-at its quietest useful sensor."""
+"""Standard deviations of the force in a pressing force, for a torque as clear as in the paper's cell with its noisiest
+acceptable sensor."""
 _CONTACT_SHARE: Final = 0.2
-"""A contact is felt at this share of the pressing force, as in the source paper."""
+"""Contact threshold as a share of the pressing force, as in the source paper."""
 _MOST_CONTACT_SHARE: Final = 0.9
-"""A press is more than a contact, also of a sensor that is too noisy for the job."""
+"""Largest contact threshold over pressing force, also for a sensor that is too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
-"""Standard deviations of the force in a contact: one false contact in 30 000 samples."""
+"""Standard deviations of the force in the contact threshold: one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
-"""Standard deviations of the filtered torque in a torque threshold."""
+"""Standard deviations of the filtered torque in the torque threshold."""
 NOISE_BAND: Final = 1.11
-"""White noise passes a second-order Butterworth low-pass as if it ended at 1.11 times its cut-off."""
+"""Noise bandwidth of a second-order Butterworth low-pass over its cut-off frequency."""
 _NOISES_UNEXPECTED: Final = 9.3
-"""Standard deviations of one channel that the norm of the difference of two samples stays below."""
+"""Bound on the norm of the difference of two samples, in standard deviations of one channel."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
-"""Standard deviations of the force in the highest force: below it a limit and an unexpected contact are the same."""
+"""Smallest force limit in standard deviations of the force; below it the limit and an unexpected contact coincide."""
 _LETS_GO: Final = 4.0
-"""Change of force over press within a sample where a peg slips off an edge: a search bends the gripper by twice its
-press, sqrt(1.3^2 + 1.5^2) of dither and edge, and a rebound without damping doubles it; 2.6 were measured."""
+"""Change of force in a sample over the press when a peg slips off an edge. A search bends the gripper by twice its
+press, sqrt(1.3^2 + 1.5^2) of dither and edge, and an undamped rebound doubles it; 2.6 were measured."""
 _GAIN_TIMES_LAG: Final = 0.7
-"""Of the regulated force, its gain times the arm's lag: above 1 it rings, and from pi / 2 on it swings for ever."""
+"""Gain of the force control times the arm's lag: above 1 it rings, from pi / 2 it is unstable."""
 JAMS_FROM: Final = 0.8
-"""Jam number from which the pressing force of the insertion grows."""
+"""Jam number above which the pressing force of the insertion increases."""
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
-"""Share of the highest force that an insertion may press with: the rest is for what walls and stops add."""
+"""Largest pressing force of an insertion over the force limit; walls and stops add to it."""
 _STEP_SHARE: Final = 0.2
-"""length of a step over half the width of the area: five steps from the middle to the edge, as in the paper."""
+"""Step length over half the width of the area: five steps from the centre to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
 """Time of a search over that of one sweep of the area."""
 _SMALLEST_SWEEP: Final = 1.8
-"""distance of neighbouring paths over the capture half-width that a sweep can count on."""
+"""Distance of neighbouring paths over the capture half-width in a reliable sweep."""
 
 
 @dataclass(frozen=True)
 class Constants:
-    """What has a unit and is no property of a job, with the reason.
+    """Constants with a unit that do not depend on the job, with the reason for each.
 
     Attributes:
-        press_N: Pressing force of the source paper, 0.5 kgf: enough for sensors of up to 0.19 N.
-        most_press_N: Above it pegs stick and slip at a friction of 0.5.
-        speed_in_air_m_s: Speed at which a damping law without contact moves: the paper's cell.
+        press_N: Pressing force of the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
+        most_press_N: Largest press; above it pegs stick and slip at a friction of 0.5.
+        speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
-        most_capture_m: A wider strip saves no time: one path then covers most areas.
-        capture_delay_s: The capture half-width shrinks by this times the speed (1.5 to 2 ms).
-        area_margin_m: Area beyond the farthest hole and start, for the last half step.
-        search_s: Time of a trial's exploration besides the sweep: first contact, and returns to a likely place.
-        least_time_s: Time limit of the source paper's explorations.
+        most_capture_m: Largest capture half-width; above it one path covers most areas and a wider strip saves no time.
+        capture_delay_s: Reduction of the capture half-width over the speed (1.5 to 2 ms).
+        area_margin_m: Margin of the area around the farthest hole and start, for the last half step.
+        search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
+        least_time_s: Time limit of exploration in the source paper.
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
-        least_rate_N_s: Rate of the force that a soft gripper with the press of the source paper never reaches.
-        least_torque_Nm: Torque limit that no light contact reaches on a short tool.
-        ready_height_m: Height of the ready pose over a plate that is known and a tool that is not tilted.
-        height_margin_m: What is left of it in the worst case.
+        least_rate_N_s: Rate limit that a soft gripper with the paper's press never reaches.
+        least_torque_Nm: Torque limit that no light contact reaches with a short tool.
+        ready_height_m: Height of the ready pose for a known plate and an untilted tool.
+        height_margin_m: Remaining height in the worst case.
         period_s: Control period.
-        cutoff_Hz: Cut-off of perception's low-pass.
-        lateral_time_s: Time constant with which lateral forces decay during the insertion.
+        cutoff_Hz: Cut-off frequency of the perception's low-pass.
+        lateral_time_s: Time constant of the decay of lateral forces during the insertion.
     """
 
     press_N: float = 0.5 * N_PER_KGF
@@ -104,12 +104,12 @@ class Quantities:
     Attributes:
         radius_m: Radius of the peg, or of its inscribed circle.
         lever_m: Distance of the tip from the sensor's origin.
-        deviation_m: Largest distance of the hole from where it is believed.
-        start_m: Largest distance of a start from there.
+        deviation_m: Largest distance of the hole from its nominal position.
+        start_m: Largest distance of a start from the nominal position.
         height_m: Largest error of the plate's height.
-        mass_kg: Mass of all that hangs on the sensor.
+        mass_kg: Mass of everything on the sensor.
         speed_m_s: Highest speed in free space.
-        lag_s: Time by which the arm follows its commands.
+        lag_s: Lag of the arm behind its commands.
     """
 
     radius_m: float
@@ -169,7 +169,7 @@ class Quantities:
 
 @dataclass(frozen=True)
 class Derived:
-    """What follows, in the units of the quantities it follows from; annotations say what each is."""
+    """Derived quantities, in the units of their inputs; the annotations describe them."""
 
     press_N: Annotated[float, "pressing force of the search"]
     insertion_press_N: Annotated[float, "pressing force of the insertion"]
@@ -191,10 +191,10 @@ class Derived:
 
 
 def wall_force_N(job: Quantities) -> float:
-    """Force of each of the two walls on a tilted peg: largest over the depths on the way.
+    """Return the force of each of the two walls on a tilted peg, the largest over all depths.
 
-    A peg that is tilted by theta fits freely down to l = 2 c / theta. Deeper, the gripper is bent back by
-    theta - 2 c / l over a lever l, and two walls bear that torque: k (theta - 2 c / l) / l, largest at l = 4 c / theta.
+    A peg tilted by theta fits freely down to l = 2 c / theta. Deeper, the walls bend the gripper back by theta - 2 c /
+    l over a lever l. They carry the force k (theta - 2 c / l) / l, which is largest at l = 4 c / theta.
     """
     if not job.tilt_rad:
         return 0.0
@@ -204,7 +204,7 @@ def wall_force_N(job: Quantities) -> float:
 
 
 def jamming_force_N(job: Quantities) -> float:
-    """Force along the hole with which friction on both walls resists a tilted peg."""
+    """Return the friction of both walls on a tilted peg along the hole."""
     return 2.0 * job.friction * wall_force_N(job)
 
 
@@ -223,10 +223,10 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m
     side_m = 2.0 * half_width_m
     calm_N = _NOISES_UNEXPECTED * job.noise_N
-    # A command changes the speed within a period, and the arm accelerates no faster than commanded.
+    # A command changes the speed within one period, and the arm accelerates no faster than commanded.
     kg_s = job.mass_kg / known.period_s
     speed_m_s = min(job.speed_m_s, 0.5 * max(job.force_N - calm_N, 0.5 * job.force_N) / kg_s)
-    # In a period: what lets go, or what the stiffest spring and its damper show of a wall that is met.
+    # Change in one period: released press, or the reaction of the stiffest spring and its damper to a wall.
     k_N_per_m = max(job.axial_N_per_m, job.lateral_N_per_m)
     met_N = (k_N_per_m * known.period_s + 2.0 * job.damping_ratio * sqrt(k_N_per_m * job.moving_kg)) * speed_m_s
     sudden_N = min(max(_LETS_GO * max(press_N, insertion_N), met_N), job.force_N)
@@ -237,11 +237,11 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         contact_N=min(max(_CONTACT_SHARE * press_N, _NOISES_CONTACT * job.noise_N), _MOST_CONTACT_SHARE * press_N),
         torque_Nm=max(_PAPERS_SHARE * press_N * job.radius_m, _NOISES_TORQUE * passed * job.noise_Nm),
         damping_N_s_per_m=max(
-            # Half the bound of stability of the sampled law, and what rounding takes.
+            # Half the stability bound of the sampled controller, with a margin for rounding.
             2.01 * job.axial_N_per_m * known.period_s,
-            # An arm that lags by more than about one period swings sooner.
+            # An arm that lags by more than about one period becomes unstable sooner.
             job.axial_N_per_m * job.lag_s / _GAIN_TIMES_LAG,
-            # A gripper that is moved is late by its damper: the share of the press that this hides stays below 0.3.
+            # The gripper's damper delays the force: it hides at most 0.3 of the press.
             2.0 * job.damping_ratio * critical_N_s_per_m / 0.3,
             press_N / known.speed_in_air_m_s,
         ),
@@ -255,7 +255,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         rate_N_s=max(known.least_rate_N_s, (sudden_N + calm_N) / known.period_s),
         unexpected_N=max(min(known.least_unexpected_N, 0.5 * job.force_N), calm_N + kg_s * speed_m_s),
         torque_limit_Nm=max(known.least_torque_Nm, job.force_N * (job.lever_m + job.radius_m)),
-        # Walls leave a peg the tilt that the clearance allows.
+        # The walls leave the peg the tilt that the clearance allows.
         end_tilt_m=job.radius_m * max(job.tilt_rad - 2.0 * job.clearance_m / job.depth_m, 0.0),
         ready_height_m=max(known.ready_height_m, job.height_m + job.radius_m * job.tilt_rad + known.height_margin_m),
     )

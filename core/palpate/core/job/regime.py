@@ -1,4 +1,4 @@
-"""The regime of a job: the physical quantities that decide which task and policy can do it.
+"""The regime of a job: the physical quantities that determine the task and policy for it.
 
 All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
 """
@@ -13,12 +13,12 @@ from palpate.core.job.derived import Constants, Derived, Quantities, jamming_for
 from palpate.core.job.verification import AXIAL, Spring, farthest_m
 
 DEVIATIONS: Final = 4.0
-"""Standard deviations of depth in a tolerance: outside them is one floor in 16 000."""
+"""Standard deviations of depth in a tolerance: one floor in 16 000 lies outside."""
 
 
 @dataclass(frozen=True)
 class Regime:
-    """Quantities of a job, in the units of what it is derived from; annotations say what each is."""
+    """Quantities of a job, in the units of their inputs; the annotations describe them."""
 
     natural_Hz: Annotated[float, "natural frequency of the tool on its gripper"]
     jam_number: Annotated[float, "jam number J: force that jams a tilted peg over the press of the search"]
@@ -40,8 +40,8 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
     """Return the regime of a job.
 
     Args:
-        found: What follows from it.
-        step_m: Standard deviation of the tip's place along the tool, by the encoders' steps.
+        found: Settings derived from the job.
+        step_m: Standard deviation of the tip position along the tool, caused by encoder steps.
     """
     jam_N = jamming_force_N(job)
     noise_m, tilted_m, encoder_m = depth_parts_m(job, step_m, known)
@@ -69,11 +69,11 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
 
 
 def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[float, float, float]:
-    """Return the standard deviations of a depth: by force noise, by tilt, by the encoders.
+    """Return the standard deviations of depth from force noise, tilt and encoders.
 
     A depth is the difference of two readings, floor and surface. The force passes the low-pass of the gripper's spring
-    and damper, whose time constant is tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge against its
-    centre by up to R theta, evenly distributed.
+    and damper with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge by up to R theta
+    relative to its centre, uniformly distributed.
     """
     tau_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.axial_N_per_m)
     passed = sqrt(known.period_s / (known.period_s + 2.0 * tau_s))
@@ -82,7 +82,7 @@ def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[flo
 
 
 def largest_tilt_rad(job: Quantities, force_N: float) -> float:
-    """Return the tilt up to which walls and friction hold a peg with less than this force."""
+    """Return the largest tilt at which walls and friction hold a peg with less than this force."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     if not slope:
         return inf
@@ -93,7 +93,7 @@ def largest_tilt_rad(job: Quantities, force_N: float) -> float:
 
 
 def _jam_depth_m(job: Quantities, press_N: float) -> float:
-    """Smallest depth l with 2 mu k (theta - 2 c / l) / l = P."""
+    """Return the smallest depth l with 2 mu k (theta - 2 c / l) / l = P."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     square = (slope * job.tilt_rad) ** 2 - 8.0 * job.clearance_m * slope * press_N
     if square < 0.0:

@@ -1,4 +1,4 @@
-"""Whether a job's contacts can be verified at all, and what would make it so."""
+"""Check that a job's contacts can be verified, and remedies if not."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from palpate.core.job.regime import Regime, regime_of
 from palpate.core.job.verification import MOST_SAMPLES
 
 _STEP, _STEPS = 1.05, 48
-"""Remedies are tried in steps of 5 %, up to a tenth and ten times."""
+"""Remedies are tried in steps of 5 %, down to a tenth and up to ten times the value."""
 _NAMED: Final = 3
-"""Remedies in a message."""
+"""Number of remedies in a message."""
 _BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
 
 
@@ -24,8 +24,8 @@ class Verification:
     """The verification of a job's contacts, in SI units.
 
     Attributes:
-        step_m: Standard deviation of the tip's place along the tool, by the encoders' steps.
-        press_N: Pressing force that is set by hand; 0 for the derived one.
+        step_m: Standard deviation of the tip position along the tool, caused by encoder steps.
+        press_N: Pressing force that the user set; 0 for the derived one.
     """
 
     job: Quantities
@@ -34,18 +34,18 @@ class Verification:
 
     @property
     def regime(self) -> Regime:
-        """The regime with this press."""
+        """Return the regime with this press."""
         known, found = Constants(), derive(self.job)
         found = replace(found, press_N=self.press_N or found.press_N)
         return regime_of(self.job, found, step_m=self.step_m, known=known)
 
     @property
     def is_possible(self) -> bool:
-        """Whether the longest window is enough."""
+        """Return True if the longest window is sufficient."""
         return self.regime.window_s < 1.001 * _BUDGET_S
 
     def refusal(self) -> str:
-        """Return why it is impossible, with the cheapest remedies; empty where it is possible."""
+        """Return why verification is impossible, with the cheapest remedies; empty if it is possible."""
         if self.is_possible:
             return ""
         regime, job = self.regime, self.job
@@ -58,7 +58,7 @@ class Verification:
         )
 
     def _remedies(self) -> Iterator[str]:
-        """Settings first, then another sensor, then another gripper."""
+        """Yield remedies: settings first, then another sensor, then another gripper."""
         job = self.job
 
         def of_job(name: str) -> Callable[[float], Verification]:
@@ -80,7 +80,7 @@ class Verification:
 def _remedy(
     text: str, value: float, scale: float, ratio: float, changed: Callable[[float], Verification]
 ) -> Iterator[str]:
-    """The nearest value that suffices, in two digits of the unit that is shown."""
+    """Yield the nearest sufficient value, to two digits of the displayed unit."""
     for power in range(1, _STEPS):
         shown = float(f"{value * scale * ratio**power:.2g}")
         if changed(shown / scale).is_possible:

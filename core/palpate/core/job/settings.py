@@ -1,4 +1,4 @@
-"""The derived quantities as tables of settings, in the units of these."""
+"""The derived quantities as tables of settings, in the units of the settings."""
 
 from __future__ import annotations
 
@@ -12,52 +12,52 @@ from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
-"""To which a depth is known on a surface that was touched, or to half the dither of a soft gripper."""
+"""Accuracy of a depth on a touched surface; half the dither of a soft gripper if that is larger."""
 _CAUGHT_HIGHER: Final = 0.9 * (1.0 - 0.91)
-"""How much higher a corner is that is caught than one in its place, over the height of a leaning corner below its
-neighbours or the tip: by shares of the depth to which it is let down, which is 0.9 of that height."""
+"""Height of a caught corner above one in its corner of the hole, over the height difference between a tilted corner and
+its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_LEAN_DEG: Final = 8.0
 _MOST_LEAN_DEG: Final = 12.0
 """Tilt that the known arms reach on all sides; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
 """Tilt beyond the hole's at which a corner is the lowest point of the peg."""
 _TWO_WALLS: Final = 1.27
-"""Torsional stiffness of a corner between two walls over lateral stiffness and square of its distance from the axis."""
+"""Torsional stiffness of a corner between two walls over lateral stiffness and squared distance from the axis."""
 _YAW_SHARE: Final = 0.43
-"""Share of the torque that a tool that gives way in yaw takes off in a tick; 2 is the bound of stability."""
+"""Share of the torque that yaw compliance removes in a tick; 2 is the stability bound."""
 _DRIVEN_PUSH_N: Final = 1.0
-"""Push on each wall of a wedged corner while it is turned."""
+"""Push on each wall of a wedged corner during a turn."""
 _PHASE: Final = 0.6521
-"""Phase of the gripper's fastest spring in a step of the simulated cell, rad: that of the paper's cell. With twice as
-much a light peg in a stiff gripper chatters in a tight hole."""
+"""Phase of the gripper's fastest spring in a step of the simulated cell, rad, as in the paper's cell. At twice this
+phase a light peg in a stiff gripper chatters in a tight hole."""
 _SLIP: Final = 5.0
-"""Way that a peg slips in such a step, over its radial clearance: with 7 and 12 it was driven into both walls at once,
-and chattered."""
+"""Slip distance of a peg in a simulation step over its radial clearance. With 7 and 12 the peg was driven into both
+walls at once and chattered."""
 _LEAST_LEVER_MM: Final = 60.0
-"""Lever of the inertia of a tool on a small peg: its centre of mass is about as far above the tip."""
+"""Lever of the inertia of a tool on a small peg, whose centre of mass is about this far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0
-"""The slowest that the task accepts."""
+"""Lowest speed that the task accepts."""
 _RANGE_SHARE: Final = 0.9
-"""Largest torque limit over the sensor's range: one that trips before it saturates."""
+"""Largest torque limit over the sensor's range, so that it trips before the sensor saturates."""
 _TURN_RAD: Final = 10e-3
-"""Error of tilt and yaw after a corner was pushed into its place."""
+"""Error of tilt and yaw after a corner was pushed into its corner of the hole."""
 _ATTEMPT_S: Final = 6.0
-"""Time of a push, a way down and its stop."""
+"""Time to push, lower and stop."""
 _KNOWN_POSITION_MM: Final = 1.0
-"""Positions that the source paper's symbols tell from the goal, where the hole is known to be there."""
+"""Threshold of the source paper's symbols for the position relative to the goal, for a known hole."""
 _UNKNOWN_POSITION_MM: Final = 50.0
-"""Larger than any area: where the hole is not known, symbols are of torque alone."""
+"""Larger than any area: for an unknown hole the symbols use only the torque."""
 
 
 def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]:
-    """Return nested tables of all settings that follow from a job.
+    """Return nested tables of all settings derived from a job.
 
     Args:
-        sensor: Noise of the force sensor that the job runs with.
-        task: Name of the task; six degrees of freedom have options of their own.
+        sensor: Noise of the job's force sensor.
+        task: Name of the task; insertion-6dof has additional options.
 
     Raises:
-        ConfigurationError: The sensor is too noisy for the highest force.
+        ConfigurationError: The sensor is too noisy for the force limit.
     """
     least_N = NOISES_FORCE * sensor.noise_N
     accepted = f"at least {least_N:.3g} with a force sensor of {sensor.noise_N:g} N noise, or a quieter sensor"
@@ -75,7 +75,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "max_force_N": limits.force_N,
             "travel_speed_mm_s": max(_shown(found.speed_m_s * 1e3), _LEAST_SPEED_MM_S),
             "press_kgf": _shown(found.press_N / N_PER_KGF),
-            # 0 follows a search's press that is set by hand.
+            # 0 uses the press of the search, which the user may have set.
             "insertion_press_kgf": _shown(found.insertion_press_N / N_PER_KGF) if jams else 0.0,
             "friction": part.friction_max,
             "end_tilt_mm": _shown(found.end_tilt_m * 1e3),
@@ -102,7 +102,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "position_threshold_mm": _KNOWN_POSITION_MM if known else _UNKNOWN_POSITION_MM,
         },
         "learning": {
-            # Rounded the same way: a pitch beyond twice the capture would leave gaps.
+            # Rounded alike: a pitch of more than twice the capture would leave gaps.
             "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": 2.0 * _shown(found.pitch_m * 5e2)},
         },
         "supervision": _supervision(found, limits.force_N, min(sensor.range_Nm)),
@@ -120,24 +120,24 @@ def _supervision(found: Derived, force_N: float, range_Nm: float) -> dict[str, A
         "unexpected_contact_N": (_shown(found.unexpected_N), 3.0),
         "max_torque_Nm": (_shown(min(found.torque_limit_Nm, _RANGE_SHARE * range_Nm)), 5.0),
     }
-    # What the job asks for is stated, as a person who weakens a limit states it.
+    # Limits of the job that are weaker than the defaults are listed, as for a user.
     weakened = tuple(name for name, (value, usual) in limits.items() if value > usual)
     return {name: value for name, (value, _) in limits.items()} | {"weakened": weakened}
 
 
 def _substeps(job: Job, found: Derived) -> int:
-    """Return the steps of the simulated cell in a control period."""
+    """Return the simulation steps of the cell per control period."""
     part, tool = job.part, job.tool
     stiffness_N_per_m, mass_kg = tool.lateral_N_per_mm * 1e3, tool.moving_mass_kg
     phase = sqrt(stiffness_N_per_m / mass_kg) / CONTROL_RATE_HZ
-    # What friction has bent the gripper by is let go with the speed F / sqrt(k m).
+    # The gripper, bent by friction, is released at the speed F / sqrt(k m).
     slip_m_s = part.friction_max * found.press_N / sqrt(stiffness_N_per_m * mass_kg)
     slips = slip_m_s / CONTROL_RATE_HZ / (part.clearance_mm * 1e-3)
     return max(4, ceil(max(phase / _PHASE, slips / _SLIP) - 1e-6))
 
 
 def _cell(job: Job, found: Derived) -> dict[str, Any]:
-    """The simulated cell that a job describes, its uncertainties at their largest."""
+    """Return the simulated cell of a job, with its largest uncertainties."""
     part, tool, place = job.part, job.tool, job.place
     drawn = {"tilt_heading": "drawn", "grip_trials": 1} if place.tilt_uncertainty_mrad else {}
     substeps = _substeps(job, found)
@@ -162,7 +162,7 @@ def _cell(job: Job, found: Derived) -> dict[str, Any]:
             "centre_of_mass_above_tip_mm": min(max(tool.moving_centre_above_tip_mm, 5.0), 500.0),
         },
         "substeps": min(substeps, 100),
-        # Shorter steps let a tilted peg sink in further, unless contacts begin harder.
+        # With shorter steps a tilted peg sinks further in, so contacts start harder.
         "leaning_impedance": 0.96 if substeps <= 5 else 0.965 if substeps <= 16 else 0.97,
         "hole_uncertainty_mm": place.position_uncertainty_mm,
         "tilt_mrad": place.tilt_uncertainty_mrad,
@@ -171,11 +171,11 @@ def _cell(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def _spatial(job: Job, found: Derived) -> dict[str, Any]:
-    """Settings of the insertion in six degrees of freedom, from the cross-section."""
+    """Return the settings of the insertion in six degrees of freedom, from the cross-section."""
     part, tool, place = job.part, job.tool, job.place
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
     flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
-    # Neighbours of a leaning corner lie above it by this share of its height below the tip.
+    # Height of a tilted corner's neighbours above it, over its height below the tip.
     beside = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
     least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + _OVER_TILT_DEG
     most_deg = _USUAL_LEAN_DEG if part.shape == ROUND else _MOST_LEAN_DEG
@@ -214,12 +214,12 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def attempts(part: PartConfig) -> float:
-    """Return how often a peg with corners is pushed and lowered until its turn is within the play c / (D / 2)."""
+    """Return the expected pushes of a peg with corners until its turn is within the play c / (D / 2)."""
     return max(_TURN_RAD * part.peg_mm / (2.0 * part.clearance_mm), 1.0)
 
 
 def corner_distance_mm(part: PartConfig) -> float:
-    """Distance of a peg's corners, or of its flat, from its axis; its radius where it has neither."""
+    """Return the distance of a peg's corners, or of its flat, from its axis; its radius if it has neither."""
     half_mm, sides = part.peg_mm / 2.0, SIDES.get(part.shape, 0)
     if part.shape == KEYED:
         return half_mm - part.flat_mm
@@ -229,5 +229,5 @@ def corner_distance_mm(part: PartConfig) -> float:
 
 
 def _shown(value: float) -> float:
-    """The value to four significant digits, as a person would write it."""
+    """Round to four significant digits, for readable settings."""
     return float(f"{value:.4g}")

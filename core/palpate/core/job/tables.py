@@ -1,4 +1,4 @@
-"""What a person states about a job: the drawing of the part, the tool on the bench, where, and within which limits."""
+"""The tables of a job file: part, tool, place and limits."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from palpate.core.ports import Holds, OneOf, Range, Settings, Vector3
 
 ROUND: Final = "round"
 SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
-"""Sides of a cross-section by its name; those that are not listed are round."""
+"""Number of sides by name of the cross-section; other cross-sections are round."""
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
-"""Decimals of a millimetre that are kept when two sizes are subtracted: a nanometre."""
+"""Decimals of a millimetre that are kept in the difference of two sizes: a nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
-"""Share of the radius that a flat takes off at most: less than half the peg is left beyond it."""
+"""Largest depth of a flat over the radius; less than half the peg remains at larger values."""
 _LEAST_MM: Final = 1.0
 _LEAST_TIP_MM: Final = 5.0
 _MOST_BENT_DEG: Final = 80.0
@@ -30,7 +30,7 @@ _MOST_ASIDE_MM: Final = 500.0
 
 
 def _none_or(low: float, high: float) -> Holds:
-    """Zero, or a range that a value in metres or radians misses."""
+    """Accept zero, or a range that excludes values in metres or radians."""
     return Holds(lambda value: value == 0.0 or low <= value <= high, f"0, or a number from {low:g} to {high:g}")
 
 
@@ -47,45 +47,45 @@ class PartConfig(Settings):
     shape: Annotated[str, OneOf(ROUND, *SIDES)] = ROUND
     """Cross-section of peg and hole: round, triangle, square, hexagon, rounded-square, or keyed (round with a flat)."""
     peg_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
-    """Diameter of the peg; width across flats where it has sides."""
+    """Diameter of the peg; width across flats if it has sides."""
     hole_mm: Annotated[float, Range(1.002, 110.0)] = 29.15
     """Diameter, or width across flats, of the hole."""
     corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
     """Radius of the corners of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
-    """Height of the segment that the flat of a keyed peg takes off."""
+    """Height of the segment that the flat of a keyed peg removes."""
     chamfer_mm: Annotated[float, _none_or(0.02, 10.0)] = 0.0
     """Chamfer of the peg's end at 45 degrees; 0 for a broken edge."""
     depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Depth to reach."""
     hole_depth_mm: Annotated[float, Range(0.0, 80.0)] = 0.0
-    """Depth of the hole's floor; 0 for the depth to reach."""
+    """Depth of the hole's floor; 0 uses depth_mm."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
-    """Tolerance of the depth that is reached."""
+    """Tolerance of the reached depth."""
     friction_max: Annotated[float, Range(0.0, 1.5)] = 0.6
     """Highest coefficient of friction between peg and hole."""
 
     @property
     def clearance_mm(self) -> float:
-        """Radial clearance: half the difference of the sizes."""
+        """Return the radial clearance, half the difference of the sizes."""
         return round((self.hole_mm - self.peg_mm) / 2.0, _NM)
 
     @property
     def floor_mm(self) -> float:
-        """Depth of the hole's floor."""
+        """Return the depth of the hole's floor."""
         return self.hole_depth_mm or self.depth_mm
 
     @property
     def play_mm(self) -> float:
-        """Largest distance between two positions of the peg's axis in the hole's mouth."""
+        """Return the largest distance between two positions of the peg's axis in the hole's mouth."""
         sides, across_mm = SIDES.get(self.shape, 0), 2.0 * self.clearance_mm
         if sides:
-            # An odd number of corners has none opposite another.
+            # With an odd number of corners, a corner is opposite a side.
             across_mm *= cos(0.5 * pi / sides * (sides % 2)) / cos(pi / sides)
         return across_mm + self.chamfer_mm
 
     def describe(self) -> str:
-        """Return sizes and fit in one line, as a drawing and a gauge would have them."""
+        """Return sizes and fit in one line, as on a drawing."""
         unit = "" if self.shape == ROUND else f"{self.shape} "
         return (
             f"{unit}peg {self.peg_mm:.3f} mm, hole {self.hole_mm:.3f} mm, radial clearance {self.clearance_mm:.3f} mm,"
@@ -112,29 +112,29 @@ class PartConfig(Settings):
 
 @dataclass(frozen=True)
 class ToolConfig(Settings):
-    """What is on the arm's flange: the force sensor, and the gripper that holds the peg.
+    """The tool on the arm's flange: force sensor, and gripper with the peg.
 
-    The sensor's frame has its z axis out of the tool. All stiffnesses are those felt at the tip.
+    The sensor's z axis points out of the tool. All stiffnesses are those at the tip.
     """
 
     TABLE: ClassVar[str] = "tool"
 
     sensor_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 30.0)
-    """Origin of the force sensor's frame from the flange, in the flange's axes with z along the tool."""
+    """Origin of the force sensor's frame relative to the flange, in the flange's axes with z along the tool."""
     sensor_rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
-    """Its roll, pitch and yaw there."""
+    """Roll, pitch and yaw of the force sensor's frame relative to the flange."""
     tip_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 140.0)
-    """Centre of the peg's end face from the sensor's origin, in the sensor's frame."""
+    """Centre of the peg's end face relative to the sensor's origin, in the sensor's frame."""
     tip_rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
-    """Roll, pitch and yaw of the peg there; its axis is the tip's z."""
+    """Roll, pitch and yaw of the peg in the sensor's frame; its axis is the tip's z."""
     mass_kg: Annotated[float, Range(0.06, 20.0)] = 0.35
-    """Mass of all that hangs on the force sensor, as palpate rig calibrate measures it."""
+    """Mass of everything on the force sensor, as palpate rig calibrate measures it."""
     rigid_mass_kg: Annotated[float, Range(0.0, 20.0)] = 0.05
-    """Part of it that is fixed to the sensor; the rest moves on the gripper's compliance."""
+    """Part of the mass that is fixed to the sensor; the rest moves on the gripper's compliance."""
     centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)
-    """Its centre of mass, in the sensor's frame."""
+    """Centre of mass in the sensor's frame."""
     axial_N_per_mm: Annotated[float, Range(0.5, 1000.0)] = 5.0
-    """Stiffness of what holds the peg along the tool axis."""
+    """Stiffness of the gripper along the tool axis, at the tip."""
     lateral_N_per_mm: Annotated[float, Range(1.0, 1000.0)] = 40.0
     """Stiffness across the tool axis."""
     tilt_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
@@ -142,28 +142,28 @@ class ToolConfig(Settings):
     torsion_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
     """Stiffness against turning about the tool axis."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
-    """Damping of the gripper, as a share of critical damping."""
+    """Damping of the gripper as a share of critical damping."""
 
     @property
     def geometry(self) -> ToolGeometry:
-        """Sensor and tip on the flange, in metres and radians."""
+        """Return sensor and tip relative to the flange, in metres and radians."""
         return ToolGeometry(
             _metres(self.sensor_mm), _radians(self.sensor_rpy_deg), _metres(self.tip_mm), _radians(self.tip_rpy_deg)
         )
 
     @property
     def moving_mass_kg(self) -> float:
-        """Mass on the gripper's compliance."""
+        """Return the mass on the gripper's compliance."""
         return round(self.mass_kg - self.rigid_mass_kg, 9)
 
     @property
     def centre_above_tip_mm(self) -> float:
-        """Height of the centre of mass above the tip, along the tool."""
+        """Return the height of the centre of mass above the tip, along the tool."""
         return round(self.tip_mm[2] - self.centre_of_mass_mm[2], _NM)
 
     @property
     def moving_centre_above_tip_mm(self) -> float:
-        """Height of the centre of mass of what moves on the compliance; the rest is at the sensor's origin."""
+        """Return the height above the tip of the centre of mass of the compliant part; the rest is at the sensor."""
         return round(self.tip_mm[2] - self.centre_of_mass_mm[2] * self.mass_kg / self.moving_mass_kg, 3)
 
     @override
@@ -188,33 +188,33 @@ class ToolConfig(Settings):
 
 @dataclass(frozen=True)
 class PlaceConfig(Settings):
-    """Where the hole is believed to be, and how far it may really be off."""
+    """Nominal pose of the hole, and its uncertainty."""
 
     TABLE: ClassVar[str] = "place"
 
     x_mm: Annotated[float, Range(-3000.0, 3000.0)] = 400.0
     """Centre of the hole's mouth in front of the arm's base."""
     y_mm: Annotated[float, Range(-3000.0, 3000.0)] = 0.0
-    """The same to the base's left."""
+    """Centre of the hole's mouth to the left of the arm's base."""
     z_mm: Annotated[float, Range(-3000.0, 3000.0)] = 20.0
     """Height of the plate's surface above the base."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
-    """Roll, pitch and yaw of the hole about the base's axes; zeros for a hole that points straight down."""
+    """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
-    """Largest distance of the hole from there, sideways."""
+    """Largest sideways distance of the hole from its nominal position."""
     height_uncertainty_mm: Annotated[float, _none_or(0.01, 5.0)] = 0.5
     """Largest error of the plate's height."""
     tilt_uncertainty_mrad: Annotated[float, _none_or(0.05, 100.0)] = 0.0
-    """Largest angle between the peg's axis and the hole's."""
+    """Largest angle between the axes of peg and hole."""
     yaw_uncertainty_deg: Annotated[float, _none_or(0.1, 45.0)] = 0.0
-    """Largest turn of the hole about its axis against the peg."""
+    """Largest turn of the hole about its axis relative to the peg."""
     start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
-    """Largest distance of a trial's start from the believed hole; each trial draws its own."""
+    """Largest distance of a trial's start from the nominal hole; drawn for each trial."""
 
 
 @dataclass(frozen=True)
 class LimitsConfig(Settings):
-    """What the process may do."""
+    """Limits of the process."""
 
     TABLE: ClassVar[str] = "limits"
 
@@ -223,12 +223,12 @@ class LimitsConfig(Settings):
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Highest speed of the tip in free space."""
     lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0
-    """Time by which the arm follows its commands: force is regulated more slowly where it is longer."""
+    """Lag of the arm behind its commands; a longer lag requires slower force control."""
 
 
 @dataclass(frozen=True)
 class Job(Settings):
-    """A job without its arm: the four tables together."""
+    """A job without its arm: the four tables."""
 
     part: PartConfig = field(default_factory=PartConfig)
     tool: ToolConfig = field(default_factory=ToolConfig)
@@ -247,7 +247,7 @@ class Job(Settings):
 
 
 JOB_TABLES: Final = ("part", "tool", "place", "limits")
-"""Tables of a job file besides ``arm`` and ``cell``."""
+"""Tables of a job file in addition to ``arm`` and ``cell``."""
 STATED: Final[Mapping[str, tuple[str, ...]]] = {
     "part": ("peg_mm", "hole_mm", "depth_mm"),
     "tool": (
@@ -256,7 +256,7 @@ STATED: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "place": ("x_mm", "y_mm", "z_mm"),
 }
-"""Fields that every job states: for these no default is safe."""
+"""Fields that every job must state, because no default is safe."""
 
 
 def _metres(mm: Vector3) -> Vector3:

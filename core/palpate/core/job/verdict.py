@@ -1,4 +1,4 @@
-"""The verdict on a job: feasible or not, why, and the best of the shipped tasks and policies for it."""
+"""The verdict on a job: feasible or not, the reasons, and the best shipped task and policy."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
 _SLIDES_SHARE: Final = 0.52
-"""Share of the friction at which a corner sticks, up to which it slides in time."""
+"""Largest share of the friction at which a corner sticks for which it still slides in time."""
 _TIGHT_MM: Final = 0.05
-"""Radial clearance from which broken edges take in a corner that sticks beside its place."""
+"""Radial clearance above which broken edges let in a corner that sticks next to its corner of the hole."""
 _MOST_WEDGED: Final = 1.6
-"""Wedge number up to which search and gripper free a peg."""
+"""Largest wedge number from which search and gripper free a peg."""
 _MANY_ATTEMPTS: Final = 5.0
-"""Half the time limit of the smallest search."""
+"""Attempts that take more than half the time limit of the smallest search."""
 _LEAST_CORNER_MM: Final = 4.0
-"""Distance of corners from the axis below which a corner of a tilted peg dips by no more than its depth is known."""
+"""Distance of corners from the axis below which a tilted corner dips by less than the depth accuracy."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Task and policy that suit a job best.
+    """The best task and policy for a job.
 
     Attributes:
-        learner: Learner that is trained; ``q-learning``, the preset of settings, where a rule needs no training.
-        policy: Name of the rule; empty for the learner.
-        reason: Why these.
+        learner: The learner to train; ``q-learning``, the preset of settings, if a rule needs no training.
+        policy: Name of the rule; empty for a learner.
+        reason: Reason for the choice.
     """
 
     task: str
@@ -47,7 +47,7 @@ class Choice:
 
     @property
     def command(self) -> str:
-        """Options of ``palpate train``, or of ``palpate run`` with a rule."""
+        """Return the options of ``palpate train``, or of ``palpate run`` for a rule."""
         task = "" if self.task == PLAIN else f" --task {self.task}"
         named = f"run --policy {self.policy}" if self.policy else f"train --learner {self.learner}"
         return f"palpate {named}{task}"
@@ -55,11 +55,11 @@ class Choice:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is known of a job before anything moves.
+    """Assessment of a job before anything moves.
 
     Attributes:
-        reasons: Why it is not feasible, each with a remedy; empty for a feasible job.
-        caution: Why trials of a feasible job may fail more often, and what helps; empty for nothing.
+        reasons: Reasons why the job is not feasible, each with a remedy; empty for a feasible job.
+        caution: Reason for more failures in a feasible job, with a remedy; may be empty.
     """
 
     derived: Derived
@@ -73,8 +73,8 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     """Judge a job.
 
     Args:
-        step_mm: Standard deviation of the tip's place along the tool, by the encoders' steps.
-        task: Name of the task; the best of the shipped ones unless given.
+        step_mm: Standard deviation of the tip position along the tool, caused by encoder steps.
+        task: Name of the task; empty selects the best shipped one.
     """
     quantities = Quantities.of(job, sensor)
     found = derive(quantities)
@@ -93,14 +93,14 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
 
 
 def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float, press_N: float) -> None:
-    """Refuse a job whose contacts cannot be verified, or with a tolerance below four standard deviations of depth.
+    """Refuse a job whose contacts cannot be verified, or whose tolerance is below four standard deviations of depth.
 
     Args:
-        tolerance_mm: Tolerance of the depth, and
-        press_N: pressing force of the task that runs.
+        tolerance_mm: Depth tolerance of the task that runs.
+        press_N: Pressing force of that task.
 
     Raises:
-        ConfigurationError: It is one.
+        ConfigurationError: The job is such a job.
     """
     quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
     if short := _short_depth(quantities, depth_parts_m(quantities, step_mm * 1e-3, Constants())):
@@ -115,17 +115,17 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
-    """Four standard deviations of depth in mm, where the tolerance is below them, and how to make them smaller.
+    """Return four standard deviations of depth in mm and a remedy, if the tolerance is smaller; else None.
 
     Args:
-        parts: Those by noise, tilt and encoders.
+        parts: Standard deviations from noise, tilt and encoders.
     """
     noise_m, tilted_m, _ = parts
     square, most_m = sum(part * part for part in parts), max(parts)
     least_m, left = DEVIATIONS * sqrt(square), (job.tolerance_m / DEVIATIONS) ** 2 - square + most_m * most_m
     if least_m <= job.tolerance_m:
         return None
-    # The largest part is the cheapest to reduce, unless the others are too much by themselves.
+    # The largest part is the cheapest to reduce, unless the others alone are too large.
     share = sqrt(max(left, 0.0)) / most_m
     remedy = "use an arm with finer encoders"
     if most_m == noise_m:
@@ -180,7 +180,7 @@ def _torque_reason(job: Quantities, found: Derived, choice: Choice) -> str:
 def _shape_reason(job: Job, task: str, choice: Choice) -> str:
     part, corner_mm = job.part, corner_distance_mm(job.part)
     if task == PLAIN and part.shape != ROUND:
-        # A side of half length s turns between walls by c / s.
+        # A side of half length s can turn between walls by c / s.
         half_mm = sqrt(max(corner_mm * corner_mm - part.peg_mm * part.peg_mm / 4.0, 0.0)) or part.peg_mm / 2.0
         free_deg = degrees(part.clearance_mm / half_mm)
         if job.place.yaw_uncertainty_deg > free_deg:
@@ -198,7 +198,7 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
 
 
 def _wedge(job: Job, regime: Regime) -> str:
-    """Whitney's condition: two points of contact hold each other where their line lies in both friction cones."""
+    """Describe wedging by Whitney's condition: the line between two contacts is in both friction cones."""
     tilt_mrad = job.place.tilt_uncertainty_mrad
     return f"a peg tilted by {tilt_mrad:g} mrad may wedge in the mouth of the hole (W = {regime.wedge_number:.1f})"
 
@@ -208,7 +208,7 @@ def _free_mrad(job: Job, regime: Regime) -> float:
 
 
 def _caution(job: Job, choice: Choice, regime: Regime) -> str:
-    """Why trials may fail more often, and what helps."""
+    """Return why trials may fail more often, with a remedy."""
     part, sides = job.part, SIDES.get(job.part.shape, 0)
     if choice.task == PLAIN and regime.wedge_number > _MOST_WEDGED:
         return f"{_wedge(job, regime)}: a tilt below {_free_mrad(job, regime):.2g} mrad helps"
@@ -221,7 +221,7 @@ def _caution(job: Job, choice: Choice, regime: Regime) -> str:
             f"a play of {play_mrad:.2g} mrad is little for what a push shows of the turn: about {tries:.0f} attempts,"
             f" and a time limit to match; a radial clearance of {enough_mm:.2g} mm helps"
         )
-    # A corner that is pushed along its middle slides into its place only outside the friction cones of its walls.
+    # A corner that is pushed along its bisector slides into place only outside the friction cones of its walls.
     most = _SLIDES_SHARE * tan(pi / sides) if sides else inf
     if part.friction_max <= most or part.clearance_mm >= _TIGHT_MM:
         return ""

@@ -1,4 +1,4 @@
-"""How a contact is verified: the gripper's spring, the dither that bends it, and the window that shows its stiffness.
+"""Contact verification: the gripper's spring, the dither that bends it, and the window that shows its stiffness.
 
 All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
 """
@@ -10,45 +10,45 @@ from typing import Final
 from palpate.core.ports import PERIOD_S
 
 HALF_PERIOD_TICKS: Final = (3, 8)
-"""A half-period is drawn from the first up to, not including, the second: servos smooth shorter ones away, and longer
-ones look alike from trial to trial."""
+"""Range of half-periods, without the upper bound: servos smooth shorter ones away, and longer ones look alike from
+trial to trial."""
 HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
-"""The mean, in ticks."""
+"""Mean half-period in ticks."""
 PEAK: Final = 1.5
 """Peak over mean velocity of a half-period, s * s * (3 - 2 * s)."""
 _FARTHEST: Final = 0.75
-"""Amplitude over the stroke of a mean half-period, where the speed limits it: random half-periods add up."""
+"""Amplitude over the travel in a mean half-period, if the speed limits it: random half-periods add up."""
 DITHER_SHARE: Final = 0.3
-"""Amplitude of the dither's force over the press: contact is kept, and sliding friction's roughness, about a tenth of
-the press, does not hide the response."""
+"""Amplitude of the dither's force over the press. Contact is kept, and the roughness of sliding friction, about a tenth
+of the press, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
-"""The same with much noise: as much press is left."""
+"""Largest amplitude over the press with much noise; the rest of the press keeps the contact."""
 AXIAL: Final = (0.65, 1.5)
-"""Accepted share of the stiffness: a gripper is known to some ten per cent; half and twice the force are outside."""
+"""Accepted share of the stiffness. A gripper is known to about ten per cent; half and twice the force are outside."""
 _SMOOTHED: Final = 0.5
-"""Root mean square of the force that the dither causes, over its amplitude: a sine's 0.7, less what servos smooth."""
+"""RMS force of the dither over its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
 """Half-width of the confidence interval, in standard deviations: 95 %."""
 NARROW: Final = 0.25
 FAIR: Final = 0.5
-"""Half-width over stiffness: for a result that the trial ends with, and for going on. Half and twice the stiffness are
-told apart with both."""
+"""Largest half-width of the interval over the stiffness, for a result that ends the trial and for continuing. Both
+distinguish half and twice the stiffness."""
 _FEWEST: Final = 12
 """Samples of the shortest window: two periods of the dither, so that friction averages out."""
 MOST_SAMPLES: Final = 56
-"""Of the longest, 0.4 s: a sensor that needs more is too noisy for this press."""
+"""Samples of the longest window, 0.4 s: a sensor that needs more is too noisy for this press."""
 ATTENUATED: Final = 0.7
-"""Attenuation is corrected as far as half a force stays below the accepted stiffness."""
+"""Limit to which attenuation is corrected; half a force then stays below the accepted stiffness."""
 
 
 @dataclass(frozen=True)
 class Spring:
-    """The gripper along one axis, and which measured stiffness counts as its own.
+    """The gripper's spring along one axis, and the accepted range of its measured stiffness.
 
     Attributes:
         damping_s: Damping over stiffness.
-        rigid_kg: Mass that the sensor carries before the spring.
-        lowest, highest: Accepted measured stiffness, as a share of its own.
+        rigid_kg: Mass between sensor and spring.
+        lowest, highest: Accepted measured stiffness over the true one.
     """
 
     stiffness_N_per_m: float
@@ -59,36 +59,36 @@ class Spring:
     period_s: float = PERIOD_S
 
     def noise_N(self, noise_N: float, step_m: float) -> float:
-        """Return the noise of force and places together."""
+        """Return the noise of force and positions combined."""
         return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / self.period_s**2)
 
     def blur_N(self, step_m: float) -> float:
-        """Return the standard deviation of the expected force by the places alone."""
+        """Return the standard deviation of the expected force that position errors alone cause."""
         spring_N, inertia_N = self.stiffness_N_per_m * step_m, self.rigid_kg * step_m / self.period_s**2
         return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / self.period_s) ** 2) + 6.0 * inertia_N**2)
 
     def least_dither_N(self, noise_N: float, step_m: float) -> float:
-        """Return the amplitude of a dither whose force is verified in the longest window, errors of places included."""
+        """Return the smallest dither amplitude that the longest window verifies, position errors included."""
         narrow_N = _per_root_sample(self.noise_N(noise_N, step_m), NARROW) / sqrt(MOST_SAMPLES - _FEWEST)
         return max(narrow_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
 
     def dither_N(self, press_N: float, noise_N: float, step_m: float) -> float:
-        """Return the amplitude of the dither of a tool that presses."""
+        """Return the dither amplitude of a pressing tool."""
         least_N = self.least_dither_N(noise_N, step_m)
         return min(max(DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
 
     def samples(self, noise_N: float, dither_N: float, half_width: float = NARROW) -> int:
-        """Return the samples of a window.
+        """Return the number of samples of a window.
 
         Args:
-            noise_N: Of force and places together.
-            half_width: That the confidence interval shall have.
+            noise_N: Noise of force and positions combined.
+            half_width: Required half-width of the confidence interval.
         """
         return _FEWEST + ceil((_per_root_sample(noise_N, half_width) / dither_N) ** 2)
 
     def window_s(self, noise_N: float, step_m: float, dither_N: float) -> float:
-        """Return the shortest time in which a contact can be verified; inf where the places hide the response."""
-        # Most windows show an accepted stiffness where the mean is midway between the lowest and the gripper's own.
+        """Return the shortest time to verify a contact; inf if position errors hide the response."""
+        # Most windows show an accepted stiffness if the mean is midway between the lowest and the gripper's own.
         share = 0.5 * (self.lowest + 1.0) * ATTENUATED
         if _SMOOTHED * dither_N < self.blur_N(step_m) * sqrt(share / (1.0 - share)):
             return inf
@@ -96,10 +96,10 @@ class Spring:
 
 
 def farthest_m(speed_m_s: float, period_s: float) -> float:
-    """Return the amplitude that a dither reaches at this speed."""
+    """Return the dither amplitude that is reached at this speed."""
     return _FARTHEST * speed_m_s * HALF_PERIOD * period_s / PEAK
 
 
 def _per_root_sample(noise_N: float, half_width: float) -> float:
-    """Amplitude of a dither, times the root of the samples after which the interval is as narrow."""
+    """Return the dither amplitude times the root of the samples that give an interval of this width."""
     return DEVIATIONS_95 * noise_N / (_SMOOTHED * half_width)

@@ -1,4 +1,4 @@
-"""Arms, kinematics, motion laws, and the way from a tip velocity to a joint command."""
+"""Arms, kinematics, motion controllers, and the conversion of a tip velocity to a joint command."""
 
 import lazy_loader
 

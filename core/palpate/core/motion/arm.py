@@ -1,4 +1,4 @@
-"""What distinguishes one arm from another: its URDF, its resolution, its servos, and a posture to start from."""
+"""The description of an arm: URDF, resolution, servos, and an initial posture."""
 
 import sys
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from palpate.core.errors import AssetError, ConfigurationError, did_you_mean
 from palpate.core.ports import Holds, OneOf, Range, Settings, kinds_of
 
 GROUP: Final = "palpate.arms"
-"""Entry points of other packages: the name that ``--arm`` takes, and an :class:`ArmDescription`."""
+"""Entry points of other packages: the name for ``--arm``, and an :class:`ArmDescription`."""
 
 _ROBOT_DATA: Final = "package://example-robot-data/"
 _OURS: Final = "package://palpate/"
@@ -25,43 +25,43 @@ _AboveZero: TypeAlias = Annotated[float, Range(0.0, above=True)]
 
 @dataclass(frozen=True)
 class ArmDescription(Settings):
-    """One arm of six or seven revolute joints. The URDF is the only source of its geometry, for Pinocchio and MuJoCo.
+    """An arm of six or seven revolute joints. Its URDF is the only source of geometry, for Pinocchio and MuJoCo.
 
-    Vectors have one number a joint, (n,), in the order from base to flange.
+    Vectors have one number per joint, (n,), from base to flange.
     """
 
     TABLE: ClassVar[str] = "arm"
 
     urdf: Annotated[str, Holds(bool, "the path of a URDF")]
-    """Path of the URDF, from the folder of the file that names it; package://example-robot-data/... for one of that
-    package's. Its meshes are not needed."""
+    """Path of the URDF relative to the file that names it, or package:
+    example-robot-data/... for one of that package. Its meshes are not needed."""
     flange: Annotated[str, Holds(bool, "the name of a link of the URDF")]
     """Link of the URDF that carries the force sensor."""
     posture_rad: tuple[float, ...]
-    """A comfortable elbow posture; inverse kinematics starts from it, and a seventh joint is drawn towards it."""
+    """Initial posture of the inverse kinematics, elbow bent; a seventh joint is drawn towards it."""
     name: str = ""
-    """Name for logs and messages; the URDF's file name if there is none."""
+    """Name for logs and messages; empty uses the URDF's file name."""
     tool_axis: Annotated[str, OneOf("x", "y", "z")] = "z"
     """Axis of the flange that points out of the arm."""
     encoder_step_rad: tuple[_AboveZero, ...] = ()
-    """Joint angle per encoder count; 131 072 counts a turn if nothing is given (assumed)."""
+    """Joint angle per encoder count; empty assumes 131 072 counts per turn."""
     lower_rad: tuple[float, ...] = ()
-    """Lower joint limits, instead of the URDF's; needed where it has none, as for a continuous joint."""
+    """Lower joint limits in place of the URDF's; required if it has none, as for a continuous joint."""
     upper_rad: tuple[float, ...] = ()
-    """Upper joint limits, likewise."""
+    """Upper joint limits, with the same rule."""
     velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
-    """Joint velocity limits, likewise."""
+    """Joint velocity limits, with the same rule."""
     calibration: str = ""
-    """Path of the controller's own kinematics as Universal Robots' ROS 2 driver saves them, from the folder of the file
-    that names it; empty for the nominal ones of the URDF."""
+    """Path of the controller's kinematics as saved by the ROS 2 driver of Universal Robots, relative to the file that
+    names it; empty uses the nominal kinematics of the URDF."""
     servo_stiffness_Nm_per_rad: tuple[_AboveZero, ...] = ()
-    """Simulated joint servo stiffness; if not given, 4e3 for the last three joints and 2e4 for the others, more for
-    an arm of more than 30 kg (assumed)."""
+    """Simulated stiffness of the joint servos; empty assumes 4e3 for the last three joints and 2e4 for the others, and
+    more for an arm above 30 kg."""
     servo_armature_kg_m2: tuple[_AboveZero, ...] = ()
-    """Simulated motor inertia seen at the joint; if not given, 0.4 for the last three joints and 2 for the others, more
-    for an arm of more than 30 kg (assumed)."""
+    """Simulated motor inertia at the joint; empty assumes 0.4 for the last three joints and 2 for the others, and more
+    for an arm above 30 kg."""
     evidence: str = ""
-    """Where the figures come from, and which of them are assumed."""
+    """Source of the figures; states which are assumed."""
 
     @override
     def check(self) -> None:
@@ -76,14 +76,14 @@ class ArmDescription(Settings):
             self.require(field, len(getattr(self, field)) in (0, joints), accepted)
 
     def __str__(self) -> str:
-        """Its name."""
+        """Return the name."""
         return self.name
 
     def find_urdf(self) -> Path:
-        """Where the URDF is.
+        """Return the path of the URDF.
 
         Raises:
-            AssetError: It is a file of a package that is not installed, or of one whose place is not known.
+            AssetError: Its package is not installed, or is not supported.
         """
         if self.urdf.startswith(_OURS):
             return Path(__file__).parent / self.urdf.removeprefix(_OURS)
@@ -91,7 +91,7 @@ class ArmDescription(Settings):
             if self.urdf.startswith("package://"):
                 raise AssetError("arm", self.urdf, f"a path, or {_ROBOT_DATA}...; other packages are not looked for")
             return Path(self.urdf)
-        # The PyPI package ships files under the environment's cmeel prefix, and no Python module to ask for them.
+        # The PyPI package installs files under the environment's cmeel prefix, without a Python module to find them.
         relative = Path("cmeel.prefix/share/example-robot-data/robots") / self.urdf.removeprefix(_ROBOT_DATA)
         for folder in sys.path:
             candidate = Path(folder) / relative
@@ -135,7 +135,7 @@ ZEBRA_ZERO: Final = ArmDescription(
     urdf=_OURS + "zebra_zero.urdf",
     flange="flange",
     posture_rad=(0.0, 1.17, -1.42, 0.0, 0.55, 0.0),
-    # 192 000 counts a turn on joints 1 to 3; the wrist base ratio of 69 332 stands for the coupled wrist joints.
+    # 192 000 counts per turn on joints 1 to 3; the wrist base ratio of 69 332 is used for the coupled wrist joints.
     encoder_step_rad=(2 * pi / 192_000,) * 3 + (2 * pi / 69_332,) * 3,
     evidence="geometry and counts: public ROS 2 port of the arm; servo stiffness, armature and masses: assumed",
 )
@@ -156,10 +156,10 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """A table ``[arm]`` as a setting: an arm by name alone is that name; other keys change that arm.
+    """Convert a table ``[arm]`` to a setting: the name if it has no other key; other keys modify that arm.
 
     Raises:
-        ConfigurationError: There is none of that name.
+        ConfigurationError: No arm has that name.
     """
     known = kinds_of(ArmDescription)
     for key, value in table.items():
@@ -175,10 +175,10 @@ def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
 
 
 def arm_named(arm: str | ArmDescription) -> ArmDescription:
-    """The arm of that name, ours or another package's; a description is what it is.
+    """Return the arm of that name, from palpate or another package; a description is returned unchanged.
 
     Raises:
-        ConfigurationError: There is none, or the package that has it cannot be loaded.
+        ConfigurationError: No arm has that name, or its package cannot be loaded.
     """
     if isinstance(arm, ArmDescription):
         return arm
@@ -190,7 +190,7 @@ def arm_named(arm: str | ArmDescription) -> ArmDescription:
             try:
                 found = entry.load()
             except Exception as error:
-                # A stranger's package may fail in any way as it is imported.
+                # Importing a third-party package may fail in any way.
                 accepted = f"an arm that can be loaded; {entry.value} cannot ({error})"
                 raise ConfigurationError("arm", arm, accepted) from error
             if not isinstance(found, ArmDescription):

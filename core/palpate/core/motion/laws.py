@@ -1,4 +1,4 @@
-"""Hybrid compliant motion: each axis under the law that suits it."""
+"""Hybrid compliant motion: a controller for each axis."""
 
 from abc import abstractmethod
 from math import sqrt
@@ -11,26 +11,26 @@ from palpate.core.ports import Vector3
 
 
 class ControlLaw(Protocol):
-    """Computes the velocity that the tip's reference shall have until the next control tick."""
+    """Computes the velocity of the tip's reference until the next control tick."""
 
     @abstractmethod
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Tip velocity, (3,), in the task frame.
+        """Return the tip velocity, (3,), in the task frame.
 
         Args:
-            reference_m: Where the tip is commanded to be now, (3,), task frame.
-            target_m: Where the action is to end, (3,), task frame.
+            reference_m: Commanded tip position, (3,), task frame.
+            target_m: End of the action, (3,), task frame.
             force_N: Force of the environment on the tool, tared, not low-pass filtered, (3,), task frame.
         """
 
     def reset(self) -> None:
-        """Clear the memory; called when an action of another law begins."""
-        # Most laws have none.
+        """Clear the controller's state; called when an action with another controller begins."""
+        # Most controllers have no state.
         return
 
 
 def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
-    """The velocity, shortened to the speed limit with its direction kept."""
+    """Scale a velocity to the speed limit; the direction is kept."""
     x, y, z = velocity_m_s
     square = x * x + y * y + z * z
     if square <= speed_limit_m_s * speed_limit_m_s:
@@ -40,11 +40,11 @@ def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
 
 
 class HybridControl(ControlLaw):
-    """One law across the tool axis (x and y), another along it (z).
+    """One controller across the tool axis (x and y), another along it (z).
 
-    The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the
-    insertion uses force control in x and y with damping control in z. The two laws act on orthogonal directions, so
-    the combination is stable when each of them is.
+    The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the insertion
+    uses force control in x and y with damping control in z. The controllers act on orthogonal directions, so the
+    combination is stable if each of them is.
     """
 
     def __init__(self, across: ControlLaw, along: ControlLaw) -> None:
@@ -52,7 +52,7 @@ class HybridControl(ControlLaw):
 
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Each law gets only its own axes, so the limits of one do not slow the other."""
+        """Return the combined velocity; each controller gets only its axes, so one's limits do not slow the other."""
         fx, fy, fz = force_N
         rx, ry, rz = reference_m
         tx, ty, tz = target_m
@@ -62,7 +62,7 @@ class HybridControl(ControlLaw):
 
     @override
     def reset(self) -> None:
-        """Clear the memory of both laws."""
+        """Clear the state of both controllers."""
         self._across.reset()
         self._along.reset()
 
@@ -70,17 +70,16 @@ class HybridControl(ControlLaw):
 class DampingControl(ControlLaw):
     """v = (F - F_nominal) / B (generalised damping; source paper, section 5.4 and its reference 4).
 
-    In free space the tool moves at -F_nominal / B; in contact it comes to rest where the environment pushes back
-    with F_nominal.
+    In free space the tool moves at -F_nominal / B; in contact it stops where the reaction force is F_nominal.
 
-    Stability: against an environment (with the gripper in series) of stiffness K the force error shrinks by
-    1 - K T / B each tick, so K T / B < 2; the lag of servos and sensor eats phase, so K T / B <= 0.5 is accepted.
-    A force signal behind a 4 Hz filter would eat more than that: this law takes the unfiltered force.
+    Stability: with an environment (in series with the gripper) of stiffness K, the force error is multiplied by 1 - K T
+    / B each tick, so K T / B < 2 is required. The lag of servos and sensor reduces the phase margin, so K T / B must be
+    at most 0.5. A 4 Hz filter would reduce it further: this controller uses the unfiltered force.
 
     Args:
         damping_N_s_per_m: B.
-        nominal_force_N: F_nominal, (3,), task frame; pressing into the hole's direction has a negative z.
-        stiffness_N_per_m: K, the stiffest contact expected.
+        nominal_force_N: F_nominal, (3,), task frame; z is negative for pressing into the hole.
+        stiffness_N_per_m: K, the stiffest expected contact.
         period_s: Control period T.
     """
 
@@ -105,16 +104,16 @@ class DampingControl(ControlLaw):
 
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """As of every law; positions are ignored."""
+        """Return the velocity of the protocol; positions are ignored."""
         m, (fx, fy, fz), (x, y, z) = self._mobility, force_N, self._nominal
         return limited((m * (fx - x), m * (fy - y), m * (fz - z)), self._speed)
 
 
 class PositionControl(ControlLaw):
-    """Moves towards the target at no more than a given speed: v = K (target - reference).
+    """Moves towards the target with limited speed: v = K (target - reference).
 
-    Stability: with control period T the error shrinks by the factor 1 - K T each tick, so 0 < K T < 2; up to
-    K T = 1 it never overshoots, and that is what is accepted.
+    Stability: with control period T the error is multiplied by 1 - K T each tick, so 0 < K T < 2 is required; K T must
+    be at most 1, which excludes overshoot.
 
     Args:
         gain_per_s: K.
@@ -128,7 +127,7 @@ class PositionControl(ControlLaw):
 
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """As of every law; forces are ignored."""
+        """Return the velocity of the protocol; forces are ignored."""
         k, (tx, ty, tz), (x, y, z) = self._gain, target_m, reference_m
         return limited((k * (tx - x), k * (ty - y), k * (tz - z)), self._speed)
 
@@ -136,18 +135,18 @@ class PositionControl(ControlLaw):
 class ForceControl(ControlLaw):
     """Proportional and integral force control in velocity form: v = k_i e + k_p de/dt, e = F - F_target.
 
-    The tip's displacement is the integral of v, so k_i is the integral gain and k_p the proportional gain of a
+    The tip's displacement is the integral of v. Therefore k_i is the integral gain and k_p the proportional gain of a
     force controller that commands positions.
 
-    Stability: against a contact of stiffness K and with control period T the loop e' = e - K (k_i T e + k_p
-    (e - e_before)) is stable (Jury's criterion) when K k_p < 1 and K k_i T < 2 (1 - K k_p); half of that bound is
-    accepted, the rest is left to the lag of servos and sensor.
+    Stability: with a contact of stiffness K and control period T the loop e' = e - K (k_i T e + k_p (e - e_before)) is
+    stable (Jury's criterion) if K k_p < 1 and K k_i T < 2 (1 - K k_p). Half of that bound is accepted, because of the
+    lag of servos and sensor.
 
     Args:
         integral_m_per_N_s: k_i.
         proportional_m_per_N: k_p.
         target_N: F_target, (3,), task frame.
-        stiffness_N_per_m: K, the stiffest contact expected.
+        stiffness_N_per_m: K, the stiffest expected contact.
         period_s: Control period T.
     """
 
@@ -176,7 +175,7 @@ class ForceControl(ControlLaw):
 
     @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """As of every law; positions are ignored."""
+        """Return the velocity of the protocol; positions are ignored."""
         (fx, fy, fz), (tx, ty, tz) = force_N, self._target
         x, y, z = error = fx - tx, fy - ty, fz - tz
         u, v, w = error if self._last is None else self._last
@@ -186,5 +185,5 @@ class ForceControl(ControlLaw):
 
     @override
     def reset(self) -> None:
-        """Clear the last error, so that a new contact does not begin with a kick."""
+        """Clear the last error, so that a new contact does not begin with a jump."""
         self._last = None

@@ -1,11 +1,11 @@
-"""Frames: forward kinematics and Jacobian of an arm, on Pinocchio; places, vectors and wrenches between fixed frames.
+"""Kinematics and frames: forward kinematics and Jacobian with Pinocchio, and transforms between fixed frames.
 
-The latter in plain floats: for a single vector these are faster than a call of Pinocchio, and they run at every tick.
+The transforms use plain floats, which for single vectors are faster than calls of Pinocchio.
 
-Frames: *base* is the arm's root; *sensor* sits on the flange, z along the tool axis out of the tool; *tip*
-is the centre of the peg's end face, z along the peg. *Task* has its origin at the nominal goal (the
-centre of the hole's mouth, where it is assumed to be), z into the hole, x along the x of *base*: motion into
-the hole is +z, and pressing on the plate gives a negative Fz.
+Frames: *base* is the arm's root; *sensor* is on the flange, z along the tool axis out of the tool; *tip* is the centre
+of the peg's end face, z along the peg. *Task* has its origin at the nominal goal (the assumed centre of the hole's
+mouth), z into the hole, x along the x of *base*. Motion into the hole is +z, and pressing on the plate gives a negative
+Fz.
 """
 
 import os
@@ -32,7 +32,7 @@ from palpate.core.ports import JointVector, Vector3
 
 @dataclass(frozen=True)
 class _Loaded:
-    """Pinocchio's model of the joints that lead to the flange, and frames of the URDF."""
+    """Pinocchio's model of the joints up to the flange, and frames of the URDF."""
 
     model: pin.Model
     flange: pin.Frame
@@ -41,22 +41,22 @@ class _Loaded:
 
 
 def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
-    """Pinocchio's model of the joints that lead to the flange, and the flange's frame.
+    """Return Pinocchio's model of the joints up to the flange, and the flange's frame.
 
-    What else the URDF has, such as a gripper's fingers, is held where its joints are zero. Meshes are not looked for.
+    Other joints of the URDF, such as a gripper's fingers, are fixed at zero. Meshes are ignored.
 
     Raises:
-        AssetError: The file is missing or no URDF, or what leads to its flange are not six or seven revolute joints.
+        AssetError: The file is missing or not a URDF, or its flange is not moved by six or seven revolute joints.
     """
     loaded = _loaded(arm)
     return loaded.model.copy(), loaded.flange
 
 
 def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.SE3, pin.SE3]:
-    """Placements of the controller's base and flange in the arm's root at joint angles (n,).
+    """Return the placements of the controller's base and flange in the arm's root at joint angles (n,).
 
-    These are the links ``base`` and ``tool0``, as ROS descriptions of industrial arms have them; where there are none,
-    the root and the flange.
+    These are the links ``base`` and ``tool0`` of ROS descriptions of industrial arms; if they are missing, the root and
+    the flange.
     """
     loaded = _loaded(arm)
     data = loaded.model.createData()
@@ -74,7 +74,7 @@ def _loaded(arm: ArmDescription) -> _Loaded:
         raise AssetError("arm", str(error.filename or path), f"a readable {what} ({error.strerror})") from error
 
 
-# Kept by what is in the files: one that was written again is read again.
+# The key is the content of the files: a changed file is read again.
 @lru_cache(maxsize=8)
 def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes) -> _Loaded:
     text, moving = prepared_urdf(arm, path, content, calibration)
@@ -98,11 +98,11 @@ def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes)
 
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
-    """Inside, what is written to standard error is kept: urdfdom tells there what is wrong, and nowhere else."""
+    """Capture standard error meanwhile: urdfdom reports errors only there."""
     try:
         kept = os.dup(2)
     except OSError:
-        # A process without a standard error: what the parser writes there goes nowhere.
+        # The process has no standard error, so there is nothing to capture.
         yield
         return
     with TemporaryFile("w+", errors="replace") as file:
@@ -117,7 +117,7 @@ def _heard(said: list[str]) -> Iterator[None]:
 
 
 def _without_frames(model: pin.Model) -> pin.Model:
-    """The same joints and bodies, without the frames of joints and links: these would be placed in every tick, too."""
+    """Return the same joints and bodies without frames, which would be placed in every tick."""
     bare = pin.Model()
     for joint in range(1, model.njoints):
         bare.addJoint(model.parents[joint], model.joints[joint], model.jointPlacements[joint], model.names[joint])
@@ -131,32 +131,32 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _LOCAL: Final = pin.ReferenceFrame.LOCAL
 FASTEST_RAD_S: Final = 6.9
-"""Joints that may turn faster are led no faster: a tick's step then stays below the supervisor's widest limit, 50 mrad
-for a command's jump, and no task comes near it."""
+"""Velocity limit of faster joints. A tick's step then stays below the supervisor's widest limit, 50 mrad for a
+command's jump, and no task needs more."""
 
 
 class Kinematics:
-    """One arm with its tool. Keeps Pinocchio's work space, so each user makes one of its own.
+    """An arm with its tool. It contains Pinocchio's data, so each user needs a separate instance.
 
     Attributes:
         model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
         lower_rad: Lower joint limits, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
-        tip_position_m: Tip position in the base frame, (3,); a view that the next ``update`` changes.
-        tip_rotation: Rotation from tip frame to base frame, (3, 3); a view, too.
+        tip_position_m: Tip position in the base frame, (3,); a view that ``update`` changes.
+        tip_rotation: Rotation from tip frame to base frame, (3, 3); a view as well.
         tip_in_sensor: Placement of the tip frame in the sensor frame.
 
     Raises:
-        AssetError: The URDF is missing, cannot be read, has no such flange, or not six or seven revolute joints that
-            lead there.
-        ConfigurationError: The posture or the limits do not fit these joints.
+        AssetError: The URDF is missing or cannot be read, has no such flange, or does not move it by six or seven
+            revolute joints.
+        ConfigurationError: Posture or limits do not match these joints.
     """
 
     def __init__(self, arm: ArmDescription, tool: ToolGeometry) -> None:
         self.arm, self.tool = arm, tool
         self.model, flange = load_model(arm)
-        # Columns are the tool's axes in the flange; a turn of the axes' names keeps the frame right-handed.
+        # Columns are the tool's axes in the flange; permuting them cyclically keeps the frame right-handed.
         axes = np.roll(np.eye(3), "zxy".index(arm.tool_axis), axis=0)
         sensor, tip = _placement(tool.sensor_m, tool.sensor_rpy_rad), _placement(tool.tip_m, tool.tip_rpy_rad)
         self.tip_in_sensor: pin.SE3 = tip
@@ -165,7 +165,7 @@ class Kinematics:
         self._tip_id = self._add_frame("tip", flange, turned * (sensor * tip))
         self._data = self.model.createData()
         self._tip = self._data.oMf[self._tip_id]
-        # Views into Pinocchio's memory: asking for them anew costs more than the kinematics itself.
+        # Views of Pinocchio's memory: fetching them again costs more than the kinematics itself.
         self.tip_position_m: Array = self._tip.translation
         self.tip_rotation: Array = self._tip.rotation
         self.joints = int(self.model.nq)
@@ -193,42 +193,42 @@ class Kinematics:
         return int(self.model.addFrame(frame))
 
     def update(self, q_rad: JointVector | Array) -> None:
-        """Forward kinematics at joint angles (n,); the placements of frames then refer to them."""
+        """Compute the forward kinematics at joint angles (n,); all placements then refer to them."""
         self._q[:] = q_rad
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
     @property
     def tip_in_base(self) -> pin.SE3:
-        """Placement of the tip frame in the base frame, as a copy."""
+        """Return a copy of the placement of the tip frame in the base frame."""
         return self._tip.copy()
 
     def tip_in(self, frame_in_base: pin.SE3) -> pin.SE3:
-        """Placement of the tip frame in another frame."""
+        """Return the placement of the tip frame in another frame."""
         return frame_in_base.actInv(self._tip)
 
     @property
     def sensor_in_base(self) -> pin.SE3:
-        """Placement of the sensor frame in the base frame, as a copy."""
+        """Return a copy of the placement of the sensor frame in the base frame."""
         return self._data.oMf[self._sensor_id].copy()
 
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
-        """Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
+        """Return the Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
 
-        Does the work of ``update`` on the way, at little more than its cost.
+        It includes the work of ``update``, at little more than its cost.
         """
         self._q[:] = q_rad
         pin.computeJointJacobians(self.model, self._data, self._q)
-        # This places the tip, too.
+        # This also places the tip.
         jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Standard deviation of the tip's place along the tool axis by the encoders' steps, in the arm's posture."""
+        """Return the standard deviation of the tip along the tool axis from encoder steps, in the arm's posture."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 
     def tip_error(self, target_in_base: pin.SE3) -> Array:
-        """Twist that takes the tip to a placement in unit time, (6,), linear first, in the tip frame."""
+        """Return the twist that moves the tip to a placement in unit time, (6,), linear first, in the tip frame."""
         error: Array = pin.log6(self._tip.actInv(target_in_base)).vector
         return error
 
@@ -238,14 +238,14 @@ def _placement(position_m: Vector3, rpy_rad: Vector3) -> pin.SE3:
 
 
 def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
-    """A vector (3,) by a rotation, (3, 3), row by row."""
+    """Rotate a vector (3,) by a rotation, (3, 3), row by row."""
     (a, b, c), (d, e, f), (g, h, i) = rotation
     x, y, z = vector
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 class FixedFrame:
-    """Takes places and vectors, (3,), from the base frame into this one, and back."""
+    """Transforms points and vectors, (3,), between the base frame and this one."""
 
     def __init__(self, in_base: pin.SE3) -> None:
         self._origin_m: list[float] = in_base.translation.tolist()
@@ -253,36 +253,36 @@ class FixedFrame:
         self._from_base: list[list[float]] = in_base.rotation.T.tolist()
 
     def place_m(self, in_base_m: Sequence[float]) -> Vector3:
-        """A place of the base frame in this one."""
+        """Return a point of the base frame in this frame."""
         (x, y, z), (u, v, w) = in_base_m, self._origin_m
         return rotated(self._from_base, (x - u, y - v, z - w))
 
     def axis_in_base(self, axis: int) -> Vector3:
-        """Unit vector of an axis of this frame in the base frame."""
+        """Return the unit vector of an axis of this frame in the base frame."""
         x, y, z = self._from_base[axis]
         return x, y, z
 
     def vector(self, in_base: Vector3) -> Vector3:
-        """A vector of the base frame in this one."""
+        """Return a vector of the base frame in this frame."""
         return rotated(self._from_base, in_base)
 
     def vector_of(self, rotation_in_base: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
-        """A vector of a frame that stands in the base frame like this, (3, 3), in this one."""
+        """Return a vector in this frame, given in a frame with this orientation in the base frame, (3, 3)."""
         return rotated(self._from_base, rotated(rotation_in_base, vector))
 
     def place_in_base_m(self, place_m: Vector3) -> Vector3:
-        """A place of this frame in the base frame."""
+        """Return a point of this frame in the base frame."""
         (x, y, z), (u, v, w) = rotated(self._to_base, place_m), self._origin_m
         return x + u, y + v, z + w
 
 
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
-    """Torque of a wrench about another point, (3,): tau - point x force, all in one frame.
+    """Return the torque of a wrench about another point, (3,): tau - point x force, all in one frame.
 
     Args:
         force_N: The force, (3,).
-        torque_Nm: Its torque about the origin, (3,).
-        point_m: The new reference point, from the origin, (3,).
+        torque_Nm: Torque about the origin, (3,).
+        point_m: The new reference point, relative to the origin, (3,).
     """
     fx, fy, fz = force_N
     tx, ty, tz = torque_Nm

@@ -1,7 +1,7 @@
-"""Turns tip velocities in the task frame into joint commands, and what three numbers say of a tool's orientation.
+"""Conversion of tip velocities in the task frame to joint commands, and the parametrisation of orientations.
 
-Against the upright tool: how it leans about x and y, and its yaw about z, axes of the task frame. The tool is turned by
-its yaw first and leans then, so that the lean is that of the tool's axis whatever the yaw.
+An orientation relative to the upright tool is tilt about x and y and yaw about z, axes of the task frame. The yaw is
+applied before the tilt, so the tilt is that of the tool's axis for any yaw.
 """
 
 from math import atan2, cos, hypot, isfinite, radians, sin
@@ -19,9 +19,9 @@ Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
 
 def leaning(turn_rad: Vector3) -> Rows:
-    """Rotation by the lean alone, (3, 3), row by row, task frame."""
+    """Return the rotation by the tilt alone, (3, 3), row by row, task frame."""
     x, y, _ = turn_rad
-    # Upright it leans in no direction, but there is one to divide by.
+    # Without a tilt the direction is arbitrary; avoid dividing by zero.
     angle = max(hypot(x, y), 1e-300)
     x, y, s = x / angle, y / angle, sin(angle)
     c = cos(angle)
@@ -30,7 +30,7 @@ def leaning(turn_rad: Vector3) -> Rows:
 
 
 def orientation(turn_rad: Vector3) -> Rows:
-    """Rotation from the upright tool to the turned one, (3, 3), row by row, task frame."""
+    """Return the rotation from the upright tool to the turned one, (3, 3), row by row, task frame."""
     return _yawed(leaning(turn_rad), turn_rad[2])
 
 
@@ -41,7 +41,7 @@ def _yawed(lean: Rows, yaw_rad: float) -> Rows:
 
 
 def turn_of(rotation: Rows) -> Vector3:
-    """Lean and yaw of a rotation, (3, 3), row by row, from the upright tool to the turned one, task frame."""
+    """Return tilt and yaw of a rotation, (3, 3), row by row, from the upright tool to the turned one, task frame."""
     (a, _, e), (f, _, h), (i, _, k) = rotation
     share = atan2(hypot(e, h), k) / max(hypot(e, h), 1e-300)
     x, y = -h * share, e * share
@@ -50,10 +50,10 @@ def turn_of(rotation: Rows) -> Vector3:
 
 
 class GivingWay:
-    """Turns with the torque: turn rate = mobility x torque, as generalised damping is for forces.
+    """Rotational compliance: turn rate = mobility x torque, like generalised damping for forces.
 
-    Stability: against a contact of torsional stiffness K the torque shrinks by 1 - K m T each tick. A peg between
-    walls, the gripper's springs in series, has some 15 N m/rad, so 3 rad/(N m s) leave it at a third of the bound.
+    Stability: with a contact of torsional stiffness K the torque is multiplied by 1 - K m T each tick. A peg between
+    walls, in series with the gripper's springs, has about 15 N m/rad, so 3 rad/(N m s) are a third of the bound.
 
     Args:
         tilt_rad_per_Nms: Mobility about x and y.
@@ -65,36 +65,36 @@ class GivingWay:
         self._tilt, self._yaw, self._fastest_rad_s = tilt_rad_per_Nms, yaw_rad_per_Nms, fastest_rad_s
 
     def rate_rad_s(self, torque_Nm: Vector3) -> Vector3:
-        """Turn rate, (3,), for a torque of the environment on the tool, (3,), both task frame."""
+        """Return the turn rate, (3,), for a torque of the environment on the tool, (3,), both in the task frame."""
         x, y, z = torque_Nm
         return limited((self._tilt * x, self._tilt * y, self._yaw * z), self._fastest_rad_s)
 
 
 FASTEST_TURN_RAD_S: Final = radians(20.0)
-"""A reference turns no faster: faster reactions to torque swing between the walls of a hole."""
+"""Highest turn rate of a reference: faster reactions to torque oscillate between the walls of a hole."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
-"""Joint speed of a turn: an arm that follows 20 ms late is 8 mrad behind, of the 10 that supervision accepts."""
+"""Joint speed of a turn: an arm that lags by 20 ms is 8 mrad behind, of the 10 mrad that supervision accepts."""
 
 
 _NOWHERE: Final = np.zeros(3)
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _UPRIGHT_RAD: Final = 8e-3
-"""A tool at rest that is off by less, as by the sag of a servo, was put upright."""
+"""A stationary tool that is off by less, for example because a servo sags, counts as upright."""
 
 
 class TipMotion:
-    """The commanded tip: a reference that laws move, and the joint angles that follow it.
+    """The commanded tip: a reference moved by controllers, and the joint angles that follow it.
 
-    A tool keeps its orientation unless :meth:`turn` is called.
+    The tool keeps its orientation unless :meth:`turn` is called.
 
     Args:
-        kinematics: Work space for the commanded configuration; not shared with the measured one.
+        kinematics: Kinematics of the commanded configuration; must not be shared with the measured one.
         tip_rotation_in_base: Orientation of the upright tool, (3, 3).
 
     Attributes:
         reference_m: Commanded tip, (3,), task frame.
-        turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z, task frame.
-        lean: Rotation by the lean of it alone, (3, 3), row by row, task frame.
+        turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z, task frame.
+        lean: Rotation by the tilt of ``turn_rad`` alone, (3, 3), row by row, task frame.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class TipMotion:
         self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
-        """Take over from where the arm is, with the tool as it is: in a hole it may be turned, and caught."""
+        """Start from the arm's pose with the tool's actual orientation: in a hole it may be turned and wedged."""
         self._q_rad = position_rad
         self._kinematics.update(position_rad)
         self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())
@@ -123,20 +123,20 @@ class TipMotion:
         self.look_at_joints()
 
     def look_at_joints(self) -> None:
-        """Find how fast the joints are in turns from here."""
+        """Compute the joint speeds of turns at the present pose."""
         self._kinematics.update(self._q_rad)
         to_tip = self._kinematics.tip_rotation.T.tolist()
         axes = [rotated(to_tip, self._task.axis_in_base(axis)) for axis in range(3)]
         self._joints_per_turn = list(zip(*(self._inverse.turning(self._q_rad, axis) for axis in axes), strict=True))
 
     def fastest_turn_rad_s(self, rate_rad_s: Vector3) -> float:
-        """Highest turn rate about the axis of a change of ``turn_rad``, (3,), near where :meth:`look_at_joints` was."""
+        """Return the highest rate for a change of ``turn_rad``, (3,), near the pose of :meth:`look_at_joints`."""
         x, y, z = rate_rad_s
         joint_rad_s = max(abs(a * x + b * y + c * z) for a, b, c in self._joints_per_turn)
         return min(FASTEST_TURN_RAD_S, FASTEST_JOINT_RAD_S * hypot(x, y, z) / max(joint_rad_s, 1e-12))
 
     def right(self, rate_rad_s: float) -> None:
-        """Let the next :meth:`move` turn the reference towards upright, no faster than that."""
+        """Make the next :meth:`move` turn the reference towards upright, at most at this rate."""
         angle_rad = hypot(*self.turn_rad)
         if angle_rad <= rate_rad_s * self._period_s:
             self._turn_to(_UPRIGHT)
@@ -146,10 +146,10 @@ class TipMotion:
         self.turn((share * x, share * y, share * z))
 
     def adopt(self, applied: AppliedCommand) -> bool:
-        """Go on from what the arm really did, so that a limited command does not wind up.
+        """Continue from the applied command, so that a limited command does not wind up.
 
         Returns:
-            False where that is nothing that an arm can do: not finite, or of another number of joints.
+            False if the applied command is invalid: not finite, or with a wrong number of joints.
         """
         if applied.reason is not CommandReason.AS_ASKED:
             if len(applied.position_rad) != len(self._q_rad) or not isfinite(sum(applied.position_rad)):
@@ -158,13 +158,13 @@ class TipMotion:
         return True
 
     def turn(self, rate_rad_s: Vector3) -> Vector3:
-        """Let the next :meth:`move` turn the reference, too.
+        """Make the next :meth:`move` also turn the reference.
 
         Args:
             rate_rad_s: Change of ``turn_rad``, (3,).
 
         Returns:
-            The rate with which it turns: that one, shortened to what the joints can follow.
+            The turn rate, reduced to what the joints can follow.
         """
         rate_rad_s = limited(rate_rad_s, self.fastest_turn_rad_s(rate_rad_s))
         self._rate_rad_s: Vector3 | None = rate_rad_s

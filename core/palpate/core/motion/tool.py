@@ -1,4 +1,4 @@
-"""Where force sensor and peg tip are on the flange."""
+"""Poses of force sensor and peg tip on the flange."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,12 @@ _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class ToolGeometry:
-    """Poses of sensor and tip; without arguments a bare flange.
+    """Poses of sensor and tip; the default is a bare flange.
 
     Attributes:
-        sensor_m: Origin of the sensor's frame from the flange, (3,), in the flange's axes with z out of the arm.
-        sensor_rpy_rad: Roll, pitch and yaw of the sensor's frame in these axes, (3,).
-        tip_m: Centre of the peg's end face from the sensor's origin, (3,), sensor frame.
+        sensor_m: Origin of the sensor's frame relative to the flange, (3,), in the flange's axes with z out of the arm.
+        sensor_rpy_rad: Roll, pitch and yaw of the sensor's frame relative to these axes, (3,).
+        tip_m: Centre of the peg's end face relative to the sensor's origin, (3,), sensor frame.
         tip_rpy_rad: Roll, pitch and yaw of the tip frame in the sensor frame, (3,).
     """
 

@@ -1,6 +1,6 @@
-"""The URDF of an arm, checked before Pinocchio sees it, which dies of a graph that is no tree.
+"""Checks the URDF of an arm before Pinocchio reads it; a graph that is not a tree would crash Pinocchio.
 
-Limits of the arm's table and a calibration of its controller are put into it, so that both libraries have one source.
+Limits of the arm's table and a calibration of its controller are inserted, so that both libraries use one source.
 """
 
 import re
@@ -19,15 +19,15 @@ from palpate.core.motion.arm import ArmDescription
 
 _XACRO: Final = "a plain URDF: run xacro first, as in: xacro robot.urdf.xacro > robot.urdf"
 _MOST_RAD: Final = 4.0 * pi
-"""No arm's joint turns by more than two turns from its zero; 360 degrees read as radians are 57 turns."""
+"""Largest angle of a joint, two turns from zero; 360 degrees read as radians are 57 turns."""
 _FARTHEST_M: Final = 10.0
-"""No arm's joints are farther apart in all; those of a small arm in millimetres are."""
+"""Largest total distance between an arm's joints; a small arm in millimetres exceeds it."""
 _UNIT: Final = 1e-2
-"""Error of an axis's length that rounding to two digits leaves."""
+"""Error of an axis's length caused by rounding to two digits."""
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""A calibration that moves a joint by more is that of another arm: real ones move it by millimetres."""
+"""Largest shift of a joint by a calibration: real ones shift it by millimetres, so a larger one is of another arm."""
 
 Refusal = Callable[[str], AssetError]
 
@@ -39,10 +39,10 @@ def prepared_urdf(
 
     Args:
         content: The file, in the encoding that it declares.
-        calibration: Origins of six joints in the format of Universal Robots' ROS 2 driver; empty for the URDF's own.
+        calibration: Origins of six joints in the format of Universal Robots' ROS 2 driver; empty keeps the URDF's.
 
     Raises:
-        AssetError: It is no URDF, no tree, or its joints do not suit.
+        AssetError: The file is not a URDF or not a tree, or its joints are unsuitable.
     """
 
     def refused(accepted: str) -> AssetError:
@@ -62,12 +62,12 @@ def _root(content: bytes, refused: Refusal) -> Element:
     try:
         root = ElementTree.fromstring(content)
     except (ElementTree.ParseError, LookupError, ValueError) as error:
-        # LookupError and ValueError: an encoding that is not known.
+        # LookupError and ValueError: an unknown encoding.
         raise refused(_XACRO if "unbound prefix" in str(error) else f"a readable URDF ({error})") from error
     if root.tag != "robot":
         raise refused(f"a readable URDF (its outermost element is {root.tag!r}, not 'robot')")
     for link in root.findall("link"):
-        # Their meshes and materials are not looked for.
+        # Meshes and materials are ignored.
         for seen in (*link.findall("visual"), *link.findall("collision")):
             link.remove(seen)
     if any("xacro}" in each.tag or any("${" in text for text in each.attrib.values()) for each in root.iter()):
@@ -76,12 +76,12 @@ def _root(content: bytes, refused: Refusal) -> Element:
 
 
 def _joints_above(root: Element, refused: Refusal) -> dict[str, Element]:
-    """Return the joint above each link but the base."""
+    """Return the joint above each link, except for the base."""
     links = {link.get("name", "") for link in root.findall("link")}
     above: dict[str, Element] = {}
     for joint in root.findall("joint"):
         parent, child = _link(joint, "parent"), _link(joint, "child")
-        # Pinocchio looks frames up by name alone, and a joint may have that of a link, or none.
+        # Pinocchio finds frames by name alone, and a joint may have the name of a link, or none.
         name = joint.get("name") or f"joint above {child}"
         joint.set("name", name if name not in links else f"joint {name}")
         if not {parent, child} <= links:
@@ -123,7 +123,7 @@ def _chain(arm: ArmDescription, above: Mapping[str, Element], refused: Refusal) 
 
 
 def _set_limits(arm: ArmDescription, number: int, joint: Element, refused: Refusal) -> None:
-    """Put the limits of the arm's table in; what is missing then is refused."""
+    """Insert the limits of the arm's table; refuse joints that still lack limits."""
     name, limit = joint.get("name"), joint.find("limit")
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit")
@@ -206,6 +206,6 @@ def _number(text: str) -> float:
 
 
 def _numbers(element: Element | None, key: str, usual: str) -> list[float]:
-    """Return three numbers; what is none is left to the parser, which names it."""
+    """Return three numbers, NaN for invalid words, which the parser reports."""
     words = (usual if element is None else element.get(key, usual)).split()
     return [_number(word) for word in words] if len(words) == 3 else [float("nan")] * 3

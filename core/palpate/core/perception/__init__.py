@@ -1,4 +1,4 @@
-"""Perception: signal processing -> features -> symbols -> state, each stage interchangeable."""
+"""Perception: signal processing -> features -> symbols -> state, with interchangeable stages."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-"""Feature extraction: keep what matters of the measurement vector (paper, 3.2 and 5.2).
+"""Feature extraction: reduce the measurement vector (paper, 3.2 and 5.2).
 
-Three ways: channels chosen by knowledge of the task, principal components, a self-organising map.
-The last two are fitted to samples offline, with scikit-learn and MiniSom, which are imported only
-then; what they found is stored as plain numbers, and extraction needs neither.
+There are three methods: selected channels, principal components, and a self-organising map. The last two are fitted to
+samples offline with scikit-learn and MiniSom, which are imported only then. The results are stored as plain numbers,
+and extraction needs neither library.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ _Side: TypeAlias = Annotated[int, Range(1, _MOST_ROWS)]
 
 @runtime_checkable
 class FeatureExtractor(Protocol):
-    """Measurement vector in, feature vector out."""
+    """Maps a measurement vector to a feature vector."""
 
     @property
     @abstractmethod
     def names(self) -> tuple[str, ...]:
-        """Names of the features."""
+        """Return the names of the features."""
 
     @abstractmethod
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Features of a measurement vector in the order of ``CHANNELS``, SI units."""
+        """Return the features of a measurement vector in the order of ``CHANNELS``, SI units."""
 
 
 class _OfChannels(Settings):
-    """What extractors that look at some of the channels have in common."""
+    """Base class of extractors that use some of the channels."""
 
     TABLE: ClassVar[str] = _TABLE
 
@@ -61,38 +61,38 @@ class _OfChannels(Settings):
 
 @dataclass(frozen=True)
 class SelectedChannels(_OfChannels):
-    """The features are some of the channels, unchanged.
+    """Uses some of the channels, unchanged, as features.
 
     Attributes:
-        channels: Names out of ``CHANNELS``, in the order wanted.
+        channels: Names from ``CHANNELS``, in the required order.
 
     Raises:
-        ConfigurationError: An unknown channel, or one twice.
+        ConfigurationError: A channel is unknown or given twice.
     """
 
     channels: Channels
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the features: those of the channels."""
+        """Return the names of the channels."""
         return self.channels
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """The selected channels, in their own units."""
+        """Return the selected channels in their own units."""
         return tuple([signal[i] for i in self._indices])
 
 
 @dataclass(frozen=True)
 class PrincipalComponents(_OfChannels):
-    """The features are the directions in which the samples varied most, without unit.
+    """Uses the directions of largest variance in the samples as features, dimensionless.
 
     Attributes:
-        normalisation: Mean and scale of the channels, (n,); they have unlike units.
+        normalisation: Mean and scale of the channels, (n,), whose units differ.
         components: Directions in the normalised channels, (features, n), orthonormal rows.
-        channels: The channels looked at, n names out of ``CHANNELS``.
+        channels: The n channels, names from ``CHANNELS``.
 
     Raises:
-        ConfigurationError: Shapes that do not fit together.
+        ConfigurationError: Shapes do not match.
     """
 
     normalisation: Normalisation
@@ -109,10 +109,10 @@ class PrincipalComponents(_OfChannels):
 
     @classmethod
     def fit(cls, values: Samples, components: int, channels: Sequence[str] = CHANNELS) -> PrincipalComponents:
-        """Find the main directions of measurement vectors, (m, 9) in the order of ``CHANNELS``.
+        """Find the principal components of measurement vectors, (m, 9) in the order of ``CHANNELS``.
 
         Raises:
-            ConfigurationError: Too few samples, or more components than channels or samples.
+            ConfigurationError: There are too few samples, or more components than channels or samples.
         """
         chosen = _chosen(channels)
         table = samples(values, len(CHANNELS))[:, _indices(chosen)]
@@ -125,26 +125,26 @@ class PrincipalComponents(_OfChannels):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the features: ``pc1``, ``pc2``, ..."""
+        """Return the names of the features: ``pc1``, ``pc2``, ..."""
         return tuple(f"pc{i + 1}" for i in range(len(self.components)))
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Coordinates along the components, most variance first."""
+        """Return the coordinates along the components, largest variance first."""
         values = np.einsum("ij,j->i", self._components, self.normalisation.apply([signal[i] for i in self._indices]))
         return tuple(values.tolist())
 
 
 @dataclass(frozen=True)
 class SelfOrganisingMap(_OfChannels):
-    """The features are the grid coordinates of the unit that resembles the measurement most.
+    """Uses the grid coordinates of the unit nearest to the measurement as features.
 
     Attributes:
         normalisation: Mean and scale of the channels, (n,).
-        units: Normalised channels that each unit stands for, (rows * columns, n), row by row.
-        channels: The channels looked at, n names out of ``CHANNELS``.
+        units: Normalised channels of each unit, (rows * columns, n), row by row.
+        channels: The n channels, names from ``CHANNELS``.
 
     Raises:
-        ConfigurationError: Shapes that do not fit together, or a grid of one unit.
+        ConfigurationError: Shapes do not match, or the grid has one unit.
     """
 
     normalisation: Normalisation
@@ -175,11 +175,11 @@ class SelfOrganisingMap(_OfChannels):
     ) -> SelfOrganisingMap:
         """Train a map on measurement vectors, (m, 9) in the order of ``CHANNELS``.
 
-        The neighbourhood starts at half the grid and shrinks to a third of that. Equal arguments give
-        an equal map; no global random state is used.
+        The neighbourhood shrinks from half the grid to a third of that. Equal arguments give equal maps; no global
+        random state is used.
 
         Raises:
-            ConfigurationError: Too few samples, or a grid or setting out of range.
+            ConfigurationError: There are too few samples, or a grid size or setting is out of range.
         """
         chosen = _chosen(channels)
         table = samples(values, len(CHANNELS))[:, _indices(chosen)]
@@ -200,14 +200,14 @@ class SelfOrganisingMap(_OfChannels):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the features."""
+        """Return the names of the features."""
         return ("som_row", "som_column")
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Row and column of the nearest unit, counted from 0.
+        """Return row and column of the nearest unit, counted from 0.
 
         Raises:
-            CommandError: The measurement is not finite; nothing is nearest to that.
+            CommandError: The measurement is not finite, so no unit is nearest.
         """
         chosen = [signal[i] for i in self._indices]
         require_finite("a measurement vector", chosen)

@@ -1,4 +1,4 @@
-"""The three upper layers in a row: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
+"""The upper layers of perception: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -14,13 +14,13 @@ from palpate.core.ports import CHANNELS, STAGES, Settings, kinds_of, require_key
 
 @dataclass(frozen=True)
 class Perception:
-    """What the arm makes of a filtered measurement vector.
+    """Maps a filtered measurement vector to a state.
 
     Attributes:
-        identifier: Symbols to a state; the only one that may have a memory.
+        identifier: Maps symbols to a state; the only stage that may have a memory.
 
     Raises:
-        ConfigurationError: A stage does not take what the one before gives.
+        ConfigurationError: The output of a stage does not match the input of the next.
     """
 
     extractor: FeatureExtractor
@@ -33,28 +33,28 @@ class Perception:
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Names of the symbols."""
+        """Return the names of the symbols."""
         return self.symboliser.symbols
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states."""
+        """Return the names of the states."""
         return self.identifier.states
 
     def reset(self) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self.identifier.reset()
 
     def observe(self, signal: tuple[float, ...], action: str | None = None) -> tuple[int, int]:
-        """Symbol and state after one more measurement vector, in the order of ``CHANNELS``, SI units.
+        """Process a measurement vector in the order of ``CHANNELS``, SI units; return symbol and state.
 
-        Behind the channels a task may give facts of its own.
+        A task may append values of its own after the channels.
 
         Args:
-            action: Name of the action that led to it; None at the start.
+            action: Name of the action before it; None at the start.
 
         Raises:
-            CommandError: Fewer than nine numbers, or one that is looked at is not finite.
+            CommandError: There are fewer than nine numbers, or one that is used is not finite.
         """
         if len(signal) < len(CHANNELS):
             raise CommandError(f"a measurement vector must have {len(CHANNELS)} channels", signal)
@@ -62,7 +62,7 @@ class Perception:
         return symbol, self.identifier.update(symbol, action)
 
     def get_state(self) -> list[float]:
-        """The memory of the identifier."""
+        """Return the state of the identifier."""
         return self.identifier.get_state()
 
 
@@ -97,7 +97,7 @@ def stage_to_dict(stage: object) -> dict[str, Any]:
     """Write a stage as plain JSON values.
 
     Raises:
-        ConfigurationError: Not a stage of a registered kind.
+        ConfigurationError: The stage is not of a registered kind.
     """
     kind = next((kind for kind, known in STAGES.items() if type(stage) is known), None)
     if kind is None:
@@ -106,10 +106,10 @@ def stage_to_dict(stage: object) -> dict[str, Any]:
 
 
 def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
-    """Read what :func:`stage_to_dict` wrote.
+    """Read the result of :func:`stage_to_dict`.
 
     Raises:
-        ConfigurationError: Unknown kind, a key is missing or too many, or a value is wrong.
+        ConfigurationError: The kind is unknown, keys are missing or unknown, or a value is wrong.
     """
     if not isinstance(data, dict):
         raise ConfigurationError(where, data, "a table with a 'kind'")
@@ -117,7 +117,7 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     known = STAGES.get(kind) if isinstance(kind, str) else None
     if known is None:
         raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(STAGES)}")
-    # A table in a table is a stage too.
+    # A nested table is a stage too.
     values = {
         key: stage_from_dict(value, f"{where}.{key}") if isinstance(value, dict) else value
         for key, value in data.items()
@@ -127,15 +127,15 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
 
 
 def perception_to_dict(perception: Perception) -> dict[str, Any]:
-    """Write a whole perception as plain JSON values, for a file or inside another."""
+    """Write a whole perception as plain JSON values, for a file or inside another document."""
     return {"schema": SCHEMA, **{role: stage_to_dict(getattr(perception, role)) for role in _ROLES}}
 
 
 def perception_from_dict(data: object) -> Perception:
-    """Read what :func:`perception_to_dict` wrote.
+    """Read the result of :func:`perception_to_dict`.
 
     Raises:
-        ConfigurationError: Another schema, a key is missing or too many, or a stage is wrong.
+        ConfigurationError: The schema is another one, keys are missing or unknown, or a stage is wrong.
     """
     if not isinstance(data, dict):
         raise ConfigurationError("perception", data, f"a table with schema {SCHEMA!r}")

@@ -1,6 +1,6 @@
-"""The measurement vector of the task, and tare, scaling and noise filter of its six wrench channels (paper, 3.1, 5.1).
+"""The measurement vector of the task, and tare, scaling and noise filter of the wrench (paper, 3.1, 5.1).
 
-The feature extractors are given this vector once per decision:
+The feature extractors receive this vector once per decision:
 
 ========  =====  ==========================================================================
 channel   unit   meaning
@@ -10,7 +10,7 @@ fx fy fz  N      force that the environment exerts on the tool, filtered
 tx ty tz  N m    torque of the same wrench about the tool tip, filtered
 ========  =====  ==========================================================================
 
-All of it in the task frame: right-handed, with its origin at the nominal goal.
+All values are in the task frame: right-handed, with its origin at the nominal goal.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from palpate.core.ports import Holds, Range, Settings, fitted
 Array: TypeAlias = npt.NDArray[np.float64]
 
 MOST_SEED: Final = 2**32 - 1
-"""Of the libraries that fit features and symbols."""
+"""Largest seed accepted by the libraries that fit features and symbols."""
 _CONSTANT = 1e-12
-"""Spread, relative to the largest value, below which a channel only shows rounding."""
+"""Standard deviation over the largest value below which a channel shows only rounding."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Normalisation(Settings):
         gain: Multiplied afterwards, (n,), not zero, one over the channels' units.
 
     Raises:
-        ConfigurationError: Not finite, of unequal length, or a gain of zero.
+        ConfigurationError: A value is not finite, the lengths differ, or a gain is zero.
     """
 
     TABLE: ClassVar[str] = "perception.normalisation"
@@ -68,10 +68,10 @@ class Normalisation(Settings):
 
     @classmethod
     def fit(cls, values: Iterable[Sequence[float]] | Array) -> Normalisation:
-        """Mean 0 and variance 1 over samples, (m, n); a constant channel keeps its unit.
+        """Fit mean 0 and variance 1 to samples, (m, n); a constant channel keeps its unit.
 
         Raises:
-            ConfigurationError: Fewer than two samples, or a value is not finite.
+            ConfigurationError: There are fewer than two samples, or a value is not finite.
         """
         table = samples(values)
         deviation = table.std(axis=0)
@@ -95,21 +95,20 @@ _SIX = 6
 class SignalProcessor(Settings):
     """Tares, scales and low-pass filters a wrench, sample by sample.
 
-    ``(raw - tare) * scale``, then the normalisation if there is one, then a Butterworth low-pass. The
-    filter is the bilinear transform of the analogue one, pre-warped at the cut-off, and equals
-    ``scipy.signal.butter``. It is computed as trapezoidal integrators with the integrators' contents
-    as memory, because in that form a constant passes unchanged to the last bit, however the
-    coefficients are rounded, and low cut-offs lose no digits. In plain floats: faster for six channels
-    than numpy, and without the BLAS kernels whose last bits depend on the processor.
+    It computes ``(raw - tare) * scale``, then the normalisation if there is one, then a Butterworth low-pass. The
+    filter is the bilinear transform of the analogue one, pre-warped at the cut-off, and equals ``scipy.signal.butter``.
+    It is implemented as trapezoidal integrators whose contents are the state. In this form a constant passes unchanged
+    to the last bit with any rounding of the coefficients, and low cut-offs lose no digits. Plain floats are faster for
+    six channels than numpy, and avoid BLAS kernels whose last bits depend on the processor.
 
     Attributes:
-        cutoff_Hz: Where the filter's gain is -3 dB; below half the rate.
+        cutoff_Hz: Frequency at which the gain is -3 dB; below half the rate.
         order: 1 or 2.
         scale: Factor of each channel, (6,), not zero.
-        normalisation: Applied after the scaling, six channels; None for none.
+        normalisation: Applied after the scaling, six channels; None disables it.
 
     Raises:
-        ConfigurationError: A setting cannot be used.
+        ConfigurationError: A setting is invalid.
     """
 
     TABLE: ClassVar[str] = "perception"
@@ -137,21 +136,21 @@ class SignalProcessor(Settings):
         self._coefficients = (a, a * g, g) if self.order == 2 else (0.0, g / (1.0 + g), 1.0)
 
     def tare(self, bias: Sequence[float]) -> None:
-        """Take ``bias``, a raw reading (6,), as the new zero; it never happens by itself.
+        """Set the zero to ``bias``, a raw reading (6,); it is never set automatically.
 
-        The filter's memory is still that of the old one: :meth:`reset` follows.
+        The filter state still refers to the old zero; call :meth:`reset` next.
 
         Raises:
-            ConfigurationError: Not six finite numbers.
+            ConfigurationError: ``bias`` is not six finite numbers.
         """
         self._tare = fitted("perception.tare", tuple(bias), Wrench)
         self._bias = self._bias_with(self._tare)
 
     def reset(self, raw: Sequence[float]) -> None:
-        """Start as if the raw reading, (6,), had been there for ever: no transient.
+        """Start as if the raw reading, (6,), had always been constant, without a transient.
 
         Raises:
-            CommandError: Not six finite numbers.
+            CommandError: ``raw`` is not six finite numbers.
         """
         if len(raw) != _SIX or not isfinite(sum(raw)):
             raise CommandError("a wrench must be six finite numbers", tuple(raw))
@@ -161,17 +160,17 @@ class SignalProcessor(Settings):
         """Filter the next raw sample, (6,).
 
         Raises:
-            CommandError: A value is not finite; the filter stays as it was.
-            LifecycleError: It was never reset.
+            CommandError: A value is not finite; the filter is unchanged.
+            LifecycleError: The filter was never reset.
         """
         return self.filtered(self._conditioned(raw))
 
     def filtered(self, live: Wrench) -> Wrench:
-        """Filter the next sample, (6,), for a caller that has tared, scaled and normalised it already.
+        """Filter the next sample, (6,), which the caller has tared, scaled and normalised.
 
         Raises:
-            CommandError: A value is not finite; the filter stays as it was.
-            LifecycleError: It was never reset.
+            CommandError: A value is not finite; the filter is unchanged.
+            LifecycleError: The filter was never reset.
         """
         if not self._memory:
             raise LifecycleError("signal processor", "without a past", "update()", "call reset() with a reading first")
@@ -188,7 +187,7 @@ class SignalProcessor(Settings):
         return y0, y1, y2, y3, y4, y5
 
     def get_state(self) -> list[float]:
-        """Tare (6) and the filter's memory (none before the first reset): what a log says of a trial's beginning."""
+        """Return tare (6) and filter state (empty before the first reset), the initial state that a log records."""
         return [*self._tare, *self._memory]
 
     def _conditioned(self, raw: Sequence[float]) -> Wrench:
@@ -196,14 +195,14 @@ class SignalProcessor(Settings):
         return f, g, h, t, u, v
 
     def _bias_with(self, tare: tuple[float, ...]) -> tuple[float, ...]:
-        """The tare and the normalisation's offset as one raw reading."""
+        """Combine the tare and the normalisation's offset into one raw reading."""
         if self.normalisation is None:
             return tare
         return tuple(t + o / s for t, o, s in zip(tare, self.normalisation.offset, self.scale, strict=True))
 
 
 def samples(value: Iterable[Sequence[float]] | Array, columns: int | None = None) -> Array:
-    """Two or more finite samples to fit something to, (n, columns); any width where none is asked for."""
+    """Return two or more finite samples to fit, (n, columns); any width if ``columns`` is None."""
     field = "perception.samples"
     accepted = f"two or more rows of {'equally many' if columns is None else columns} finite numbers"
     try:

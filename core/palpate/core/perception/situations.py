@@ -1,4 +1,4 @@
-"""What a task adds to the nine channels, and the situations of a peg with corners that are told apart by it."""
+"""Task-specific features in addition to the nine channels, and the situations of a peg with corners."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -7,17 +7,17 @@ from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, Names, Settings
 
 FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")
-"""As shares of what counts: lean of the tool over a corner; depth of the lowest corner in the hole; depth of an
-upright tool in the hole, or of a leaning one whose corner is in its place; the lesser force of the corner's two walls;
+"""Each is a share of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole; depth of an
+upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's two walls;
 the torque about the tool's axis that turns it."""
 
 
 @dataclass(frozen=True)
 class TaskFacts(Settings):
-    """The features are what the task adds behind the channels, unchanged.
+    """Uses the values that the task appends to the channels, unchanged, as features.
 
     Attributes:
-        facts: Their names, in the order in which the task gives them.
+        facts: Names of the values, in the task's order.
     """
 
     TABLE: ClassVar[str] = "perception.extractor"
@@ -26,27 +26,27 @@ class TaskFacts(Settings):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the features: those of the facts."""
+        """Return the names of the values."""
         return self.facts
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """The facts, in their own units; zeros where the task gave none."""
+        """Return the values in their own units; zeros if the task gave none."""
         facts = signal[len(CHANNELS) :]
         return facts if facts else (0.0,) * len(self.facts)
 
 
 @dataclass(frozen=True)
 class Situations(Settings):
-    """Eight situations of a peg with corners, of :data:`FACTS`.
+    """Eight situations of a peg with corners, from :data:`FACTS`.
 
     Attributes:
-        leaning: A tool that leans by less stands upright.
-        air: A corner that is so far above the plate is in the air.
-        plate: A leaning corner that is no deeper stands on the plate.
-        upright: An upright tool that is no deeper stands on the plate.
-        caught: A leaning tool whose tip is less deep is held by its walls alone.
-        wall: A wall carries from this force on.
-        quiet: Less torque does not turn the tool.
+        leaning: A tool with less tilt is upright.
+        air: A corner at least this far above the plate is in the air.
+        plate: A tilted corner that is no deeper is on the plate.
+        upright: An upright tool that is no deeper is on the plate.
+        caught: A tilted tool whose tip is less deep is held by its walls only.
+        wall: Force from which a wall carries load.
+        quiet: A smaller torque does not turn the tool.
     """
 
     TABLE: ClassVar[str] = "perception.symboliser"
@@ -65,11 +65,11 @@ class Situations(Settings):
 
     @property
     def features(self) -> tuple[str, ...]:
-        """The facts that it looks at."""
+        """Return the names of the values that it uses."""
         return FACTS
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """The situation."""
+        """Return the situation."""
         require_finite("features", features)
         lean, corner, tip, wall, torque = features
         if lean < self.leaning:

@@ -1,4 +1,4 @@
-"""State identification: from the symbols of a trial so far to its state (paper, 3.4 and 5.3)."""
+"""State identification: from the symbols of a trial to its state (paper, 3.4 and 5.3)."""
 
 from abc import abstractmethod
 from collections import deque
@@ -19,56 +19,56 @@ _TABLE: Final = "perception.identifier"
 
 @runtime_checkable
 class StateIdentifier(Protocol):
-    """Symbols in, one by one; states out. It may have a memory, within a trial."""
+    """Maps symbols, one by one, to states; it may have a memory within a trial."""
 
     @property
     @abstractmethod
     def symbols(self) -> tuple[str, ...]:
-        """Names of the symbols it takes, in order."""
+        """Return the names of the accepted symbols, in order."""
 
     @property
     @abstractmethod
     def states(self) -> tuple[str, ...]:
-        """Readable names of the states; state ``i`` is ``states[i]``."""
+        """Return readable names of the states; state ``i`` is ``states[i]``."""
 
     @abstractmethod
     def reset(self) -> None:
-        """A trial begins: clear the memory."""
+        """Clear the memory at the beginning of a trial."""
 
     @abstractmethod
     def update(self, symbol: int, action: str | None = None) -> int:
-        """State after one more symbol.
+        """Return the state after another symbol.
 
         Args:
-            action: Name of the action that led to it; None at the start, and where it is not told.
+            action: Name of the preceding action; None at the start or if unknown.
 
         Raises:
-            CommandError: No such symbol.
+            CommandError: The symbol does not exist.
         """
 
     @abstractmethod
     def get_state(self) -> list[float]:
-        """Its memory, as plain numbers, for :meth:`set_state`."""
+        """Return the memory as plain numbers, for :meth:`set_state`."""
 
     @abstractmethod
     def set_state(self, state: Sequence[float]) -> None:
-        """Go on from where :meth:`get_state` was called.
+        """Restore the memory that :meth:`get_state` returned.
 
         Raises:
-            ConfigurationError: Not a memory of this identifier.
+            ConfigurationError: The numbers are not a memory of this identifier.
         """
 
 
 class _Memoryless(Settings):
-    """What an identifier has to say of a memory that it does not have."""
+    """Base class of identifiers without a memory."""
 
     TABLE: ClassVar[str] = _TABLE
 
     def reset(self) -> None:
-        """There is no memory."""
+        """Do nothing: there is no memory."""
 
     def get_state(self) -> list[float]:
-        """There is no memory: an empty list."""
+        """Return an empty list: there is no memory."""
         return []
 
     def set_state(self, state: Sequence[float]) -> None:
@@ -79,44 +79,44 @@ class _Memoryless(Settings):
 
 @dataclass(frozen=True)
 class IdentityState(_Memoryless):
-    """The state is the last symbol: no memory.
+    """Uses the last symbol as the state, without a memory.
 
     Attributes:
-        symbols: Names of the symbols, which are the states too.
+        symbols: Names of the symbols, which are also the states.
 
     Raises:
-        ConfigurationError: No names, or one twice.
+        ConfigurationError: There are no names, or a duplicate.
     """
 
     symbols: Names
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states: those of the symbols."""
+        """Return the names of the symbols."""
         return self.symbols
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """The symbol itself, whatever was done."""
+        """Return the symbol itself, for any action."""
         _require_symbol(symbol, len(self.symbols))
         return symbol
 
 
 BETWEEN = " > "
-"""Stands between the symbols in the name of a state, the older one first."""
+"""Separator of symbols in the name of a state; the oldest symbol is first."""
 
 
 @dataclass(frozen=True)
 class LastSymbols(Settings):
-    """The state is the last few symbols in their order; fewer of them while a trial is that young.
+    """Uses the last few symbols, in order, as the state; fewer at the beginning of a trial.
 
-    All combinations are states, those of one symbol first, whether they can occur or not: states must have their
-    numbers before anything was seen.
+    All combinations are states, shorter ones first, even if they cannot occur: states need their numbers before any
+    observation.
 
     Attributes:
-        length: How many symbols are remembered, 1 or more.
+        length: Number of remembered symbols, at least 1.
 
     Raises:
-        ConfigurationError: No names, one twice, or more states than could be learned.
+        ConfigurationError: There are no names, a duplicate, or too many states to learn.
     """
 
     TABLE: ClassVar[str] = _TABLE
@@ -134,7 +134,7 @@ class LastSymbols(Settings):
 
     @cached_property
     def states(self) -> tuple[str, ...]:
-        """Names of the states, such as ``A > C``."""
+        """Return the names of the states, such as ``A > C``."""
         lengths = range(1, self.length + 1)
         return tuple(BETWEEN.join(word) for size in lengths for word in product(self.symbols, repeat=size))
 
@@ -147,29 +147,29 @@ class LastSymbols(Settings):
         self._recent.clear()
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """State after one more symbol, whatever was done.
+        """Return the state after another symbol, for any action.
 
         Raises:
-            CommandError: No such symbol.
+            CommandError: The symbol does not exist.
         """
         count = len(self.symbols)
         _require_symbol(symbol, count)
         self._recent.append(symbol)
-        # Counting from 1 in this base puts shorter words before longer ones.
+        # Counting from 1 in this base orders shorter words before longer ones.
         number = 0
         for recent in self._recent:
             number = number * count + recent + 1
         return number - 1
 
     def get_state(self) -> list[float]:
-        """The symbols that are remembered, the oldest first."""
+        """Return the remembered symbols, oldest first."""
         return [float(symbol) for symbol in self._recent]
 
     def set_state(self, state: Sequence[float]) -> None:
-        """Take these symbols as its memory.
+        """Set the remembered symbols.
 
         Raises:
-            ConfigurationError: Too many of them, or something that is no symbol.
+            ConfigurationError: There are too many, or one is not a symbol.
         """
         known = all(value in range(len(self.symbols)) for value in state)
         if len(state) > self.length or not known:
@@ -185,13 +185,13 @@ _AT_FIRST: Final = "at first"
 
 @dataclass(frozen=True)
 class LastAction(_Memoryless):
-    """The state is the last symbol and what was done before it: an action's kind, which is the first word of its name.
+    """Uses the last symbol and the kind of the action before it as the state; the kind is the first word of its name.
 
     Attributes:
         kinds: Kinds of the actions.
 
     Raises:
-        ConfigurationError: No names, one twice, or more states than could be learned.
+        ConfigurationError: There are no names, a duplicate, or too many states to learn.
     """
 
     symbols: Names
@@ -205,15 +205,15 @@ class LastAction(_Memoryless):
 
     @cached_property
     def states(self) -> tuple[str, ...]:
-        """Names of the states, such as ``A at first`` and ``A after push``."""
+        """Return the names of the states, such as ``A at first`` and ``A after push``."""
         states = [f"{symbol} {_AT_FIRST}" for symbol in self.symbols]
         return (*states, *(f"{symbol}{AFTER}{kind}" for kind in self.kinds for symbol in self.symbols))
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """The symbol after an action of that kind; one of no known kind counts as none.
+        """Return the state after an action of that kind; an unknown kind counts as no action.
 
         Raises:
-            CommandError: No such symbol.
+            CommandError: The symbol does not exist.
         """
         _require_symbol(symbol, len(self.symbols))
         kind = "" if action is None else action.partition(" ")[0]

@@ -1,7 +1,6 @@
-"""Symbolic conversion: sets in feature space with names (paper, 3.3 and 5.2).
+"""Symbolic conversion: named regions of feature space (paper, 3.3 and 5.2).
 
-By thresholds from knowledge of the task here; by a random partition or by unsupervised clustering in
-:mod:`palpate.core.perception.symbols`.
+Regions are defined by thresholds from knowledge of the task, by a random partition, or by unsupervised clustering.
 """
 
 from __future__ import annotations
@@ -23,27 +22,27 @@ from palpate.core.perception.signal import MOST_SEED, Array, Normalisation, requ
 from palpate.core.ports import Matrix, Names, Settings, fitted
 
 MOST_SYMBOLS = 100_000
-"""More than any table of values could be learned for; a list of names that long is a mistake."""
+"""Largest number of symbols; no table of values could be learned for more."""
 _TABLE = "perception.symboliser"
 
 
 @runtime_checkable
 class Symboliser(Protocol):
-    """Feature vector in, symbol out."""
+    """Maps a feature vector to a symbol."""
 
     @property
     @abstractmethod
     def features(self) -> tuple[str, ...]:
-        """Names of the features it expects, in order."""
+        """Return the names of the expected features, in order."""
 
     @property
     @abstractmethod
     def symbols(self) -> tuple[str, ...]:
-        """Readable names of the symbols; symbol ``i`` is ``symbols[i]``."""
+        """Return readable names of the symbols; symbol ``i`` is ``symbols[i]``."""
 
     @abstractmethod
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Symbol of a feature vector.
+        """Return the symbol of a feature vector.
 
         Raises:
             CommandError: A feature is not finite.
@@ -52,18 +51,17 @@ class Symboliser(Protocol):
 
 @dataclass(frozen=True)
 class Thresholds(Settings):
-    """Each feature is cut into bands; a symbol is a combination of bands, the first feature leading.
+    """Divides each feature into bands; a symbol is a combination of bands, the first feature most significant.
 
-    With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; with any other
-    number they are counted from 0, for example ``"fz:1"``. A value on a threshold belongs to the band
-    on the side of the middle, so the middle of -t and t is ``|value| <= t``; where there is one
-    threshold only, to the upper band.
+    With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; otherwise they are counted from
+    0, for example ``"fz:1"``. A value on a threshold belongs to the band nearer to the middle, so the middle of -t and
+    t is ``|value| <= t``; with a single threshold it belongs to the upper band.
 
     Attributes:
-        thresholds: For each feature its thresholds in rising order, in the feature's unit.
+        thresholds: Thresholds of each feature in ascending order, in the feature's unit.
 
     Raises:
-        ConfigurationError: Thresholds that do not rise, or not one list of them per feature.
+        ConfigurationError: Thresholds do not ascend, or there is not one list per feature.
     """
 
     TABLE: ClassVar[str] = _TABLE
@@ -81,23 +79,23 @@ class Thresholds(Settings):
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
-        """Names of the combinations."""
+        """Return the names of the combinations."""
         bands = [_band_names(name, len(cuts)) for name, cuts in zip(self.features, self.thresholds, strict=True)]
         return tuple(" ".join(one) for one in product(*bands))
 
     @cached_property
     def _cuts(self) -> tuple[tuple[Sequence[float], Sequence[float], int], ...]:
-        # Thresholds below the middle take their own value into the upper band, those above into the lower.
+        # A value equal to a threshold below the middle is in the upper band, above the middle in the lower one.
         halves = [(cuts[: (len(cuts) + 1) // 2], cuts[(len(cuts) + 1) // 2 :]) for cuts in self.thresholds]
         return tuple((low, high, len(low + high) + 1) for low, high in halves)
 
     @classmethod
     def of(cls, thresholds: Mapping[str, Sequence[float]]) -> Thresholds:
-        """The same from a mapping such as ``{"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}``."""
+        """Create it from a mapping such as ``{"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}``."""
         return cls(tuple(thresholds), tuple(tuple(cuts) for cuts in thresholds.values()))
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Combination of the bands that the features lie in."""
+        """Return the combination of bands of the features."""
         require_finite("features", features)
         number = 0
         for value, (low, high, bands) in zip(features, self._cuts, strict=True):
@@ -106,7 +104,7 @@ class Thresholds(Settings):
 
     @property
     def middle(self) -> int | None:
-        """Symbol of the middle band of every feature; None where a feature has no middle band."""
+        """Return the symbol of the middle bands; None if a feature has no middle band."""
         if any(bands % 2 == 0 for _, _, bands in self._cuts):
             return None
         return len(self.symbols) // 2
@@ -114,14 +112,14 @@ class Thresholds(Settings):
 
 @dataclass(frozen=True)
 class GatedThresholds(Settings):
-    """Symbols of the outer features; of the inner ones only while all outer ones are in their middle band.
+    """Uses symbols of the outer features, and of the inner ones only if all outer ones are in their middle band.
 
-    With x, y outside and tx, ty inside and two thresholds each these are the 8 + 9 = 17 symbols of
-    the paper (5.2): torque counts where the position does not distinguish places. The outer symbols come first.
+    With x, y as outer and tx, ty as inner features and two thresholds each, these are the 8 + 9 = 17 symbols of the
+    paper (5.2): torque is used where the position is not distinctive. The outer symbols come first.
 
     Attributes:
-        outer: Thresholds of the features that are looked at first, an even number of each.
-        inner: Thresholds of the features that follow them in the feature vector.
+        outer: Thresholds of the features that are checked first, an even number for each.
+        inner: Thresholds of the features after them in the feature vector.
 
     Raises:
         ConfigurationError: An outer feature has no middle band, or a feature is in both.
@@ -139,12 +137,12 @@ class GatedThresholds(Settings):
 
     @cached_property
     def features(self) -> tuple[str, ...]:
-        """The outer features and then the inner ones."""
+        """Return the outer features followed by the inner ones."""
         return self.outer.features + self.inner.features
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
-        """The outer symbols but for the middle one, and then the inner ones."""
+        """Return the outer symbols without the middle one, followed by the inner ones."""
         around = self.outer.symbols
         return around[: self._middle] + around[self._middle + 1 :] + self.inner.symbols
 
@@ -154,11 +152,11 @@ class GatedThresholds(Settings):
 
     @classmethod
     def of(cls, outer: Mapping[str, Sequence[float]], inner: Mapping[str, Sequence[float]]) -> GatedThresholds:
-        """The same from two mappings; see :meth:`Thresholds.of`."""
+        """Create it from two mappings; see :meth:`Thresholds.of`."""
         return cls(Thresholds.of(outer), Thresholds.of(inner))
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Symbol of the outer features, or of the inner ones where those are all in the middle."""
+        """Return the symbol of the outer features, or of the inner ones if all outer ones are in the middle."""
         require_finite("features", features)
         count = len(self.outer.features)
         region = self.outer.symbol(features[:count])
@@ -175,11 +173,11 @@ def _band_names(feature: str, thresholds: int) -> list[str]:
 
 @dataclass(frozen=True)
 class NearestPrototype(Settings):
-    """The symbol is the number of the nearest prototype (Euclidean, in normalised features).
+    """Uses the number of the nearest prototype as the symbol (Euclidean, in normalised features).
 
     Attributes:
-        normalisation: Makes the features comparable, (n,); they have unlike units.
-        prototypes: In normalised features, (symbols, n).
+        normalisation: Makes features with different units comparable, (n,).
+        prototypes: Prototypes in normalised features, (symbols, n).
     """
 
     TABLE: ClassVar[str] = _TABLE
@@ -198,7 +196,7 @@ class NearestPrototype(Settings):
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
-        """Numbered names."""
+        """Return numbered names."""
         return tuple(f"{self._word} {i}" for i in range(len(self.prototypes)))
 
     @cached_property
@@ -206,7 +204,7 @@ class NearestPrototype(Settings):
         return np.array(self.prototypes)
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Number of the nearest prototype; of equally near ones the first."""
+        """Return the number of the nearest prototype; the first one of several."""
         require_finite("features", features)
         apart = self._prototypes - self.normalisation.apply(features)
         return int((apart * apart).sum(axis=1).argmin())
@@ -219,12 +217,12 @@ class RandomPartition(NearestPrototype):
 
     @classmethod
     def draw(cls, bounds: Mapping[str, tuple[float, float]], regions: int, seed: int) -> RandomPartition:
-        """Draw the points evenly inside bounds: for each feature, in order, the lowest and highest value, in its unit.
+        """Draw the points uniformly inside bounds: for each feature the lowest and highest value, in its unit.
 
-        Distances are measured in parts of the bounds, so that no feature outweighs another.
+        Distances are relative to the bounds, so that no feature dominates.
 
         Raises:
-            ConfigurationError: Bounds that do not rise, or a number out of range.
+            ConfigurationError: Bounds do not ascend, or a number is out of range.
         """
         where = "perception.symboliser.bounds"
         pairs: list[tuple[float, float]] = [
@@ -240,7 +238,7 @@ class RandomPartition(NearestPrototype):
 
 
 class Clusters(NearestPrototype):
-    """Cells around the centres that k-means found in samples; see :class:`NearestPrototype`."""
+    """Cells around the k-means centres of samples; see :class:`NearestPrototype`."""
 
     _word = "cluster"
 
@@ -248,10 +246,10 @@ class Clusters(NearestPrototype):
     def fit(
         cls, values: Iterable[Sequence[float]] | Array, clusters: int, seed: int, features: Sequence[str]
     ) -> Clusters:
-        """Find cluster centres; they are numbered by the first feature, then the second, ...
+        """Find cluster centres, numbered by the first feature, then by the second, ...
 
         Raises:
-            ConfigurationError: Too few different samples, or a number out of range.
+            ConfigurationError: There are too few different samples, or a number is out of range.
         """
         chosen: tuple[str, ...] = fitted(f"{_TABLE}.features", features, Names)
         table = samples(values, len(chosen))
@@ -262,7 +260,7 @@ class Clusters(NearestPrototype):
         from sklearn.cluster import KMeans
         from threadpoolctl import threadpool_limits
 
-        # Several threads add up in the order in which they finish, which moves the last bits.
+        # Several threads add in the order in which they finish, which changes the last bits.
         with threadpool_limits(limits=1):
             found = KMeans(clusters, n_init=10, random_state=seed).fit(normalisation.apply(table))
         centres = found.cluster_centers_

@@ -1,9 +1,8 @@
-"""Observations, decisions and transitions: the interface that every policy has.
+"""Observations, decisions and transitions: the interface of every policy.
 
-The task calls ``choose`` before each action and, when the action was one of the set, ``learn`` with
-what came of it. A trial that is aborted ends with an ordinary transition: running out of time is not
-the goal, and calling it one would make lost regions look good. When all is over, ``end_trial`` has what
-the port data came to.
+The task calls ``choose`` before each action, and afterwards ``learn`` with the result if the action is in the set. An
+aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overrate
+regions far from the hole. At the end of the trial, ``end_trial`` receives the episode outcome from port data.
 """
 
 import enum
@@ -23,31 +22,31 @@ COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
 
 class Law(enum.Enum):
-    """The control law of an action in six degrees of freedom: how each direction of the tip is led."""
+    """Controller of an action in six degrees of freedom, by direction of the tip."""
 
     STEP = "step"
-    """Across to a place, pressing, turning to an orientation."""
+    """Slide to a position, pressing and turning to an orientation."""
     PUSH = "push"
-    """Across by force, pressing, leaning as asked; the tool gives way to the torque about its axis."""
+    """Move sideways by force, pressing at a given tilt; comply with the torque about the tool axis."""
     LIFT = "lift"
-    """To a place and an orientation in free space."""
+    """Move to a position and an orientation in free space."""
     WITHDRAW = "withdraw"
-    """Back out of a hole by a light pull, giving way to all else."""
+    """Move out of a hole with a light pull, compliant in all other directions."""
     INSERT = "insert"
-    """Down the hole, until the peg is in or stuck."""
+    """Move down the hole until the peg is in or stuck."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spatial:
-    """What an action in six degrees of freedom does beside its step across.
+    """Parameters of an action in six degrees of freedom in addition to its step.
 
     Attributes:
-        law: Its control law.
-        rise_m: By how much it lifts the tip, away from the plate. A push keeps the tip so far above it, or below where
-            this is negative; 0 for no such bound.
-        turn_rad: By how much it turns the tool, (3,): lean about the task's x and y, and yaw about its z.
-        push_N: Force with which it pushes, (2,), task frame.
-        pivot_m: Point of the tool's end face about which it turns, (2,), task frame, from the tip of the upright tool.
+        law: Its controller.
+        rise_m: Lift of the tip away from the plate. A push keeps the tip this far above the plate, or below it if
+            negative; 0 sets no such bound.
+        turn_rad: Turn of the tool, (3,): tilt about the task's x and y, and yaw about its z.
+        push_N: Force of a push, (2,), task frame.
+        pivot_m: Pivot on the tool's end face, (2,), task frame, relative to the tip of the upright tool.
     """
 
     law: Law = Law.STEP
@@ -62,12 +61,12 @@ class Spatial:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """All of it but the law, (8,): rise, turn, push, pivot."""
+        """Return all numbers, (8,): rise, turn, push, pivot."""
         return self.rise_m, *self.turn_rad, *self.push_N, *self.pivot_m
 
     @classmethod
     def of(cls, law: str, numbers: Sequence[float]) -> Self:
-        """The one with these numbers."""
+        """Create it from a controller and these numbers."""
         rise_m, lean_x, lean_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
         return cls(Law(law), rise_m, (lean_x, lean_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
 
@@ -78,7 +77,7 @@ class Action:
 
     Attributes:
         displacement_m: XY displacement of the tip during the action, (2,), in the task frame.
-        spatial: What else it does, in tasks of six degrees of freedom; None for a step as it always was.
+        spatial: Further parameters in tasks of six degrees of freedom; None for a step in the plane.
     """
 
     name: str
@@ -91,13 +90,13 @@ class Action:
 
 
 def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
-    """Steps of equal length in equally spaced directions, from +x counter-clockwise.
+    """Return steps of equal length in equally spaced directions, counter-clockwise from +x.
 
     Args:
-        directions: How many; eight are named like ``"+x-y"``, other numbers by angle (``"120deg"``).
+        directions: Number of directions; eight are named like ``"+x-y"``, others by angle (``"120deg"``).
 
     Raises:
-        ConfigurationError: The step is not positive or there are fewer than two directions.
+        ConfigurationError: The step is not positive, or there are fewer than two directions.
     """
     if not (isfinite(step_m) and step_m > 0.0):
         raise ConfigurationError("actions.step_m", step_m, "a finite length above 0 m")
@@ -109,7 +108,7 @@ def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
 
 
 def _unit_vector(k: int, directions: int) -> tuple[float, float]:
-    """Direction ``k``: turned by whole quarters, so that axes have true zeros and opposites cancel."""
+    """Return direction ``k``, rotated by whole quarters, so that axes have exact zeros and opposites cancel."""
     quarters, rest = divmod(4 * k, directions)
     if 2 * rest == directions:
         x = y = sqrt(0.5)  # cos and sin of 45 degrees differ in the last bit, and between machines
@@ -125,16 +124,16 @@ PROGRAMMED: Final = "programmed"
 EXAMPLES: Final = "examples"
 LEARNED: Final = "learned"
 PERSON: Final = "person"
-"""Source of decisions that a replay takes from the log, because no code could make them again."""
+"""Source of decisions that a replay takes from the log, because no code can repeat them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What is known when an action is to be chosen; lengths and wrenches in the task frame.
+    """Inputs to the choice of an action; lengths and wrenches in the task frame.
 
     Attributes:
-        turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z.
-        live_torque_Nm: Torque about the tip, not filtered.
+        turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
+        live_torque_Nm: Unfiltered torque about the tip.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
     """
 
@@ -154,13 +153,13 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """An action and where it came from.
+    """An action and its source.
 
     Attributes:
-        index: Its place in the action set; None when it is not of the set, so nothing learns from it.
-        source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"``, ``"person"`` or the name
-            of a baseline.
-        grounds: Numbers that a policy chose it by, such as what it believes; for whoever compares two runs.
+        index: Index in the action set; None if it is not in the set, so that nothing learns from it.
+        source: Origin of the choice: ``"programmed"``, ``"examples"``, ``"learned"``, ``"person"`` or the name of a
+            baseline.
+        grounds: Numbers on which a policy based the choice, such as its belief, for comparing two runs.
     """
 
     action: Action
@@ -171,13 +170,13 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """What came of one action.
+    """Result of one action.
 
     Attributes:
         reinforcement: The immediate reward, at most 0 here.
-        next_state: State afterwards; None when the goal was reached, whose value is 0.
-        next_action_index: The action that another policy is bound to take in ``next_state``; None when
-            the learner chooses there itself. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
+        next_state: State afterwards; None if the goal was reached, whose value is 0.
+        next_action_index: The action that another policy will take in ``next_state``; None if the learner itself
+            chooses there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
     """
 
     state: int
@@ -197,12 +196,12 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class Hindsight:
-    """What the port data came to when a trial was over: what its observations were of.
+    """Episode outcome from port data: the label of a trial's observations.
 
     Attributes:
-        inserted: Whether the peg was found to be in the hole; never of a trial that the supervisor ended.
-        tip_m: Tip by the encoders, (3,), as ``position_m`` of an observation: when inserted it is where the hole is.
-            Zeros where not one sample was sound.
+        inserted: True if the peg was found to be in the hole; never for a trial that the supervisor ended.
+        tip_m: Tip from the encoders, (3,), as ``position_m`` of an observation: the position of the hole if inserted.
+            Zeros if no sample was valid.
         depth_m: Depth of the tip below the plate's surface, at least 0.
     """
 
@@ -212,7 +211,9 @@ class Hindsight:
 
     def __post_init__(self) -> None:
         if not (all(map(isfinite, self.tip_m)) and isfinite(self.depth_m) and self.depth_m >= 0.0):
-            raise CommandError("hindsight must be finite, and a depth at least 0", (self.tip_m, self.depth_m))
+            raise CommandError(
+                "an episode outcome must be finite, and its depth at least 0", (self.tip_m, self.depth_m)
+            )
 
 
 @runtime_checkable
@@ -222,52 +223,51 @@ class Policy(Protocol):
     @property
     @abstractmethod
     def temperature(self) -> float | None:
-        """Degree of randomness, for display; None where there is no such thing."""
+        """Return the degree of randomness, for display; None if the policy has none."""
 
     @abstractmethod
     def serves(self, state: int) -> bool:
-        """Whether it can choose in this state."""
+        """Return True if the policy can choose in this state."""
 
     @abstractmethod
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         """Begin a trial.
 
         Args:
-            trial: Number of the trial in the course of learning, from 0.
+            trial: Number of the learning trial, from 0.
         """
 
     def foresee(self, place_m: tuple[float, float]) -> None:
-        """Make ready, a tick ahead, for a choice with the commanded tip at this place, (x, y), task frame.
+        """Prefetch, a tick ahead, for a choice with the commanded tip at this position, (x, y), task frame.
 
-        The choice may be made elsewhere, or never, and has to be the same as if this had not been called. A policy
-        that derives from this class and does not override it ignores it.
+        The choice may be made elsewhere or never, and must not depend on this call. The default does nothing.
         """
         return
 
     @abstractmethod
     def choose(self, observation: Observation) -> Decision:
-        """The action to take now.
+        """Return the action to take now.
 
         Raises:
-            ConfigurationError: It does not serve this state.
-            LifecycleError: It needs random numbers and no trial has begun.
+            ConfigurationError: The policy does not serve this state.
+            LifecycleError: The policy needs random numbers and no trial has begun.
         """
 
     @abstractmethod
     def learn(self, transition: Transition) -> None:
-        """Learn from what came of an action; a policy that does not learn ignores it."""
+        """Learn from the result of an action; policies that do not learn ignore it."""
 
     def end_trial(self, hindsight: Hindsight) -> None:
-        """Take note of what a trial came to, once, after its last ``learn`` and with the arm at rest.
+        """Process the outcome of a trial, once, after its last ``learn`` and with the arm stationary.
 
-        A trial that an error ended has none. What takes long belongs into the next ``begin_trial``. A policy that
-        derives from this class and does not override it ignores it.
+        It is not called for a trial that ended with an error. Long computations belong in the next ``begin_trial``. The
+        default does nothing.
         """
         return
 
 
 class FixedPolicy(Policy):
-    """A policy that learns nothing; it serves every state, and draws from the generator of its trial, if at all."""
+    """A policy that does not learn. It serves every state, and draws only from the generator of its trial."""
 
     def __init__(self) -> None:
         self._rng: np.random.Generator | None = None
@@ -291,10 +291,10 @@ class FixedPolicy(Policy):
 
 
 def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse a state space or an action set that is empty, has a name twice or one that cannot be shown.
+    """Refuse a state space or an action set that is empty, or has duplicate or unprintable names.
 
     Raises:
-        ConfigurationError: Naming ``policy.states`` or ``policy.actions``.
+        ConfigurationError: Names ``policy.states`` or ``policy.actions``.
     """
     for field, names in (("states", states), ("actions", [action.name for action in actions])):
         shown = all(name and name.isprintable() for name in names)
@@ -303,7 +303,7 @@ def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
 
 
 def drawing_from(rng: np.random.Generator | None, who: str) -> np.random.Generator:
-    """The generator of the trial.
+    """Return the generator of the trial.
 
     Raises:
         LifecycleError: No trial has begun.
@@ -315,5 +315,5 @@ def drawing_from(rng: np.random.Generator | None, who: str) -> np.random.Generat
 
 def _check_index(name: str, index: int | None) -> None:
     if index is not None and index < 0:
-        # A negative index would quietly count from the end of a list.
+        # A negative index would silently count from the end of a list.
         raise CommandError(f"{name} must not be negative", index)

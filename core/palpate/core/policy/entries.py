@@ -1,4 +1,4 @@
-"""The parts of a policy file - action, learner - as JSON has them, and a row of the table that people read."""
+"""The parts of a policy file (action, learner) in JSON, and a row of the printed table."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ LEARNERS: Final[dict[str, type[Settings]]] = {
     "belief": BeliefParameters,
     "hmm": HmmParameters,
 }
-"""Kinds of learners in files, and the settings of each."""
+"""Kinds of learners in files, with the settings of each."""
 _LEARNED: Final = ("q", "visits", "trials", "trials_learned")
-"""Of the state of a learner what outlives a trial."""
+"""Parts of a learner's state that persist between trials."""
 OwnLearner = TabularLearner | BeliefLearner | HmmLearner
 
 
 def tabular_learner(
     parameters: QParameters, states: Sequence[str], actions: Sequence[Action], *, frozen: bool = False
 ) -> TabularLearner:
-    """Make the learner with a table of Q that has such settings: Sarsa(lambda) or Q-learning."""
+    """Create the tabular learner with such settings: Sarsa(lambda) or Q-learning."""
     if isinstance(parameters, SarsaParameters):
         return Sarsa(states, actions, parameters, frozen=frozen)
     return QLearning(states, actions, parameters, frozen=frozen)
@@ -48,13 +48,13 @@ def new_learner(
     *,
     frozen: bool = False,
 ) -> OwnLearner:
-    """Make the learner that has such settings.
+    """Create the learner with such settings.
 
     Args:
-        reach: What of the task a belief has to know.
+        reach: Task bounds for a belief.
 
     Raises:
-        ConfigurationError: A value is out of its range, names repeat, or the learner does not fit the task.
+        ConfigurationError: A value is out of range, names repeat, or the learner does not fit the task.
     """
     if isinstance(parameters, BeliefParameters):
         return BeliefLearner(parameters, reach.half_width_m, reach.action_s, frozen=frozen)
@@ -67,52 +67,52 @@ def new_learner(
 
 @dataclass(frozen=True, slots=True)
 class SpatialEntry(Settings):
-    """What an action in six degrees of freedom does in addition to its step across."""
+    """Parameters of an action in six degrees of freedom in addition to its step."""
 
     law: Annotated[str, OneOf(*(law.value for law in Law))]
-    """Its controller."""
+    """Controller of the action."""
     rise_mm: float
-    """By how much it lifts the tip."""
+    """Lift of the tip."""
     turn_deg: tuple[float, float, float]
-    """By how much it turns the tool: tilt about x and y, and yaw."""
+    """Turn of the tool: tilt about x and y, and yaw."""
     push_N: tuple[float, float]
-    """Force with which it pushes."""
+    """Force of the push."""
     pivot_mm: tuple[float, float]
-    """Point of the end face about which it turns."""
+    """Pivot on the end face."""
 
     @classmethod
     def of(cls, spatial: Spatial) -> Self:
-        """The live one as the file has it."""
+        """Convert to the form of the file."""
         x, y, yaw = map(degrees, spatial.turn_rad)
         return cls(spatial.law.value, 1e3 * spatial.rise_m, (x, y, yaw), spatial.push_N, _scaled(spatial.pivot_m, 1e3))
 
 
 @dataclass(frozen=True, slots=True)
 class ActionEntry(Settings):
-    """One action of the file."""
+    """One action in the file."""
 
     name: str
-    """Its name."""
+    """Name of the action."""
     displacement_mm: tuple[float, float]
     """XY displacement of the tip, (2,), in the task frame."""
     spatial: SpatialEntry | None = None
-    """What it does in six degrees of freedom; None for a step across."""
+    """Parameters in six degrees of freedom; None for a step in the plane."""
 
     @classmethod
     def of(cls, action: Action) -> Self:
-        """A live action as the file has it."""
+        """Convert an action to the form of the file."""
         spatial = None if action.spatial is None else SpatialEntry.of(action.spatial)
         return cls(action.name, _scaled(action.displacement_m, 1e3), spatial)
 
     def step(self) -> Action:
-        """The step across, live; rounded to mm, which may cost the last bit."""
+        """Return the step in the plane; rounding to mm may change the last bit."""
         return Action(self.name, _scaled(self.displacement_mm, 1e-3))
 
     def require_same(self, where: str, other: Self) -> None:
-        """Refuse an action that is not the task's, however the numbers were rounded.
+        """Refuse an action that differs from the task's by more than rounding.
 
         Raises:
-            ConfigurationError: Naming the first field that differs, behind ``where``.
+            ConfigurationError: The first field that differs, after ``where``.
         """
         _require_same(where, asdict(self), asdict(other))
 
@@ -133,49 +133,49 @@ def _same(mine: Any, wanted: Any) -> bool:
     if isinstance(mine, tuple) and isinstance(wanted, tuple):
         return all(map(_same, mine, wanted))
     if isinstance(mine, float) and isinstance(wanted, float):
-        # Far below any arm's resolution in mm, degrees and N, far above the rounding on the way to them.
+        # Far below any arm's resolution in mm, degrees and N, far above rounding errors.
         return isclose(mine, wanted, rel_tol=0.0, abs_tol=1e-6)
     return bool(mine == wanted)
 
 
 @dataclass(frozen=True, slots=True)
 class LearnerEntry(Settings):
-    """A learner: its settings, and what it has learned."""
+    """A learner: its settings and what it has learned."""
 
     TABLE: ClassVar[str] = "learner"
 
     kind: Annotated[str, OneOf(*LEARNERS)]
-    """Its name."""
+    """Name of the learner."""
     parameters: Settings
-    """Its settings."""
+    """Settings of the learner."""
     state: Mapping[str, Any]
-    """What it has learned: of its ``get_state`` what outlives a trial."""
+    """Learned state: the part of ``get_state`` that persists between trials."""
 
     @classmethod
     def of(cls, learner: OwnLearner) -> Self:
-        """What a live one has learned."""
+        """Convert a learner to the form of the file."""
         kind = next(kind for kind, settings in LEARNERS.items() if type(learner.parameters) is settings)
         state = {key: value for key, value in learner.get_state().items() if key in _LEARNED}
         return cls(kind, learner.parameters, state)
 
     @property
     def trials_learned(self) -> int:
-        """Number of trials that it learned in."""
+        """Return the number of trials in which it learned."""
         return int(self.state["trials_learned"])
 
     @property
     def touch_model(self) -> TouchModel | None:
-        """The touch model of a belief; None of other learners, and where the trials are too few."""
+        """Return the contact model of a belief; None for other learners and for too few trials."""
         learner = self.learner((), ()) if self.kind == "belief" else None
         return learner.model if isinstance(learner, BeliefLearner) else None
 
     def learner(
         self, states: Sequence[str], actions: Sequence[Action], reach: Reach = ANY_REACH, *, frozen: bool = True
     ) -> OwnLearner:
-        """The learner that has learned this, at work in a task.
+        """Create the learner with this state for a task.
 
         Raises:
-            ConfigurationError: What it learned is of another task, or no such state.
+            ConfigurationError: The state is of another task, or invalid.
         """
         learner = new_learner(self.parameters, states, actions, reach, frozen=frozen)
         begun = learner.get_state()
@@ -195,13 +195,13 @@ class LearnerEntry(Settings):
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """What acts in one state.
+    """The action in one state and its origin.
 
     Attributes:
-        source: Which knowledge the action is from: programmed, examples or learned.
-        action: Name of the assigned action, or of the best one that was learned.
+        source: Origin of the action: programmed, examples or learned.
+        action: Name of the assigned action, or of the best learned one.
         q: Q of each action, (n actions,); None without a table of Q.
-        visits_per_action: How often each action was learned from; None likewise.
+        visits_per_action: Number of updates of each action; None without a table of Q.
         best: Index of that action.
     """
 
@@ -214,10 +214,10 @@ class TableRow:
 
     @property
     def value(self) -> float | None:
-        """Q of the action; None without a table of Q."""
+        """Return the Q of the action; None without a table of Q."""
         return None if self.q is None else self.q[self.best]
 
     @property
     def visits(self) -> int:
-        """How often the learner learned from this state."""
+        """Return the number of updates in this state."""
         return sum(self.visits_per_action or ())

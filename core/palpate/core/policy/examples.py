@@ -11,12 +11,12 @@ _FIELD = "policy.examples"
 
 
 class ExamplesPolicy(AssignedPolicy):
-    """Takes the action that most examples show for the state; of equals, the first of the action set.
+    """Takes the most frequent action of the examples for a state; of several, the first in the action set.
 
-    States without an example are left to another policy.
+    It does not serve states without an example.
 
     Raises:
-        ConfigurationError: ``policy.examples`` names a state or an action that there is not.
+        ConfigurationError: ``policy.examples`` names an unknown state or action.
     """
 
     def __init__(self, states: Sequence[str], actions: Sequence[Action], examples: Iterable[tuple[str, str]]) -> None:

@@ -1,4 +1,4 @@
-"""Boltzmann exploration with a temperature that falls from trial to trial (paper, section 6)."""
+"""Boltzmann exploration with a temperature that decreases from trial to trial (paper, section 6)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ from typing_extensions import override
 from palpate.core.ports import Settings, Temperature, TemperatureDecay, require_floor
 
 GREEDY_BELOW: Final = 1e-6
-"""Temperature under which exploration is off and a best action is always taken."""
+"""Temperature below which exploration is off and a best action is always taken."""
 
 
 @dataclass(frozen=True, slots=True)
 class TemperatureSchedule(Settings):
     """Geometric decay with a floor: ``T(trial) = max(floor, initial * decay**trial)``.
 
-    Keep the floor above zero where different places look like the same state: a policy without any
-    randomness then runs in circles between two of them, and what was learned gets worse again.
+    Keep the floor above zero if different places look like the same state: without randomness a policy may alternate
+    between two of them for ever, and learned values deteriorate.
     """
 
     TABLE: ClassVar[str] = "policy.temperature"
@@ -31,26 +31,26 @@ class TemperatureSchedule(Settings):
     floor: Temperature
     """Lowest temperature, at most the initial one."""
     in_use: Temperature | None = None
-    """Temperature of a policy that does not learn, where it is below the floor; None for the floor."""
+    """Temperature of a frozen policy, if it is below the floor; None uses the floor."""
 
     @override
     def check(self) -> None:
         require_floor(self.dotted("floor"), self.floor, self.initial, "the initial temperature")
 
     def at(self, trial: int) -> float:
-        """Temperature of a trial, counted from 0."""
+        """Return the temperature of a trial, counted from 0."""
         return max(self.floor, self.initial * self.decay**trial)
 
     @property
     def when_frozen(self) -> float:
-        """Temperature of a policy that does not learn."""
+        """Return the temperature of a policy that does not learn."""
         return self.floor if self.in_use is None else min(self.floor, self.in_use)
 
 
 def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list[float]:
-    """Probability of each action, proportional to ``exp(Q / T)``.
+    """Return the probability of each action, proportional to ``exp(Q / T)``.
 
-    Below :data:`GREEDY_BELOW` the best actions share all of it equally.
+    Below :data:`GREEDY_BELOW` the best actions are equally probable and all others excluded.
 
     Args:
         values: Q of each action, finite, (n,) with n > 0.
@@ -60,16 +60,16 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
     if temperature < GREEDY_BELOW:
         weights = [1.0 if value == best else 0.0 for value in values]
     else:
-        # Taking the best value out first keeps every exponent at or below 0: no overflow.
+        # Subtracting the best value keeps every exponent at or below 0, which prevents overflow.
         weights = [exp((value - best) / temperature) for value in values]
     total = sum(weights)
     return [weight / total for weight in weights]
 
 
 def boltzmann(values: Sequence[float], temperature: float, rng: np.random.Generator) -> int:
-    """Index of an action, drawn with :func:`boltzmann_probabilities`.
+    """Draw the index of an action with :func:`boltzmann_probabilities`.
 
-    Takes exactly one number from ``rng`` whatever the values, so that streams stay aligned.
+    It always draws exactly one number from ``rng``, so that streams stay aligned.
     """
     draw = rng.random()
     probabilities = boltzmann_probabilities(values, temperature)

@@ -1,7 +1,7 @@
-"""The policy file: the content of a policy, readable by people and exact to the last bit.
+"""The policy file: the content of a policy, human-readable and exact to the last bit.
 
-JSON with schema id ``palpate.policy/3``. It names which knowledge acts in each state: what is programmed, what examples
-show, and else the learner, with its settings and all that it has learned.
+JSON with schema id ``palpate.policy/3``. It states for each state if a programmed action, an example, or the learner
+acts, and holds the learner's settings and state.
 """
 
 from __future__ import annotations
@@ -36,25 +36,25 @@ class PolicyDocument(Settings):
     schema: Annotated[str, OneOf(SCHEMA)] = SCHEMA
     """Id of the file format."""
     created_with: Mapping[str, Any]
-    """Versions of what made it; for readers."""
+    """Versions of the software that wrote it, for information."""
     perception: Mapping[str, Any]
-    """Settings that turn sensor data into these states; opaque here."""
+    """Settings that map sensor data to these states; not interpreted here."""
     states: tuple[str, ...]
     """Names of the states."""
     actions: tuple[ActionEntry, ...]
     """The action set."""
     programmed: dict[str, str]
-    """Name of the programmed action of each state that has one."""
+    """Programmed action of each state that has one."""
     examples: dict[str, str]
-    """Name of the action that examples show, of each state that has one."""
+    """Action from examples of each state that has one."""
     learner: LearnerEntry | None = None
-    """The learner that acts in the other states; None without."""
+    """The learner for the other states; None if there is none."""
     foreign: ForeignEntry | None = None
-    """The third-party policy that acts in all states, instead of all these; None without."""
+    """The third-party policy for all states, in place of the above; None if there is none."""
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
-        # Kept as the file will give it back, and out of reach of whoever made it.
+        # Copied in the form that the file will return, so that the caller cannot change it.
         for name in ("created_with", "perception"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
 
@@ -70,7 +70,7 @@ class PolicyDocument(Settings):
 
     @property
     def table(self) -> tuple[TableRow, ...]:
-        """What acts in each state, but for those in which a learner without a table of Q does."""
+        """Return the action of each state, except for states of a learner without a table of Q."""
         learned = {} if self.learner is None else self.learner.state
         names, rows = [action.name for action in self.actions], []
         for number, state in enumerate(self.states):
@@ -87,7 +87,7 @@ class PolicyDocument(Settings):
         return tuple(rows)
 
     def to_json_text(self) -> str:
-        """The text of the file; floats are written so that they read back exactly."""
+        """Return the text of the file; floats are written so that they are read back exactly."""
         return json.dumps(asdict(self), indent=1, allow_nan=False) + "\n"
 
     @classmethod
@@ -95,7 +95,7 @@ class PolicyDocument(Settings):
         """Read the text of a file.
 
         Raises:
-            ConfigurationError: It is not a policy file of this schema, or contradicts itself.
+            ConfigurationError: The text is not a policy file of this schema, or contradicts itself.
         """
         read = cls.read(parse_json(text, POLICY_FILE, SCHEMA))
         require_names("states", read.states)
@@ -105,7 +105,7 @@ class PolicyDocument(Settings):
         return read
 
     def unlearned(self) -> PolicyDocument:
-        """The same policy before it learned anything: what was programmed and set up, with initial values."""
+        """Return the same policy before any learning, with initial values."""
         if self.foreign is not None:
             return replace(self, foreign=replace(self.foreign, trials_learned=0, state=None))
         if self.learner is None:
@@ -114,10 +114,10 @@ class PolicyDocument(Settings):
         return replace(self, learner=LearnerEntry.of(blank))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
-        """Refuse to serve a task with other states or actions.
+        """Refuse a task with other states or actions.
 
         Raises:
-            ConfigurationError: Naming the first difference.
+            ConfigurationError: The first difference.
         """
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
@@ -134,7 +134,7 @@ def _check_same_names(field: str, mine: Sequence[str], theirs: Sequence[str]) ->
 
 
 def _plain(where: str, value: Mapping[str, Any]) -> Any:
-    """Copy of a value as it will come back from a JSON file."""
+    """Return a copy of a value as a JSON file would return it."""
     try:
         return json.loads(json.dumps(dict(value), allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:
@@ -142,21 +142,21 @@ def _plain(where: str, value: Mapping[str, Any]) -> Any:
 
 
 def learner_of(policy: Policy) -> Learner | None:
-    """The learner that a policy is or has as a part; the first one."""
+    """Return the first learner in a policy; None if there is none."""
     if isinstance(policy, ForeignPolicy):
         return policy if policy.learns else None
     return next((part for part in _parts_of(policy) if isinstance(part, Learner)), None)
 
 
 def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
-    """The content of a policy, ready to be saved.
+    """Return the content of a policy, ready to be saved.
 
     Args:
-        policy: Programmed, examples, a learner, or a mixture of these; a belief only behind a part, be it empty, that
-            has names for states and actions. Or a third-party policy.
+        policy: Programmed, examples, a learner, or a mixture of these, or a third-party policy. A belief needs another
+            part, which may be empty, for the names of states and actions.
 
     Raises:
-        ConfigurationError: It is of another kind, or has no action for some state.
+        ConfigurationError: The policy is of another kind, or a state has no action.
     """
     parts = _parts_of(policy)
     assigned = [part for part in parts if isinstance(part, AssignedPolicy)]
@@ -194,19 +194,18 @@ def policy_from(
     frozen: bool = True,
     check: bool = True,
 ) -> Policy:
-    """The policy of a document, for a task with these states and actions.
+    """Create the policy of a document for a task with these states and actions.
 
-    The actions are the task's own: those of the file are rounded to mm, which could cost the last bit. Unless
-    ``frozen``, learning resumes; the next trial is number ``document.learner.trials_learned`` if the temperature is to
-    go on where it was.
+    The actions are the task's own, because those of the file are rounded to mm. Unless ``frozen``, learning resumes; to
+    continue the temperature schedule, the next trial must be number ``document.learner.trials_learned``.
 
     Args:
-        reach: What of the task a belief has to know.
-        check: Refuse the states or actions of another task.
+        reach: Task bounds for a belief.
+        check: True refuses other states or actions.
 
     Raises:
-        ConfigurationError: The task has other states or actions, or the policy is a third-party one: then its code has
-            to be loaded.
+        ConfigurationError: The task has other states or actions, or the policy is a third-party one, whose code must be
+            loaded.
     """
     if check:
         document.check_matches(states, actions)
@@ -214,7 +213,7 @@ def policy_from(
         raise ConfigurationError("policy.foreign", document.foreign.code, "a policy that is made by code of palpate's")
     learner = document.learner
     parts: list[Policy] = []
-    # Before a belief it may be empty: it names states and actions, without which the policy cannot be written again.
+    # Before a belief it may be empty: it provides the names of states and actions for writing the policy again.
     if document.programmed or (learner is not None and learner.kind == "belief"):
         parts.append(ProgrammedPolicy(states, actions, document.programmed))
     if document.examples:
@@ -229,7 +228,7 @@ def _parts_of(policy: Policy) -> tuple[Policy, ...]:
 
 
 def _assigned(parts: Sequence[AssignedPolicy], source: str) -> dict[str, str]:
-    """Names of states and of the actions that parts of this source assign to them."""
+    """Return the names of states and of the actions that parts with this source assign to them."""
     return {
         state: part.actions[index].name
         for part in parts

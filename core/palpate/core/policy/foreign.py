@@ -1,4 +1,4 @@
-"""A third-party policy in a wrapper that turns its errors into a PolicyError."""
+"""Wrapper of a third-party policy that converts its errors to PolicyError."""
 
 import copy
 import json
@@ -18,17 +18,17 @@ from palpate.core.policy.learner import Learner, Reach
 from palpate.core.ports import Range, Settings
 
 LONGEST_CHOICE_NS: Final = 200_000_000
-"""A choice on a rig that takes longer ends the trial: an arm without a command for so long is stopped anyway."""
+"""A choice on a rig that takes longer ends the trial; the set-point time-out stops an arm after such a pause anyway."""
 _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 
 @dataclass(frozen=True, slots=True)
 class PolicyContext:
-    """Facts of the task that a policy may need as it is made.
+    """Facts about the task for the constructor of a policy.
 
     Attributes:
-        actions: The action set, by its indices; ``Decision.index`` is a place in it.
-        reach: Where the tip may go, and the time of an action.
+        actions: The action set; ``Decision.index`` is an index into it.
+        reach: Bounds of the tip, and duration of an action.
     """
 
     states: tuple[str, ...]
@@ -38,37 +38,37 @@ class PolicyContext:
 
 @dataclass(frozen=True, slots=True)
 class ForeignEntry(Settings):
-    """What a policy file, or a log, holds of such a policy."""
+    """Record of a third-party policy in a policy file or a log."""
 
     TABLE: ClassVar[str] = "foreign"
 
     code: str
-    """What makes it: ``package.module:Name``."""
+    """Class or factory: ``package.module:Name``."""
     distribution: str
-    """The package that it is from, as installed; empty for a module that belongs to none."""
+    """Installed package that contains it; empty for a module outside any package."""
     version: str
     """Version of that package."""
     source_sha256: str
-    """Digest of the module's source; empty where there is none."""
+    """Digest of the module's source; empty if there is none."""
     trials_learned: Annotated[int, Range(0)]
-    """Number of trials that it learned in."""
+    """Number of trials in which it learned."""
     state: Mapping[str, Any] | None = None
-    """What it has learned, as its ``get_state`` gives it; None where it has none."""
+    """Learned state from its ``get_state``; None if it has none."""
 
 
 class ForeignPolicy(Learner):
     """A third-party policy, with or without a state.
 
     Args:
-        frozen: Keep it from learning: its ``learn`` and ``end_trial`` are not called.
+        frozen: True disables learning: ``learn`` and ``end_trial`` are not called.
 
     Attributes:
-        learns: Whether it has ``get_state`` and ``set_state``.
+        learns: True if it has ``get_state`` and ``set_state``.
         now_ns: Clock of the rig, which limits the time of a choice.
 
     Raises:
-        ConfigurationError: It lacks a method of a policy.
-        PolicyError: It refuses its state.
+        ConfigurationError: A method of a policy is missing.
+        PolicyError: The policy refuses its state.
     """
 
     def __init__(self, policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> None:
@@ -85,7 +85,7 @@ class ForeignPolicy(Learner):
 
     @property
     def entry(self) -> ForeignEntry:
-        """What a policy file holds of it."""
+        """Return the record for a policy file."""
         return replace(self._entry, **self.get_state()) if self.learns else self._entry
 
     @property
@@ -106,10 +106,10 @@ class ForeignPolicy(Learner):
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        """Return its decision in plain numbers.
+        """Return the decision in plain numbers.
 
         Raises:
-            PolicyError: It raised, gave no valid decision, or took too long for a rig.
+            PolicyError: The policy raised, returned an invalid decision, or took too long on a rig.
         """
         began_ns = self.now_ns()
         with self._named("choose"):

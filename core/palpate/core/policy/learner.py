@@ -1,4 +1,4 @@
-"""What policies that learn have in common, and what those by a model do: the model, a belief, a planner on both."""
+"""Base classes of learners, and of those that learn a model: model, belief, and a planner on both."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -14,10 +14,10 @@ from palpate.core.ports import Range, fitted, require_keys
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """What of a task a learner by a model has to know.
+    """Task bounds for a learner with a model.
 
     Attributes:
-        half_width_m: Half the side of the square about the nominal goal in which the hole, and the tip, may be.
+        half_width_m: Half the side of the square around the nominal goal that contains the hole and the tip.
     """
 
     half_width_m: float
@@ -25,41 +25,42 @@ class Reach:
 
 
 ANY_REACH: Final = Reach(1e-3, 0.1)
-"""For a learner that is made only to read what it has learned."""
+"""Bounds for a learner that is only created to read its state."""
 
 
 class Learner(Policy):
-    """A policy that learns. Whoever records, resumes or replays its trials needs no more of it than this."""
+    """A policy that learns. Code that records, resumes or replays its trials uses only these members."""
 
     frozen: bool
 
     @property
     @abstractmethod
     def trials_learned(self) -> int:
-        """Number of trials in which it learned anything."""
+        """Return the number of trials in which it learned."""
 
     @abstractmethod
     def get_state(self) -> dict[str, Any]:
-        """All that learning has changed, as plain JSON values that keep every bit.
+        """Return everything that learning has changed, as plain JSON values that keep every bit.
 
-        It may be asked for in a trial, after ``begin_trial`` and after ``end_trial``; a learner that is set to it and
-        begins the same trial goes on as this one. The random generator belongs to the caller and is not in it.
+        It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner that is set to this
+        state and begins the same trial continues identically. The random generator belongs to the caller and is not
+        included.
         """
 
     @abstractmethod
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to what :meth:`get_state` gave.
+        """Restore the state that :meth:`get_state` returned.
 
         Raises:
-            ConfigurationError: It is the state of a learner of another size; nothing is changed then.
+            ConfigurationError: The state is of a learner of another size; nothing is changed.
         """
 
 
 class Remembered(Protocol):
-    """A trial as a model is fitted to it."""
+    """A trial as stored for fitting a model."""
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain JSON values."""
+        """Return plain JSON values."""
         ...
 
 
@@ -67,10 +68,10 @@ T = TypeVar("T", bound=Remembered)
 
 
 class ModelLearner(Learner, Generic[T]):
-    """Learns a model from whole trials, tracks a belief over what is hidden, and acts by a plan on both.
+    """Learns a model from whole trials, tracks a belief over hidden quantities, and plans on both.
 
-    Between trials the model is fitted; while one runs it is only read. The model follows from the trials that are
-    remembered, so these are the state of the learner.
+    The model is fitted between trials and only read during a trial. It is a function of the remembered trials, so these
+    are the state of the learner.
     """
 
     def __init__(self, *, frozen: bool) -> None:
@@ -100,11 +101,11 @@ class ModelLearner(Learner, Generic[T]):
 
     @override
     def learn(self, transition: Transition) -> None:
-        """A single step teaches nothing here: what it was worth is known at the end."""
+        """Ignore single steps: their value is known only at the end of the trial."""
 
     @override
     def get_state(self) -> dict[str, Any]:
-        """The trials that are remembered, as plain JSON values; what was fitted follows from them."""
+        """Return the remembered trials as plain JSON values; the model is fitted to them again."""
         return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
 
     @override
@@ -120,12 +121,12 @@ class ModelLearner(Learner, Generic[T]):
         """Read a trial from plain JSON values."""
 
     def _remember(self, trial: T) -> None:
-        """Learn from one more trial."""
+        """Add a trial."""
         self._trials.append(trial)
         self._trials_learned += 1
 
     def _refit(self) -> None:
-        """Fit the model to the trials that are remembered, if there are other ones than before."""
+        """Fit the model again if the remembered trials have changed."""
         if self._fitted_to != self._trials:
             self._fitted_to = list(self._trials)
             self._fit()
@@ -136,4 +137,4 @@ class ModelLearner(Learner, Generic[T]):
 
     @abstractmethod
     def _begin(self, rng: np.random.Generator) -> None:
-        """Begin a trial: with the belief before any evidence."""
+        """Begin a trial with the prior belief."""

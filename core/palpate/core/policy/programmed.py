@@ -1,4 +1,4 @@
-"""Programmed knowledge: the action that a person wrote down for a state (paper, section 3.5)."""
+"""Programmed knowledge: the action that a person specified for a state (paper, section 3.5)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ from palpate.core.policy.base import (
 
 
 class AssignedPolicy(FixedPolicy):
-    """Always takes the action assigned to a state; serves only the states that have one.
+    """Always takes the assigned action; serves only states that have one.
 
     Args:
         assigned: Index of each state's action, or None, (n states,).
@@ -37,7 +37,7 @@ class AssignedPolicy(FixedPolicy):
         self._assigned = tuple(assigned)
 
     def assigned(self, state: int) -> int | None:
-        """Index of the action of a state; None where there is none."""
+        """Return the index of a state's action; None if it has none."""
         return self._assigned[state]
 
     @override
@@ -45,23 +45,23 @@ class AssignedPolicy(FixedPolicy):
         return self._assigned[state] is not None
 
     def choose(self, observation: Observation) -> Decision:
-        """The action of the state.
+        """Return the action of the state.
 
         Raises:
-            ConfigurationError: The state has none.
+            ConfigurationError: The state has no action.
         """
         index = self._assigned[observation.state]
         if index is None:
-            accepted = "an action for every state that occurs, or a learner beside it in a mixed policy"
+            accepted = "an action for every state that occurs, or a learner after it in a mixed policy"
             raise ConfigurationError(f"policy.{self.source}", self.states[observation.state], accepted)
         return Decision(self.actions[index], index, self.source)
 
 
 def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse a pair of names that the task does not have.
+    """Refuse an unknown state or action.
 
     Raises:
-        ConfigurationError: Naming ``field`` and all that is accepted.
+        ConfigurationError: States ``field`` and the accepted names.
     """
     if state not in states:
         raise ConfigurationError(field, state, f"a state of this task: {', '.join(states)}")
@@ -71,10 +71,10 @@ def check_known(field: str, state: str, action: str, states: Sequence[str], acti
 
 
 class ProgrammedPolicy(AssignedPolicy):
-    """Takes the programmed action; states without an entry are left to another policy.
+    """Takes the programmed action; does not serve states without an entry.
 
     Raises:
-        ConfigurationError: ``policy.programmed`` names a state or an action that there is not.
+        ConfigurationError: ``policy.programmed`` names an unknown state or action.
     """
 
     def __init__(self, states: Sequence[str], actions: Sequence[Action], table: Mapping[str, str]) -> None:
@@ -86,10 +86,10 @@ class ProgrammedPolicy(AssignedPolicy):
 
 
 class RandomWalkPolicy(FixedPolicy):
-    """Draws each action uniformly; exactly one random number a choice.
+    """Draws each action uniformly, with exactly one random number per choice.
 
     Raises:
-        ConfigurationError: There is no action.
+        ConfigurationError: The action set is empty.
     """
 
     def __init__(self, actions: Sequence[Action]) -> None:
@@ -99,7 +99,7 @@ class RandomWalkPolicy(FixedPolicy):
         self.actions = tuple(actions)
 
     def choose(self, observation: Observation) -> Decision:
-        """Any action.
+        """Draw an action.
 
         Raises:
             LifecycleError: No trial has begun.
@@ -109,19 +109,19 @@ class RandomWalkPolicy(FixedPolicy):
 
 
 class MixedPolicy(Policy):
-    """In each state the first part that serves it acts.
+    """Delegates each state to the first part that serves it.
 
-    Every part gets every transition, whichever chose the action: Q-learning is off-policy, and a
-    learner needs the value of the states in which others act, to judge the actions that lead there. In
-    those states it must not take the best of all actions for that value: the ones that are never tried
-    would keep their initial 0, and the state would look as good as the goal. So where the next state
-    belongs to a part with a fixed action, ``next_action_index`` of the transition names it.
+    Every part receives every transition, regardless of which part chose the action. Q-learning is off-policy, and a
+    learner needs the values of states in which others act, to judge the actions that lead there. In those states it
+    must not use the best of all actions: untried actions would keep their initial 0, and the state would look as good
+    as the goal. Therefore ``next_action_index`` of the transition names the action if the next state belongs to a part
+    with a fixed action.
 
     Args:
-        parts: Policies over these states and one action set, the most trusted first.
+        parts: Policies over these states and one action set, in order of priority.
 
     Raises:
-        ConfigurationError: No part serves some state.
+        ConfigurationError: A state is served by no part.
     """
 
     def __init__(self, states: Sequence[str], parts: Sequence[Policy]) -> None:
@@ -133,14 +133,14 @@ class MixedPolicy(Policy):
 
     @property
     def temperature(self) -> float | None:
-        """Temperature of the first part that has one."""
+        """Return the temperature of the first part that has one."""
         return next((part.temperature for part in self.parts if part.temperature is not None), None)
 
     def part_for(self, state: int) -> Policy:
-        """The part that acts in a state.
+        """Return the part that acts in a state.
 
         Raises:
-            ConfigurationError: None of them serves it (any more).
+            ConfigurationError: No part serves the state.
         """
         for part in self.parts:
             if part.serves(state):
@@ -148,7 +148,7 @@ class MixedPolicy(Policy):
         raise ConfigurationError("policy.mixed", self.states[state], "a part that serves this state")
 
     def serves(self, state: int) -> bool:
-        """Whether any part serves it."""
+        """Return True if a part serves the state."""
         return any(part.serves(state) for part in self.parts)
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -167,7 +167,7 @@ class MixedPolicy(Policy):
             part.foresee(place_m)
 
     def choose(self, observation: Observation) -> Decision:
-        """What the part in charge of the state chooses.
+        """Return the choice of the part that serves the state.
 
         Raises:
             ConfigurationError: No part serves the state.

@@ -1,4 +1,4 @@
-"""Reinforcement signals: what an action costs. All are at most 0; reaching the goal merely ends the cost."""
+"""Reinforcement signals: the cost of an action. All are at most 0; reaching the goal only ends the cost."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _Cost: TypeAlias = Annotated[float, Range(high=0.0, text="a finite number, 0 or 
 
 @dataclass(frozen=True, slots=True)
 class ActionOutcome:
-    """The effort that one action took, as the arm itself can measure it.
+    """The measured effort of one action.
 
     Attributes:
         mean_force_N: Mean of the norm of the contact force.
@@ -39,54 +39,53 @@ class Reinforcement(Protocol):
 
     @abstractmethod
     def __call__(self, outcome: ActionOutcome) -> float:
-        """The reward, at most 0."""
+        """Return the reward, at most 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class ActionPenalty(Settings, Reinforcement):
-    """The same penalty for every action, so that the fewest actions are best (paper, section 5.5)."""
+    """A constant penalty per action, so that the fewest actions are best (paper, section 5.5)."""
 
     TABLE: ClassVar[str] = "reinforcement"
 
     per_action: Annotated[float, Range(high=0.0, below=True, text="a finite number below 0")] = -1.0
-    """The reward of each action."""
+    """Reward of each action."""
 
     def __call__(self, outcome: ActionOutcome) -> float:
-        """The penalty, whatever the outcome."""
+        """Return the penalty, independent of the outcome."""
         return self.per_action
 
 
 @dataclass(frozen=True, slots=True)
 class TimePenalty(Settings, Reinforcement):
-    """What an action costs is the time that it takes: for skills, which take as long as they do."""
+    """A penalty in proportion to the duration of an action, for options of variable duration."""
 
     TABLE: ClassVar[str] = "reinforcement"
 
     per_s: Annotated[float, Range(high=0.0, below=True, text="a finite number below 0")] = -10.0
-    """The reward of each second."""
+    """Reward of each second."""
 
     def __call__(self, outcome: ActionOutcome) -> float:
-        """The penalty of the time."""
+        """Return the penalty for the duration."""
         return self.per_s * outcome.duration_s
 
 
 @dataclass(frozen=True, slots=True)
 class InternalEffort(Settings, Reinforcement):
-    """An internal signal that keeps track of the invested effort (paper, section 3.5).
+    """An internal signal that measures the effort (paper, section 3.5).
 
-    ``r = per_action + per_N_s * max(0, mean_force_N - free_force_N) * duration_s``: every action costs,
-    and pushing harder than the contact needs costs more. One of the two rewards is not 0.
+    ``r = per_action + per_N_s * max(0, mean_force_N - free_force_N) * duration_s``: every action has a cost, and
+    pushing harder than the contact requires costs more. At least one of the two rewards must not be 0.
     """
 
     TABLE: ClassVar[str] = "reinforcement"
 
     per_action: _Cost = -1.0
-    """Reward of each action. With 0 an action without excess force is free, and then nothing distinguishes a short way
-    from a long one."""
+    """Reward of each action. With 0 an action without excess force is free, so short and long paths cost the same."""
     per_N_s: _Cost = -1.0
     """Reward of each N s of impulse above the free force."""
     free_force_N: Annotated[float, Range(0.0)] = 0.0
-    """Contact force that costs nothing, such as the set-point of the force control."""
+    """Contact force without cost, such as the set-point of the force control."""
 
     @override
     def check(self) -> None:
@@ -94,6 +93,6 @@ class InternalEffort(Settings, Reinforcement):
             raise ConfigurationError("reinforcement.per_N_s", self.per_N_s, "below 0 where per_action is 0")
 
     def __call__(self, outcome: ActionOutcome) -> float:
-        """The cost of the action and of its impulse above the free force."""
+        """Return the cost of the action and of its impulse above the free force."""
         excess_N = max(0.0, outcome.mean_force_N - self.free_force_N)
         return self.per_action + self.per_N_s * excess_N * outcome.duration_s

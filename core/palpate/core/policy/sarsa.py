@@ -1,7 +1,7 @@
 """Tabular Sarsa(lambda) with replacing traces.
 
-Where different places look like one state, one-step Q-learning may fail to find even the best policy without memory,
-and Sarsa(lambda) often finds it (Loch and Singh 1998): so it is the baseline that a memory has to beat.
+If different places look like one state, one-step Q-learning may not find even the best policy without memory.
+Sarsa(lambda) often finds it (Loch and Singh 1998), so it is the baseline for policies with memory.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,30 +17,29 @@ from palpate.core.ports import Range, fitted, require_keys
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SarsaParameters(QParameters):
-    """Settings of the learner; those of :class:`~palpate.core.policy.tabular.QParameters` and one more."""
+    """Settings of Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and one more."""
 
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Lambda: how much an action is held to account for what came steps later. 0 is one-step Sarsa; with 1 and without
-    discount it is the whole rest of the trial."""
+    """Lambda: share of the credit that an action gets for later steps. 0 is one-step Sarsa; 1 without discount credits
+    the rest of the trial."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SkillParameters(SarsaParameters):
-    """Settings of a learner of skills, which learns as Sarsa does: whole trials teach by what followed at their end."""
+    """Settings of a learner of options, which learns by Sarsa: the end of a trial rewards all its options."""
 
 
 class Sarsa(TabularLearner):
     """Learns ``Q(i, a) <- Q(i, a) + alpha e(i, a) delta``, with ``delta = r + gamma Q(j, b) - Q(k, c)``.
 
-    ``k, c`` is the step just made, ``j, b`` what follows it, and ``e`` the trace of each pair: 1 when it was just
-    tried, 0 for the other actions of its state from then on, and ``gamma lambda`` times itself with every step.
+    ``k, c`` is the step just made, ``j, b`` the step after it, and ``e`` the trace of each pair: 1 for the pair just
+    tried, 0 for the other actions of its state from then on, decayed by ``gamma lambda`` with every step.
 
-    The action ``b`` is drawn as soon as its state is known, so that nothing is left to learn when a trial ends;
-    ``choose`` then gives it. The value of the goal is 0. Where another policy is bound to act in ``j``, its action is
-    taken for ``b``.
+    The action ``b`` is drawn as soon as its state is known, so that nothing is left to learn at the end of a trial;
+    ``choose`` then returns it. The value of the goal is 0. If another policy acts in ``j``, ``b`` is its action.
 
     Raises:
-        ConfigurationError: A value is out of its range, or names repeat.
+        ConfigurationError: A value is out of range, or names repeat.
     """
 
     parameters: SarsaParameters
@@ -54,17 +53,17 @@ class Sarsa(TabularLearner):
         frozen: bool = False,
     ) -> None:
         super().__init__(states, actions, parameters, frozen=frozen)
-        # One pair a state at most has a trace: its action, and how much is left of it.
+        # At most one pair per state has a trace: its action, and the remaining trace.
         self._traces: dict[int, tuple[int, float]] = {}
         self._next: tuple[int, int] | None = None
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """As for every tabular learner; the traces of the trial before are gone."""
+        """Begin a trial as every tabular learner does, with empty traces."""
         super().begin_trial(trial, rng)
         self._traces, self._next = {}, None
 
     def choose(self, observation: Observation) -> Decision:
-        """The action that was drawn for this state while learning, or one drawn now; one random number a choice.
+        """Return the action drawn for this state during learning, or draw one; one random number per choice.
 
         Raises:
             LifecycleError: No trial has begun.
@@ -75,7 +74,7 @@ class Sarsa(TabularLearner):
         return super().choose(observation)
 
     def learn(self, transition: Transition) -> None:
-        """Update the Q of all that led here, unless frozen.
+        """Update the Q of all pairs with a trace, unless frozen.
 
         Raises:
             LifecycleError: No trial has begun.
@@ -102,15 +101,15 @@ class Sarsa(TabularLearner):
         return self._q[transition.next_state][index]
 
     def get_state(self) -> dict[str, Any]:
-        """As for every tabular learner, with the traces."""
+        """Return the state of a tabular learner, with the traces."""
         traces = [[state, action, trace] for state, (action, trace) in self._traces.items()]
         return super().get_state() | {"traces": traces, "next": None if self._next is None else list(self._next)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to what :meth:`get_state` gave.
+        """Restore the state that :meth:`get_state` returned.
 
         Raises:
-            ConfigurationError: It is the state of a learner of another size; nothing is changed then.
+            ConfigurationError: The state is of a learner of another size; nothing is changed.
         """
         require_keys("learner", state, tuple(self.get_state()))
         traces = fitted("learner.traces", state["traces"], tuple[tuple[int, int, float], ...])

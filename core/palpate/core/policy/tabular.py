@@ -1,4 +1,4 @@
-"""What tabular learners share: a table of Q, Boltzmann exploration over it, and the settings of both."""
+"""Base class of tabular learners: a table of Q, Boltzmann exploration, and their settings."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -25,10 +25,10 @@ from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Set
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QParameters(Settings):
-    """Settings of the learner.
+    """Settings of a tabular learner.
 
-    The learning rate of a state-action pair that has been tried n times before is
-    ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; with 0 for ``alpha_visits`` it is ``alpha``.
+    The learning rate of a state-action pair after n visits is ``max(alpha_floor, alpha / (1 + n / alpha_visits))``;
+    with ``alpha_visits`` of 0 it is ``alpha``.
     """
 
     TABLE: ClassVar[str] = "policy"
@@ -36,13 +36,13 @@ class QParameters(Settings):
     alpha: LearningRate
     """Learning rate of the first visit."""
     gamma: Discount
-    """Discount; the paper uses 1."""
+    """Discount factor; the paper uses 1."""
     temperature: TemperatureSchedule
     """Temperature of the exploration."""
     alpha_visits: HalvingVisits = 0.0
     """Visits that halve the learning rate; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0
-    """The learning rate never falls below this; at most ``alpha``."""
+    """Lower bound of the learning rate, at most ``alpha``."""
     initial_value: float = 0.0
     """Q before the first visit."""
 
@@ -51,20 +51,20 @@ class QParameters(Settings):
         require_floor(self.dotted("alpha_floor"), self.alpha_floor, self.alpha, "alpha")
 
     def learning_rate(self, visits: int) -> float:
-        """Learning rate of a pair that has been tried ``visits`` times before."""
+        """Return the learning rate of a pair after ``visits`` visits."""
         if not self.alpha_visits:
             return self.alpha
         return max(self.alpha_floor, self.alpha / (1.0 + visits / self.alpha_visits))
 
 
 class TabularLearner(Learner):
-    """Chooses by Boltzmann exploration over a table of Q; how the table is learned is up to each learner.
+    """Chooses by Boltzmann exploration over a table of Q; subclasses define how the table is learned.
 
     Args:
-        frozen: Learn nothing, and keep the temperature of the schedule for that.
+        frozen: True disables learning and uses the temperature for frozen policies.
 
     Raises:
-        ConfigurationError: A value is out of its range, or names repeat.
+        ConfigurationError: A value is out of range, or names repeat.
     """
 
     def __init__(
@@ -87,17 +87,17 @@ class TabularLearner(Learner):
 
     @property
     def temperature(self) -> float:
-        """Temperature of the current trial."""
+        """Return the temperature of the current trial."""
         return self._temperature
 
     @property
     def q(self) -> tuple[tuple[float, ...], ...]:
-        """Q of each state and action."""
+        """Return the Q of each state and action."""
         return tuple(map(tuple, self._q))
 
     @property
     def visits(self) -> tuple[tuple[int, ...], ...]:
-        """How often each action was learned from in each state."""
+        """Return the number of updates of each action in each state."""
         return tuple(map(tuple, self._visits))
 
     @property
@@ -106,7 +106,7 @@ class TabularLearner(Learner):
         return self._trials_learned
 
     def serves(self, state: int) -> bool:
-        """True for every state."""
+        """Return True for every state."""
         return state < len(self.states)
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -159,12 +159,12 @@ class TabularLearner(Learner):
         trials = fitted("learner.trials_learned", state.get("trials_learned"), Annotated[int, Range(0)])
         counted = fitted("learner.trial_counted", state.get("trial_counted"), bool)
         temperature = fitted("learner.temperature", state.get("temperature"), float)
-        # Nothing is changed before all is known to be right.
+        # Change nothing before everything is checked.
         self._q, self._visits, self._temperature = q, visits, temperature
         self._trials_learned, self._trial_counted = trials, counted
 
     def _rows(self, state: Mapping[str, Any], key: str, kind: Any) -> list[list[Any]]:
-        """The rows of that state, one for each of the learner's, with one number an action."""
+        """Return the rows of a state, one per state of the learner with one number per action."""
         rows: tuple[tuple[Any, ...], ...] = fitted(f"learner.{key}", state.get(key), tuple[tuple[kind, ...], ...])
         if [len(row) for row in rows] != [len(self.actions)] * len(self.states):
             accepted = f"{len(self.states)} rows of {len(self.actions)} numbers"
@@ -175,8 +175,8 @@ class TabularLearner(Learner):
 class QLearning(TabularLearner):
     """Learns ``Q(i, a) <- (1 - alpha) Q(i, a) + alpha (r + gamma V(j))``, with ``V(j) = max_a Q(j, a)``.
 
-    The value of the goal is 0. Where another policy is bound to act in ``j`` (see
-    :class:`~palpate.core.policy.programmed.MixedPolicy`), ``V(j)`` is the Q of that policy's action.
+    The value of the goal is 0. If another policy acts in ``j`` (see
+    :class:`~palpate.core.policy.programmed.MixedPolicy`), ``V(j)`` is the Q of its action.
     """
 
     def learn(self, transition: Transition) -> None:

@@ -1,4 +1,4 @@
-"""Limits of position and velocity on joint commands: what an arm adapter applies of what it is asked for."""
+"""Position and velocity limits on joint commands, applied by arm adapters."""
 
 from math import inf
 from operator import le, sub
@@ -7,15 +7,15 @@ from typing import Final
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector
 
 _CREDIT_PERIODS: Final = 1.25
-"""Unused time is kept for so many periods of commands: one that comes early follows one that came late."""
+"""Unused time is kept for at most this number of command periods: an early command may follow a late one."""
 _ROUNDING_S: Final = 1e-6
-"""So much time is lent, because ticks are whole nanoseconds."""
+"""Tolerance on the allowed time, because ticks are whole nanoseconds."""
 
 
 class StepLimiter:
-    """Keeps a command within the position limits, then shortens its step to what the velocities allow in a time.
+    """Clamps a command to the position limits, then shortens the step to what the velocity limits allow.
 
-    All joints are held back by the same share, so the arm keeps its direction in joint space.
+    All joints are scaled by the same factor, so the direction in joint space stays the same.
 
     Args:
         lower_rad: Lower joint limits, (n,).
@@ -28,15 +28,15 @@ class StepLimiter:
         self._slowness_s = 1.0 / min(velocity_limit_rad_s)
 
     def limited(self, asked_rad: JointVector, from_rad: JointVector, may_s: float) -> tuple[AppliedCommand, float]:
-        """What is to be applied, and why it differs; and for how long that takes at the velocity limits, s.
+        """Return the applied command, the reason for any change, and its duration at the velocity limits in s.
 
         Args:
             asked_rad: The command, (n,).
-            from_rad: Where the step begins, (n,).
-            may_s: How long it may take.
+            from_rad: Start of the step, (n,).
+            may_s: Time available for the step.
         """
         inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
-        # Nearly every command passes as if all joints were as slow as the slowest, which is the cheapest to see.
+        # Nearly every command passes if all joints are assumed to be as slow as the slowest: the cheapest check.
         steps = tuple(map(sub, asked_rad, from_rad))
         up, down = max(steps), -min(steps)
         needs_s = (up if up > down else down) * self._slowness_s
@@ -57,11 +57,10 @@ class StepLimiter:
 
 
 class CommandLimiter:
-    """The same for an arm that is commanded at any time: time counts, not calls.
+    """Limits commands that arrive at any time: the elapsed time counts, not the number of commands.
 
-    However often it is asked, over any time T no joint is led further than its velocity limit times T and 1.25 periods
-    of commands; and no single step is longer than one period's. Of several commands at the same time the newest
-    replaces those before.
+    Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
+    is longer than one period allows. Of several commands at the same time the newest replaces the earlier ones.
 
     Args:
         lower_rad: Lower joint limits, (n,).
@@ -82,18 +81,18 @@ class CommandLimiter:
         self._left_s = 0.0
 
     def start(self, held_rad: JointVector) -> None:
-        """The arm stands here, and steps count from here."""
+        """Start counting steps from this position of the arm."""
         self._held, self._now_ns = held_rad, None
 
     def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
-        """What is to be applied, and why it differs.
+        """Return the applied command, with the reason for any change.
 
         Args:
             asked_rad: The command, (n,).
-            now_ns: Time of the command, on any one clock that does not go back.
+            now_ns: Time of the command on any monotonic clock.
         """
         if self._now_ns != now_ns:
-            # An arm that has just started has waited for ever.
+            # An arm that has just started has unlimited credit.
             passed_s = inf if self._now_ns is None else (now_ns - self._now_ns) * 1e-9
             credit_s = self._left_s + passed_s if passed_s > 0.0 else self._left_s
             self._credit_s = credit_s if credit_s < self._most_credit_s else self._most_credit_s

@@ -1,4 +1,4 @@
-"""What decorators over device ports have in common: the life of the device is the life of what it decorates."""
+"""Base classes of decorators over device ports; a decorator shares the life cycle of its device."""
 
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
@@ -14,22 +14,22 @@ _Read_co = TypeVar("_Read_co", bound=WrenchSample | JointSample, covariant=True)
 
 
 class Sensor(Device, Protocol[_Read_co]):
-    """One of the two ports that are read."""
+    """One of the two ports with a ``read`` method."""
 
     def read(self) -> _Read_co:
-        """The newest sample."""
+        """Return the newest sample."""
         ...
 
 
 class DeviceDecorator(ActiveInside):
-    """Passes the life cycle through."""
+    """Forwards the life cycle."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
 
     @property
     def life(self) -> Life:
-        """Where in its life the device is."""
+        """Return the life-cycle state of the device."""
         return self._device.life
 
     @property
@@ -46,7 +46,7 @@ class DeviceDecorator(ActiveInside):
         self._device.activate()
 
     def deactivate(self) -> None:
-        """End what ``activate`` began."""
+        """Undo ``activate``."""
         self._device.deactivate()
 
     def acknowledge_fault(self) -> None:
@@ -59,10 +59,10 @@ class DeviceDecorator(ActiveInside):
 
 
 class SensorDecorator(DeviceDecorator, Generic[SampleT]):
-    """Passes the life cycle through, and each sample past a function.
+    """Forwards the life cycle and passes each sample through a function.
 
     Args:
-        past: Gives what is to be read instead of the sensor's own sample; may raise.
+        past: Returns the sample to use in place of the sensor's; may raise.
     """
 
     def __init__(self, sensor: Sensor[SampleT], past: Callable[[SampleT], SampleT]) -> None:
@@ -71,5 +71,5 @@ class SensorDecorator(DeviceDecorator, Generic[SampleT]):
         self._past: Callable[[SampleT], SampleT] = past
 
     def read(self) -> SampleT:
-        """What is to be read instead of the sensor's own sample."""
+        """Return the sensor's sample as changed by the function."""
         return self._past(self._read())

@@ -1,14 +1,15 @@
-"""The four ports between the core and the world.
+"""The four ports between the core and its environment.
 
-They are structural: a stranger's class may just match them. Semantics that types cannot express are
-in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter passes:
+They are structural: a third-party class only needs the same members. Semantics that types cannot express are in the
+contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass:
 
 * Units are SI, angles in rad, time in integer ns of the run's clock.
-* A sample carries source time, receive time, sequence number and validity; silence is never passed
-  off as news: an over-age sample comes back marked ``STALE``, a dead device raises ``DeviceError``.
-* What is observed at tick *t* does not depend on the command of tick *t*.
-* The newest command wins; there is no backlog. ``send`` returns what was really applied.
-* ``stop`` works at any time, twice too. A fault latches until a person acknowledges it.
+* A sample carries source time, receive time, sequence number and validity. Silence is never hidden: an old sample is
+
+  marked ``STALE``, a dead device raises ``DeviceError``.
+* Observations at tick *t* do not depend on the command of tick *t*.
+* The newest command wins; there is no queue. ``send`` returns the applied command.
+* ``stop`` works at any time, also repeatedly. A fault latches until a person acknowledges it.
 """
 
 from abc import abstractmethod
@@ -26,12 +27,12 @@ class Device(Protocol):
     @property
     @abstractmethod
     def life(self) -> Life:
-        """Where in its life the device is."""
+        """Return the life-cycle state of the device."""
 
     @property
     @abstractmethod
     def fault(self) -> str | None:
-        """The latched fault, or None."""
+        """Return the latched fault, or None."""
 
     @abstractmethod
     def configure(self) -> None:
@@ -39,19 +40,19 @@ class Device(Protocol):
 
     @abstractmethod
     def activate(self) -> None:
-        """Let it act."""
+        """Enable the device."""
 
     @abstractmethod
     def deactivate(self) -> None:
-        """End what ``activate`` began."""
+        """Undo ``activate``."""
 
     @abstractmethod
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; a person's decision."""
+        """Clear a latched fault; only a person decides this."""
 
     @abstractmethod
     def close(self) -> None:
-        """Release it for good; allowed at any time, twice too."""
+        """Release the device for good; allowed at any time, also repeatedly."""
 
 
 @runtime_checkable
@@ -60,7 +61,7 @@ class ForceSensor(Device, Protocol):
 
     @abstractmethod
     def read(self) -> WrenchSample:
-        """Newest wrench of the environment on the tool, in the sensor frame.
+        """Return the newest wrench of the environment on the tool, in the sensor frame.
 
         Raises:
             LifecycleError: The sensor is not active.
@@ -74,7 +75,7 @@ class JointEncoder(Device, Protocol):
 
     @abstractmethod
     def read(self) -> JointSample:
-        """Newest joint angles.
+        """Return the newest joint angles.
 
         Raises:
             LifecycleError: The encoder is not active.
@@ -88,41 +89,41 @@ class ArmCommand(Device, Protocol):
 
     @abstractmethod
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Hand the servos new set-points; gives the command after the arm's own limits, and why it differs.
+        """Send new set-points to the servos; return the applied command, with the reason for any change.
 
         Raises:
             LifecycleError: The arm is not active.
-            FaultLatchedError: A fault waits to be acknowledged.
+            FaultLatchedError: A fault has not been acknowledged.
             CommandError: The number of joints is wrong.
         """
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring the arm to rest where it is; works in every state, from any thread, and never raises for being late.
+        """Stop the arm at its present pose; works in every state and from any thread, also when the loop is late.
 
-        It may come in the middle of ``send``, as from a signal handler; what is left of that moves nothing.
+        It may interrupt ``send``, for example from a signal handler; the rest of that ``send`` moves nothing.
 
-        After ``stop`` an active arm holds still and ``send`` applies nothing (reason ``STOPPED``)
-        until the arm is deactivated and activated again.
+        After ``stop`` an active arm holds its position, and ``send`` applies nothing (reason ``STOPPED``) until the arm
+        is deactivated and activated again.
         """
 
 
 @runtime_checkable
 class Clock(Protocol):
-    """The run's time: integer nanoseconds that never go back."""
+    """Time of the run: integer nanoseconds, monotonic."""
 
     @abstractmethod
     def now_ns(self) -> int:
-        """Time now."""
+        """Return the present time."""
 
     @abstractmethod
     def sleep_until(self, deadline_ns: int) -> None:
-        """Return once ``now_ns() >= deadline_ns``; at once when that is already so."""
+        """Return once ``now_ns() >= deadline_ns``; at once if that time has passed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """The four ports that a run uses; simulator, hardware or recorded trial, the core cannot tell."""
+    """The four ports of a run; the core does not know if they are a simulator, hardware or a recorded trial."""
 
     clock: Clock
     force_sensor: ForceSensor

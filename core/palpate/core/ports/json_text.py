@@ -1,4 +1,4 @@
-"""JSON texts of declared tables: read strictly, and refused in one line that names the place."""
+"""Strict JSON for declared tables; errors are one line and name the place."""
 
 import json
 from typing import Any, NoReturn
@@ -7,12 +7,12 @@ from palpate.core.errors import ConfigurationError
 
 
 def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
-    """The object in a text of strict JSON: no NaN, no infinity, no key twice.
+    """Parse an object from strict JSON: no NaN, no infinity, no duplicate keys.
 
-    Its key ``schema`` must hold ``schema``. It is checked first: a file of another schema may have other keys.
+    Its key ``schema`` must equal ``schema``. This is checked first: a file with another schema may have other keys.
 
     Raises:
-        ConfigurationError: It is no such object.
+        ConfigurationError: The text is not such an object.
     """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Kinds of settings that several tables share, each declared once, and the kinds of stages that a file may name."""
+"""Types of settings that several tables share, and the kinds of perception stages that a file may name."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Final, TypeAlias
@@ -11,7 +11,7 @@ CHANNELS: Final = ("x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz")
 
 LearningRate: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
 HalvingVisits: TypeAlias = Annotated[float, Range(0.0, 1e9)]
-"""Visits that halve a learning rate, or a weight; 0 is for never."""
+"""Number of visits after which a learning rate or a weight is halved; 0 disables it."""
 Discount: TypeAlias = Annotated[float, Range(0.0, 1.0)]
 Temperature: TypeAlias = Annotated[float, Range(0.0, 1e6)]
 TemperatureDecay: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
@@ -29,17 +29,17 @@ Channels: TypeAlias = Annotated[
 ]
 
 STAGES: Final[dict[str, type[Settings]]] = {}
-"""Stages of perception by the kind that a file names."""
+"""Perception stages by the name of their kind in files."""
 
 
 def register_stage(kind: str, stage: type[Any]) -> None:
-    """Let a further kind of stage be written and read.
+    """Register an additional kind of stage for reading and writing.
 
     Args:
-        stage: A dataclass derived from :class:`Settings`; its fields are plain JSON values, or other stages.
+        stage: A dataclass derived from :class:`Settings`; its fields are plain JSON values or other stages.
 
     Raises:
-        ConfigurationError: The name belongs to another class, or it does not derive from :class:`Settings`.
+        ConfigurationError: The name is in use by another class, or the class does not derive from :class:`Settings`.
     """
     if not issubclass(stage, Settings):
         raise ConfigurationError("perception.stage", stage, "a dataclass that derives from Settings")
@@ -48,10 +48,10 @@ def register_stage(kind: str, stage: type[Any]) -> None:
 
 
 def require_names(field: str, names: Sequence[str], *, printable: bool = True) -> None:
-    """Refuse a list of names that is empty, has one twice, or one that cannot be shown.
+    """Refuse an empty list of names, duplicates, and names that cannot be printed.
 
     Raises:
-        ConfigurationError: Naming the first of them that is wrong.
+        ConfigurationError: The first invalid name.
     """
     if not names:
         raise ConfigurationError(field, names, "a list of at least one")
@@ -62,10 +62,10 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
 
 
 def require_floor(field: str, floor: float, start: float, name: str) -> None:
-    """Refuse a floor above what falls to it.
+    """Refuse a floor above the start value that decays to it.
 
     Raises:
-        ConfigurationError: It is above.
+        ConfigurationError: The floor is above.
     """
     if floor > start:
         raise ConfigurationError(field, floor, f"a number from 0 to {name}, {start:g}")

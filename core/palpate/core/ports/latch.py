@@ -1,4 +1,4 @@
-"""What keeps a rig still after a trip or a device's fault, whoever calls next, until a person acknowledges by name."""
+"""The latch that keeps a rig stationary after a trip or a device fault until a person acknowledges it."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ _NAME = "supervisor"
 
 @dataclass(frozen=True, slots=True)
 class Acknowledgement:
-    """A person's decision that trials may go on after a trip or a fault.
+    """A person's decision that trials may resume after a trip or a fault.
 
     Raises:
-        ConfigurationError: Nobody is named, or no reason is given.
+        ConfigurationError: The name or the reason is empty.
     """
 
     by: str
@@ -26,11 +26,11 @@ class Acknowledgement:
 
 
 class FaultLatch:
-    """One for each open rig, and shared by all supervisors that watch it.
+    """The fault latch of an open rig, shared by all supervisors on it.
 
     Attributes:
-        cause: What tripped or failed; empty while nothing has.
-        acknowledgements: All of them so far, in order; the log of every later trial holds them.
+        cause: The trip or fault; empty if there is none.
+        acknowledgements: All acknowledgements so far, in order; the log of every later trial contains them.
     """
 
     def __init__(self) -> None:
@@ -39,19 +39,19 @@ class FaultLatch:
 
     @property
     def remedy(self) -> str:
-        """What a person has to do."""
+        """Return the action required of a person."""
         return "acknowledge it before going on"
 
     def set(self, cause: str) -> None:
-        """Something tripped or failed; the first cause stays."""
+        """Latch a trip or fault; the first cause is kept."""
         self.cause = self.cause or cause
 
     def release(self) -> None:
-        """Clear it without a person: only in the simulator, where each trial starts with a fresh world."""
+        """Clear the latch without a person; only for the simulator, in which each trial starts from a new world."""
         self.cause = ""
 
     def require_free(self) -> None:
-        """Before anything is begun.
+        """Refuse to start while a fault is latched.
 
         Raises:
             FaultLatchedError: A trip or fault has not been acknowledged.
@@ -60,11 +60,11 @@ class FaultLatch:
             raise FaultLatchedError(_NAME, self.cause, self.remedy)
 
     def acknowledge(self, by: str, reason: str) -> None:
-        """Let trials begin again; a person's decision, never a program's.
+        """Let trials begin again; only a person decides this.
 
         Raises:
-            LifecycleError: Nothing has tripped.
-            ConfigurationError: Nobody is named, or no reason is given.
+            LifecycleError: No fault is latched.
+            ConfigurationError: The name or the reason is empty.
         """
         if not self.cause:
             raise LifecycleError(_NAME, "active", "acknowledge()", "there is no trip")

@@ -1,8 +1,8 @@
-"""The life of every device adapter, as one table.
+"""The life cycle of every device adapter, as one table.
 
-``construct`` opens nothing; ``configure`` opens and checks the device; ``activate`` lets it act;
-``deactivate`` ends that; ``close`` releases it for good. A fault latches: only ``acknowledge_fault``,
-called by a person's decision, leads out of it, and it leads to *configured*, never to *active*.
+``construct`` opens nothing; ``configure`` opens and checks the device; ``activate`` enables it; ``deactivate`` undoes
+that; ``close`` releases the device for good. A fault latches. Only ``acknowledge_fault``, the decision of a person,
+clears it. The state is then *configured*, never *active*.
 """
 
 import enum
@@ -24,7 +24,7 @@ class Life(enum.Enum):
 
 
 class LifeRequest(enum.Enum):
-    """What a caller may ask for."""
+    """Requests to a device adapter."""
 
     CONFIGURE = "configure"
     ACTIVATE = "activate"
@@ -47,7 +47,7 @@ TRANSITIONS: Final[dict[tuple[Life, LifeRequest], Life]] = {
 
 
 class ActiveInside:
-    """Makes a context manager of a device: active inside, closed on every way out."""
+    """Makes a device a context manager: active inside, closed on exit."""
 
     @abstractmethod
     def configure(self) -> None:
@@ -55,11 +55,11 @@ class ActiveInside:
 
     @abstractmethod
     def activate(self) -> None:
-        """Let it act."""
+        """Enable the device."""
 
     @abstractmethod
     def close(self) -> None:
-        """Release it for good."""
+        """Release the device for good."""
 
     def __enter__(self) -> Self:
         try:
@@ -75,10 +75,10 @@ class ActiveInside:
 
 
 class ManagedDevice(ActiveInside):
-    """Base of our adapters: keeps the life-cycle state and refuses illegal requests.
+    """Base class of palpate's adapters: keeps the life-cycle state and refuses illegal requests.
 
-    A subclass overrides the ``_on_...`` hooks it needs. Used as a context manager it is configured
-    and activated on entry and closed on every way out.
+    A subclass overrides the ``_on_...`` hooks that it needs. As a context manager it is configured and activated on
+    entry and closed on exit.
     """
 
     def __init__(self, name: str) -> None:
@@ -89,7 +89,7 @@ class ManagedDevice(ActiveInside):
 
     @property
     def life(self) -> Life:
-        """Where in its life the device is."""
+        """Return the life-cycle state of the device."""
         return self._life
 
     @property
@@ -101,29 +101,29 @@ class ManagedDevice(ActiveInside):
         """Open and check the device.
 
         Raises:
-            LifecycleError: It is not freshly constructed.
+            LifecycleError: The device has already been configured.
         """
         self._move(LifeRequest.CONFIGURE, self._on_configure)
 
     def activate(self) -> None:
-        """Let the device act.
+        """Enable the device.
 
         Raises:
-            LifecycleError: It is not configured.
+            LifecycleError: The device is not configured.
             FaultLatchedError: A fault has not been acknowledged.
         """
         self._move(LifeRequest.ACTIVATE, self._on_activate)
 
     def deactivate(self) -> None:
-        """End what ``activate`` began.
+        """Undo ``activate``.
 
         Raises:
-            LifecycleError: It is not active.
+            LifecycleError: The device is not active.
         """
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; a person's decision, never a program's.
+        """Clear a latched fault; only a person decides this.
 
         Raises:
             LifecycleError: There is no fault.
@@ -132,12 +132,12 @@ class ManagedDevice(ActiveInside):
         try:
             self._move(LifeRequest.ACKNOWLEDGE, self._on_acknowledge)
         finally:
-            # Refused, or failed again on the way: then there still is a fault.
+            # The request was refused or failed again: the fault remains.
             if self._life is Life.FAULTED:
                 self._fault = self._fault or cause
 
     def close(self) -> None:
-        """Release the device for good; allowed at any time, twice too."""
+        """Release the device for good; allowed at any time, also repeatedly."""
         if self._life is not Life.CLOSED:
             try:
                 self._on_close()
@@ -145,9 +145,9 @@ class ManagedDevice(ActiveInside):
                 self._life = TRANSITIONS[self._life, LifeRequest.CLOSE]
 
     def _latch(self, cause: str) -> None:
-        """Enter the faulted state; the first cause is kept. A device that is not open has nothing to fail."""
+        """Enter the faulted state; the first cause is kept. A device that is not open cannot fail."""
         if self._life not in (Life.CONSTRUCTED, Life.CLOSED):
-            # The cause first: another thread that finds the fault finds its cause.
+            # Set the cause first, so that another thread that sees the fault also sees its cause.
             self._fault = self._fault or cause
             self._life, self._faulted_meanwhile = Life.FAULTED, True
 

@@ -1,4 +1,4 @@
-"""What trials run on: the four ports, and what is around them. A simulator or real devices; trials cannot tell."""
+"""The rig of a trial: the four ports and their surroundings, simulated or real."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -13,21 +13,21 @@ from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
-"""Where a rig file states them."""
+"""The table of a rig file that states them."""
 
 
 @dataclass(frozen=True, slots=True)
 class SensorFacts:
-    """Facts about a force sensor. They come from the rig: its file, its driver, the simulated cell.
+    """Facts about a force sensor, from the rig file, the driver or the simulated cell.
 
     Attributes:
-        noise_N: Standard deviation of one force channel while nothing changes; 0 only in a simulated cell.
+        noise_N: Standard deviation of one force channel under constant load; 0 only in a simulated cell.
         noise_Nm: Standard deviation of one torque channel; 0 only in a simulated cell.
-        range_N: Largest force that it can show along each axis of its frame, (3,); infinite where there is no end.
+        range_N: Largest measurable force along each axis of its frame, (3,); infinite if unlimited.
         range_Nm: Largest torque about each axis, (3,).
 
     Raises:
-        ConfigurationError: A value that no sensor has.
+        ConfigurationError: A value is impossible for a sensor.
     """
 
     noise_N: float
@@ -52,16 +52,16 @@ class SensorFacts:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What really happened in a trial; no port carries it.
+    """Ground truth of a trial; no port carries it.
 
     Attributes:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
         depth_m: Depth of the tip below the plate's surface, along the hole's axis; 0 while it is above.
         peak_force_N: Largest norm of the force through the wrist over all physics steps, without the tool's weight.
-        drawn: What else was drawn for this trial or its batch, by names with units; empty where nothing was.
-        hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: the plate's
-            lean and the hole's yaw about its own axis.
+        drawn: Other quantities drawn for this trial or its batch, by names with units.
+        hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: tilt of the
+            plate and yaw of the hole.
     """
 
     hole_in_task_m: tuple[float, float, float]
@@ -81,7 +81,7 @@ class Truth:
 
 
 def axis_of(turn_rad: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Where a rotation vector, (3,) rad, turns the z axis: a unit vector, (3,)."""
+    """Return the z axis, a unit vector, (3,), after a rotation by a rotation vector, (3,) rad."""
     if not any(turn_rad):
         return 0.0, 0.0, 1.0
     angle = hypot(*turn_rad)
@@ -91,16 +91,16 @@ def axis_of(turn_rad: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 SIMULATOR: Final = "simulator"
-"""The kind of world that a simulated rig is."""
+"""Kind of the world of a simulated rig."""
 
 
 @dataclass(frozen=True)
 class World:
-    """What the ports lead to, as far as a log records it.
+    """Record of what is behind the ports, for the log.
 
     Attributes:
         kind: ``simulator``, or the name of a rig.
-        facts: What it takes to set it up again for this trial, and its truth where there is one; plain JSON values.
+        facts: Plain JSON values that reproduce it for this trial, with the ground truth if there is one.
     """
 
     kind: str
@@ -111,8 +111,8 @@ class Rig(Protocol):
     """A context manager: on exit the arm is stopped and every device closed.
 
     Attributes:
-        latch: Set by a trip or a fault of a device; while it is, no trial begins here, whoever calls.
-        simulated: Whether all ports are the simulator's, so that a trip is a result and not a danger.
+        latch: Set by a trip or a device fault; while it is set no trial begins on this rig.
+        simulated: True if all ports are the simulator's; a trip is then a result and not a danger.
     """
 
     ports: Ports
@@ -122,46 +122,46 @@ class Rig(Protocol):
     @property
     @abstractmethod
     def sensor_facts(self) -> SensorFacts:
-        """What is known of the force sensor; on a rig of real devices only once it is entered."""
+        """Return the facts about the force sensor; on a rig of real devices only after it is entered."""
 
     @abstractmethod
     def prepare(self, trial: int) -> None:
-        """Make ready for a trial: what is not in the core's hands, and free the arm from its last stop."""
+        """Prepare a trial: set up what the core does not control, and release the arm from its last stop."""
 
     def return_to_ready(self) -> None:
-        """Let the next :meth:`prepare` bring the arm to the ready pose, as before the first trial.
+        """Let the next :meth:`prepare` move the arm to the ready pose, as before the first trial.
 
-        For whoever goes on after a trial that was stopped; a world that is set up anew for each trial need not.
+        For callers that continue after a stopped trial. A world that is reset for each trial need not implement it.
         """
         return
 
     @abstractmethod
     def world(self) -> World:
-        """What a log records of the trial that was just prepared."""
+        """Return the world record for the log of the trial just prepared."""
 
     @abstractmethod
     def truth(self) -> Truth | None:
-        """What really happened, for scoring and baselines only; None where nobody knows."""
+        """Return the ground truth, for scoring and baselines only; None if unknown."""
 
     def stopped_by(self) -> str:
-        """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
+        """Return what else stopped the arm since the last :meth:`prepare`; empty if nothing did."""
         return ""
 
     def device_behind(self, sample: str) -> str:
-        """Name of the device that ``force`` or ``joint`` samples come from; empty where there is none.
+        """Return the name of the device that provides ``force`` or ``joint`` samples; empty if there is none.
 
-        After ": " follows what its wire gave of late besides good ones, where there is something to tell.
+        Recent errors of its connection follow after ": ", if there were any.
         """
         return ""
 
     @property
     @abstractmethod
     def clock_ticks(self) -> int:
-        """Control ticks on the clock of a world whose time can be set; 0 where it cannot."""
+        """Return the clock in control ticks if the time of this world can be set, else 0."""
 
     @abstractmethod
     def set_clock_ticks(self, ticks: int) -> None:
-        """Go on from this time, where time can be set."""
+        """Set the clock to this time, if it can be set."""
 
     @abstractmethod
     def __enter__(self) -> Self: ...

@@ -1,4 +1,4 @@
-"""How a setting is declared: once, in a frozen dataclass, for TOML, flags, Python, JSON and messages alike.
+"""Declaration of settings: once, in a frozen dataclass, for TOML, flags, Python, JSON and messages.
 
 ::
 
@@ -7,10 +7,10 @@
         TABLE: ClassVar[str] = "task"
 
         step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
-        # and below it, as a docstring, the help text
+        # below it, as a docstring, the help text
 
-The annotation holds type and range, the assignment the default, the docstring the help text. Whoever constructs the
-class, by whatever way, has every field checked; what concerns several fields stands in :meth:`Settings.check`.
+The annotation is the type and range, the assignment the default, the docstring the help text. Every field is checked
+whenever the class is constructed. :meth:`Settings.check` checks conditions over several fields.
 """
 
 import operator
@@ -26,13 +26,13 @@ from palpate.core.errors import ConfigurationError, did_you_mean
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """The finite numbers between two ends.
+    """A finite number between two bounds.
 
     Attributes:
-        unit: Unit, where the name of the setting does not hold it or a message needs it.
-        above: ``low`` itself is refused.
-        below: ``high`` itself is refused.
-        text: What would be right, where the ends alone do not say why.
+        unit: Unit, if the name of the setting does not state it or a message needs it.
+        above: True if ``low`` itself is refused.
+        below: True if ``high`` itself is refused.
+        text: Description of the accepted values, if the bounds alone do not explain them.
     """
 
     low: float = -inf
@@ -43,12 +43,12 @@ class Range:
     text: str = ""
 
     def holds(self, value: Any) -> bool:
-        """Whether the value lies between the ends."""
+        """Return True if the value is between the bounds."""
         beyond = (self.above and value == self.low) or (self.below and value == self.high)
         return not beyond and bool(self.low <= value <= self.high)
 
     def words(self, base: Any) -> str:
-        """The range in words, for a message."""
+        """Return the range in words, for a message."""
         number = "a whole number" if base is int else "a number"
         low, high = (str(end) if isinstance(end, int) else f"{end:g}" for end in (self.low, self.high))
         if self.text:
@@ -64,33 +64,33 @@ class Range:
 
 
 class OneOf:
-    """One of a few values."""
+    """One of several values."""
 
     def __init__(self, *values: str | int) -> None:
         self.values = values
 
     def holds(self, value: Any) -> bool:
-        """Whether the value is one of them."""
+        """Return True if the value is one of them."""
         return value in self.values
 
     def words(self, base: Any) -> str:
-        """The values as a message lists them."""
+        """Return the list of values for a message."""
         return f"one of {', '.join(str(value) for value in self.values if value != '')}"
 
 
 @dataclass(frozen=True, slots=True)
 class Holds:
-    """A condition on one value that is neither a range nor a list."""
+    """A condition on one value that is neither a range nor a list of values."""
 
     test: Callable[[Any], bool]
     text: str
 
     def holds(self, value: Any) -> bool:
-        """Whether the value meets the condition."""
+        """Return True if the value meets the condition."""
         return self.test(value)
 
     def words(self, base: Any) -> str:
-        """What would be right."""
+        """Return the accepted values in words."""
         return self.text
 
 
@@ -98,13 +98,13 @@ Mark = Range | OneOf | Holds
 
 
 class Settings:
-    """Base of every table of settings: each field is checked against its annotation when the table is made.
+    """Base class of every table of settings; the constructor checks each field against its annotation.
 
     Attributes:
         TABLE: Dotted name of the table in TOML and on the command line; empty for the outermost one.
 
     Raises:
-        ConfigurationError: A value is of another type or outside its range, or two settings do not go together.
+        ConfigurationError: A value has the wrong type or is outside its range, or two settings contradict each other.
     """
 
     __slots__ = ()
@@ -115,41 +115,41 @@ class Settings:
             value = getattr(self, name)
             fit = fitted(self.dotted(name), value, kind)
             if fit is not value:
-                # 1 where a float is declared, a list where a tuple is: kept in the one form in which it is written.
+                # 1 where a float is declared, or a list for a tuple, is stored in the declared form.
                 object.__setattr__(self, name, fit)
         self.check()
 
     def check(self) -> None:
-        """Refuse settings that do not go together.
+        """Refuse settings that contradict each other.
 
         Raises:
-            ConfigurationError: Naming one of them.
+            ConfigurationError: One of these settings.
         """
 
     def require(self, name: str, holds: bool, accepted: str) -> None:
         """Refuse the value of a field unless a condition holds.
 
         Raises:
-            ConfigurationError: Naming the field, its value and what is accepted.
+            ConfigurationError: States the field, its value and the accepted values.
         """
         if not holds:
             raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
 
     @classmethod
     def read(cls, raw: object, where: str = "") -> Self:
-        """A table from plain JSON. Only a field whose default is None may be missing.
+        """Read a table from plain JSON. Only a field whose default is None may be missing.
 
         Args:
             where: Dotted name of the object; empty for a whole file.
 
         Raises:
-            ConfigurationError: It has other keys, or a value is refused; named by its place.
+            ConfigurationError: Keys are missing or unknown, or a value is refused; the message states its place.
         """
         kinds, prefix = kinds_of(cls), f"{where}." if where else ""
         given = fitted(where or cls.TABLE, raw, Mapping[str, Any])
         needed = [field.name for field in fields(cls) if field.default is not None]  # type: ignore[arg-type]
         require_keys(where or cls.TABLE, given, needed, [name for name in kinds if name not in needed])
-        # Each by its place in the file, which the table itself cannot name.
+        # The place in the file is known here, not in the table itself.
         values = {key: fitted(f"{prefix}{key}", value, kinds[key]) for key, value in given.items()}
         try:
             return cls(**values)
@@ -159,7 +159,7 @@ class Settings:
 
     @classmethod
     def dotted(cls, name: str) -> str:
-        """A field's name as TOML, flags and messages have it."""
+        """Return the dotted name of a field in TOML, flags and messages."""
         return f"{cls.TABLE}.{name}" if cls.TABLE else name
 
 
@@ -169,11 +169,11 @@ def _kinds_of(table: type) -> dict[str, Any]:
 
 
 kinds_of: Callable[[type], dict[str, Any]] = cache(_kinds_of)
-"""The annotation of each field of a dataclass, with its marks, in the order of their declaration."""
+"""Return the annotation of each field of a dataclass, with its marks, in the order of declaration."""
 
 
 def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
-    """An annotation without its marks, and the marks."""
+    """Split an annotation into its type and its marks."""
     if get_origin(kind) is not Annotated:
         return kind, ()
     base, *marks = get_args(kind)
@@ -181,7 +181,7 @@ def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
 
 
 def optional_of(base: Any) -> Any:
-    """What stands beside None in an annotation; None where there is no None in it."""
+    """Return the type of an optional annotation without None; None if it is not optional."""
     if get_origin(base) not in (Union, types.UnionType) or type(None) not in get_args(base):
         return None
     (inner,) = [kind for kind in get_args(base) if kind is not type(None)]
@@ -189,17 +189,17 @@ def optional_of(base: Any) -> Any:
 
 
 def table_beside(base: Any) -> type[Settings] | None:
-    """The table that may stand instead of a name in an annotation; None where there is none."""
+    """Return the table that an annotation accepts in place of a name; None if there is none."""
     if get_origin(base) not in (Union, types.UnionType):
         return None
     return next((kind for kind in get_args(base) if isinstance(kind, type) and issubclass(kind, Settings)), None)
 
 
 def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], others: Sequence[str] = ()) -> None:
-    """Refuse an object that lacks a key, or has an unknown one.
+    """Refuse an object with a missing or an unknown key.
 
     Raises:
-        ConfigurationError: With all keys that are right.
+        ConfigurationError: Lists the accepted keys.
     """
     missing = [key for key in needed if key not in given]
     unknown = [key for key in given if key not in (*needed, *others)]
@@ -210,7 +210,7 @@ def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], ot
 
 
 def accepted_by(kind: Any) -> str:
-    """What would be right, in words for a message."""
+    """Return the accepted values in words, for a message."""
     base, marks = parts_of(kind)
     if marks:
         return marks[0].words(base)
@@ -225,16 +225,16 @@ def accepted_by(kind: Any) -> str:
 
 @cache
 def _analysed(kind: Any) -> tuple[Any, ...]:
-    """An annotation without its marks, these, what is beside None, what table beside a name, its origin, its items."""
+    """Return type, marks, type without None, table in place of a name, origin and items of an annotation."""
     base, marks = parts_of(kind)
     return base, marks, optional_of(base), table_beside(base), get_origin(base) or base, get_args(base)
 
 
 def fitted(name: str, value: Any, kind: Any) -> Any:
-    """A value in the form in which a setting of that kind holds it: 1.0 for 1, a tuple for a list.
+    """Convert a value to the form in which a setting of that kind stores it: 1.0 for 1, a tuple for a list.
 
     Raises:
-        ConfigurationError: It is of another type, or outside the range.
+        ConfigurationError: The value has the wrong type or is outside its range.
     """
     base, marks, inner, table, origin, items = _analysed(kind)
     if inner is not None:
@@ -254,7 +254,7 @@ def fitted(name: str, value: Any, kind: Any) -> Any:
     elif origin is tuple:
         each = items[:1] * len(value) if items[-1] is ... else items
         found = tuple(fitted(f"{name}[{n}]", item, each[n]) for n, item in enumerate(value))
-        # Equal is not enough: 1 is equal to 1.0, and is to become it.
+        # Equality is not sufficient: 1 equals 1.0 but must be converted.
         value = value if isinstance(value, tuple) and all(map(operator.is_, value, found)) else found
     elif origin is dict:
         value = {str(key): fitted(f"{name}.{_shown(str(key))}", item, items[1]) for key, item in value.items()}
@@ -288,5 +288,5 @@ def _finite(value: float) -> bool:
     try:
         return isfinite(value)
     except OverflowError:
-        # A whole number beyond every float.
+        # An integer too large for a float.
         return False

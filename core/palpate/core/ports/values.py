@@ -1,8 +1,8 @@
 """Value objects that cross the ports: frozen, validated once, units in the names.
 
-Vectors are tuples of floats, not arrays: they are immutable for certain, compare and hash by value,
-keep every bit, and are several times cheaper to make at 140 Hz than read-only arrays. What has nothing to be
-validated is a named tuple, which takes a quarter of the time of a frozen dataclass to make.
+Vectors are tuples of floats, not arrays: they are immutable, compare and hash by value, keep every bit, and are several
+times cheaper to create at 140 Hz than read-only arrays. Types without validation are named tuples, which are created in
+a quarter of the time of a frozen dataclass.
 """
 
 import enum
@@ -13,17 +13,17 @@ from typing import Final, NamedTuple, TypeAlias
 from palpate.core.errors import CommandError
 
 CONTROL_RATE_HZ: Final = 140
-"""The paper's sampling rate; a whole number, so that tick times are exact."""
+"""The paper's sampling rate; an integer, so that tick times are exact."""
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 Vector3: TypeAlias = tuple[float, float, float]
 JointVector: TypeAlias = tuple[float, ...]
 STILL: Final[Vector3] = (0.0, 0.0, 0.0)
-"""The velocity, or the turn rate, of what does not move."""
+"""Zero velocity or turn rate."""
 
 
 class Validity(enum.Enum):
-    """How far a sample may be trusted; the worst that applies."""
+    """Validity of a sample; the worst that applies."""
 
     VALID = "valid"
     SATURATED = "saturated"
@@ -32,11 +32,11 @@ class Validity(enum.Enum):
 
 
 SENSOR_FRAME: Final = "sensor"
-"""Name of the frame of wrenches that the task works with: z along the tool axis, out of the tool."""
+"""Name of the sensor frame, in which the task expects wrenches: z along the tool axis, out of the tool."""
 
 
 class WrenchKind(enum.Enum):
-    """What has already been taken out of a wrench."""
+    """Processing already applied to a wrench."""
 
     RAW = "raw"
     TARED = "tared"
@@ -44,7 +44,7 @@ class WrenchKind(enum.Enum):
 
 
 class CommandReason(enum.Enum):
-    """Why the command that was applied is not the one that was asked for."""
+    """Reason why the applied command differs from the requested one."""
 
     AS_ASKED = "as asked"
     POSITION_LIMIT = "joint position limit"
@@ -54,20 +54,20 @@ class CommandReason(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class WrenchSample:
-    """Wrench that the environment exerts on the tool, as one sensor sample.
+    """A sensor sample: the wrench that the environment exerts on the tool.
 
     Attributes:
         force_N: Force, (3,), in ``frame``.
         torque_Nm: Torque about the origin of ``frame``, (3,), in ``frame``.
-        source_time_ns: Run-clock time at which the device measured.
-        receive_time_ns: Run-clock time at which the host had the sample.
+        source_time_ns: Run-clock time of the measurement.
+        receive_time_ns: Run-clock time at which the host received the sample.
         sequence: Counts the device's samples; equal numbers mean the same sample.
-        validity: How far to trust it.
+        validity: Validity of the sample.
         kind: Raw, tared or gravity-compensated.
         frame: Name of the right-handed frame, normally ``"sensor"``: z along the tool axis, out of
             the tool, so that pressing on a surface gives a negative ``force_N[2]``.
 
-    A sample that is not finite must be marked ``INVALID`` by whoever makes it.
+    The producer must mark a sample that is not finite as ``INVALID``.
     """
 
     force_N: Vector3
@@ -87,14 +87,14 @@ class WrenchSample:
 
 @dataclass(frozen=True, slots=True)
 class JointSample:
-    """Joint angles from the encoders, as one sample.
+    """A sample of the joint angles from the encoders.
 
     Attributes:
         position_rad: Joint angles, (n,), in the order of the kinematic model.
-        source_time_ns: Run-clock time at which the device measured.
-        receive_time_ns: Run-clock time at which the host had the sample.
+        source_time_ns: Run-clock time of the measurement.
+        receive_time_ns: Run-clock time at which the host received the sample.
         sequence: Counts the device's samples; equal numbers mean the same sample.
-        validity: How far to trust it.
+        validity: Validity of the sample.
     """
 
     position_rad: JointVector
@@ -110,7 +110,7 @@ class JointSample:
 
 @dataclass(frozen=True, slots=True)
 class JointCommand:
-    """Joint angles that the arm's servos are to hold, (n,) rad.
+    """Target joint angles for the servos, (n,) rad.
 
     Raises:
         CommandError: An angle is not finite.
@@ -124,11 +124,11 @@ class JointCommand:
 
 
 class AppliedCommand(NamedTuple):
-    """What the arm was really told, and why it differs from what was asked.
+    """The command that the arm applied, and why it differs from the requested one.
 
     Attributes:
         position_rad: Joint angles after limits, (n,).
-        reason: ``AS_ASKED`` exactly when nothing was changed.
+        reason: ``AS_ASKED`` if and only if nothing was changed.
     """
 
     position_rad: JointVector
@@ -136,11 +136,11 @@ class AppliedCommand(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """All that reaches the core in one control tick.
+    """Everything that reaches the core in one control tick.
 
     Attributes:
         tick: Counts the ticks of a trial from 0.
-        applied: What became of the command of the tick before; None on the first tick.
+        applied: The applied command of the previous tick; None on the first tick.
     """
 
     tick: int

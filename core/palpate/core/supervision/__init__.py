@@ -1,4 +1,4 @@
-"""The contact supervisor: watches every tick, clamps or trips, and lets no trial begin before a person acknowledges."""
+"""The supervisor: monitors every tick, clamps or trips; after a trip a person must acknowledge the fault."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The limits of the supervisor, and which of them are weaker than they come."""
+"""The limits of the supervisor, and the check for weakened ones."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ _FINITE_FORCE: Final = Holds(lambda force_N: True, "a finite number of newtons: 
 
 
 class Limit(Range):
-    """The range of a limit. A larger one is always the weaker one."""
+    """Range of a limit; a larger value is weaker."""
 
     __slots__ = ()
 
 
 class Way(Range):
-    """The range of what leads the tool out of trouble. A smaller one is always the weaker one."""
+    """Range of a retraction parameter; a smaller value is weaker."""
 
     __slots__ = ()
 
@@ -31,57 +31,58 @@ class SupervisionConfig(Settings):
     TABLE: ClassVar[str] = "supervision"
 
     max_force_N: Annotated[float, _FINITE_FORCE, Limit(1.0, 1000.0, "N")] = 30.0
-    """Force on the tool; before taring, its change since the trial's first sample. As it comes it is that of
-    task.max_force_N: what ends a trial by its force latches. A larger one leaves the rig free after such an end."""
+    """Force on the tool; before taring, its change since the trial's first sample. By default it equals
+    task.max_force_N, so that a trial ended by its force limit latches. A larger value leaves the rig free after such an
+    end."""
     max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0
-    """Change of the force from one sample to the next, by the times at which they were measured."""
+    """Change of the force between two samples over their source times."""
     unexpected_contact_N: Annotated[float, Limit(0.05, 500.0, "N")] = 3.0
-    """Force while nothing may be touched; before taring, its change since such a phase began."""
+    """Force in phases without permitted contact; before taring, its change since the phase began."""
     max_force_age_ms: Annotated[float, Limit(8.0, 1000.0, "ms")] = 50.0
-    """Time since a force sample was measured."""
+    """Age of a force sample."""
     max_joint_age_ms: Annotated[float, Limit(8.0, 1000.0, "ms")] = 100.0
-    """Time since the joint angles were measured; arms on slow buses need longer than force sensors."""
+    """Age of a joint sample; arms on slow buses need more than force sensors."""
     max_repeats: Annotated[int, Limit(1, 140, "ticks")] = 14
-    """Control ticks in a row in which a sensor delivers nothing new."""
+    """Consecutive control ticks without a new sample."""
     max_equal_samples: Annotated[int, Limit(1, 1_000_000, "samples")] = 5
-    """New force samples in a row that are equal to the one before in all six channels, as no noisy sensor's are."""
+    """Consecutive new force samples equal in all six channels; noise prevents that in a live sensor."""
     max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
-    """New force samples in a row that came before in the same order, as only a recording's do."""
+    """Consecutive new force samples that repeat earlier ones in order, as only a recording does."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
-    """New force samples for which a channel may stay within a third of its own noise, as a live one's does not."""
+    """Consecutive new force samples of a channel within a third of its noise, as only a dead channel does."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
-    """Noise of a channel while the sensor is tared and nothing moves."""
+    """Noise of a channel during taring, while nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0
     """Time from one control tick to the next; the period is 7.1 ms."""
     joint_slack_mrad: Annotated[float, Limit(0.1, 100.0, "mrad")] = 5.0
-    """How far a measured joint angle may be beyond the arm's limits."""
+    """Distance of a measured joint angle beyond the arm's limits."""
     max_joint_velocity_share: Annotated[float, Limit(0.05, 5.0, "of the arm's limits")] = 1.2
     """Measured joint velocity, as a share of the arm's limits."""
     max_tracking_error_mrad: Annotated[float, Limit(0.2, 500.0, "mrad")] = 10.0
-    """Distance of a measured joint angle from what it was commanded to be."""
+    """Difference between a measured joint angle and its command."""
     tracking_lag_ticks: Annotated[int, Limit(0, 70, "ticks")] = 3
-    """Control ticks that the arm may take to follow a command."""
+    """Control ticks for the arm to follow a command."""
     max_command_jump_mrad: Annotated[float, Limit(0.1, 1000.0, "mrad")] = 50.0
-    """Change of a joint's command in one tick that is a fault of the task; below it commands are clamped."""
+    """Change of a joint's command in one tick that is a fault of the task; smaller ones are clamped."""
     side_margin_mm: Annotated[float, Limit(1.0, 1000.0, "mm")] = 20.0
-    """How far the tip may leave the region of starts and exploration sideways, in any phase."""
+    """Sideways distance of the tip from the region of starts and exploration, in any phase."""
     depth_margin_mm: Annotated[float, Limit(9.0, 200.0, "mm")] = 12.0
-    """How far it may go beyond the insertion depth; the search for contact goes 8 mm beyond."""
+    """Distance of the tip below the insertion depth; the search for contact goes 8 mm beyond it."""
     height_margin_mm: Annotated[float, Limit(1.0, 2000.0, "mm")] = 50.0
-    """How far it may go above the ready height."""
+    """Distance of the tip above the ready height."""
     area_margin_mm: Annotated[float, Limit(0.05, 50.0, "mm")] = 1.0
-    """How far it may leave the exploration area while it explores."""
+    """Distance of the tip from the exploration area during exploration."""
     on_trip: Annotated[str, OneOf("retract", "hold")] = "retract"
-    """retract: straight back along the tool axis, then stop; hold: stop where the arm is."""
+    """retract: straight back along the tool axis, then stop; hold: stop in place."""
     retract_mm: Annotated[float, Way(0.1, 200.0, "mm")] = 15.0
     """Length of the retraction."""
     retract_speed_mm_s: Annotated[float, Way(0.1, 1000.0, "mm/s")] = 20.0
-    """Its speed."""
+    """Speed of the retraction."""
     weakened: tuple[str, ...] = ()
-    """Names of all limits that are set weaker than their defaults, and of on_trip and retract_ likewise; each must be
-    named here."""
+    """Names of all limits that are weaker than their defaults, including on_trip and retract_; each must be listed
+    here."""
 
     @override
     def check(self) -> None:
@@ -90,7 +91,7 @@ class SupervisionConfig(Settings):
         self._require_admitted()
 
     def _require_admitted(self) -> None:
-        """Whoever weakens a limit says so by its name, and nobody gets into the habit of naming them all."""
+        """Refuse weakened limits that are not listed, and listed ones that are not weakened."""
         weaker = weaker_settings(vars(self))
         for name in weaker:
             accepted = f"{_strength(name)}, unless supervision.weakened names {name!r}"
@@ -122,10 +123,10 @@ _ON_TRIP: Final = "on_trip"
 
 
 def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the settings that are weaker than their defaults.
+    """Return the names of the settings that are weaker than their defaults.
 
     Args:
-        values: Settings of supervision by name, some or all; what is of another kind is left to whoever checks that.
+        values: Some or all settings of supervision by name; values of another type are checked elsewhere.
     """
     numbers = {name: value for name, value in values.items() if isinstance(value, int | float)}
     found = [name for name, default in DEFAULTS.items() if numbers.get(name, default) > default]
@@ -134,7 +135,7 @@ def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _strength(name: str) -> str:
-    """What a setting may be without a word."""
+    """Return the strongest bound that needs no entry in ``weakened``."""
     default = getattr(SupervisionConfig, name)
     if name == _ON_TRIP:
         return str(default)
@@ -142,7 +143,7 @@ def _strength(name: str) -> str:
 
 
 def weakened_lines(config: SupervisionConfig) -> list[str]:
-    """One line for each weakened setting, to be shown whenever a run starts."""
+    """Return one line per weakened setting, printed at every start of a run."""
     shown = []
     for name in weaker_settings(vars(config)):
         value, default, unit = getattr(config, name), getattr(config.__class__, name), _UNITS.get(name)

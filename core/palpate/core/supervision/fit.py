@@ -1,4 +1,4 @@
-"""Do the limits suit this task, this arm and this sensor? One that always trips, or never could, is refused."""
+"""Check of the limits against task, arm and sensor; a limit that always or never trips is refused."""
 
 from math import inf
 from typing import Final
@@ -13,31 +13,31 @@ from palpate.core.supervision.retreat import Retreat
 from palpate.core.trial import N_PER_KGF, TaskConfig
 
 _NOISE: Final = 9.0
-"""The difference of two samples of three channels stays below so many standard deviations of one of them."""
+"""The difference of two samples of three channels stays below this many standard deviations of one channel."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 WITHDRAWAL_SHARE: Final = 2.0
-"""Force allowed while a tool is drawn out of a hole, over the limit: what had pressed lets go."""
+"""Force allowed while a tool is withdrawn from a hole, relative to the limit; stored elastic force is released."""
 
 
 def require_fitting(
     config: SupervisionConfig, task: TaskConfig, kinematics: Kinematics, ready_rad: Array, sensor: SensorFacts
 ) -> None:
-    """Check the limits where arm, task and sensor are known.
+    """Check the limits once arm, task and sensor are known.
 
     Args:
-        kinematics: The arm; its work space is used.
-        ready_rad: The pose above the goal, (n,), where retractions are tried.
+        kinematics: Kinematics of the arm; its state is changed.
+        ready_rad: The pose above the goal, (n,), from which the retraction is computed.
 
     Raises:
-        ConfigurationError: A limit could never trip, would always trip, the arm cannot retract like this, or the
-            sensor's frame is not the one that the task works in.
+        ConfigurationError: A limit never or always trips, the arm cannot make the retraction, or the sensor's frame is
+            not that of the task.
     """
     if sensor.frame != SENSOR_FRAME:
         accepted = f"{SENSOR_FRAME}: the task works with wrenches in that frame"
         raise ConfigurationError("force_sensor.facts.frame", sensor.frame, accepted)
     press_N = task.press_kgf * N_PER_KGF
     noise_N, noise_Nm = _NOISE * sensor.noise_N, _NOISE * sensor.noise_Nm
-    # Pressed along its weakest axis a sensor shows no more than that axis can.
+    # Along its weakest axis a sensor measures no more than the range of that axis.
     range_N, range_Nm = min(sensor.range_N), min(sensor.range_Nm)
     _between(config, "max_force_N", press_N, "the pressing force", range_N)
     _between(config, "max_force_N", noise_N, "what noise alone shows", range_N)

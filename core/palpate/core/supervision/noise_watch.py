@@ -1,4 +1,4 @@
-"""Does the force sensor live? A live one shows noise of its own on every channel, and never the same samples again."""
+"""Liveness check of the force sensor: live channels show noise, and samples never recur."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -10,35 +10,35 @@ from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.trial import Expectation, TaskConfig, Trip, TripReason
 
 BAND: Final = 1.0 / 3.0
-"""Half the width of the band that is flat, in standard deviations of the channel's noise.
+"""Half-width of the band that counts as flat, in standard deviations of the channel's noise.
 
-White noise stays within it of where it began for 20 samples with a probability of 1.9e-12, the integral of
-phi(x) (Phi(x + 1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels that is 2e-5 false trips.
-What is left of the noise of a channel that has died, a twentieth, stays within it with a probability near one.
+White noise stays within it of its start for 20 samples with a probability of 1.9e-12, the integral of phi(x) (Phi(x +
+1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels that is 2e-5 false trips. A dead channel,
+with a twentieth of the noise, stays within it with a probability near one.
 """
 _FEWEST: Final = 8
-"""A standard deviation of fewer samples than this says nothing."""
+"""Fewest samples for a meaningful standard deviation."""
 CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
 _DIGITS: Final = 6
-"""Of that share: a gain rounds each sample. It is the same by accident once in some thousand."""
+"""Decimals of the ratio, because a gain rounds each sample. Equal ratios occur by chance about once in some
+thousand."""
 
 
 class NoiseWatch:
-    """Each channel against its own noise, and each sample against those before it; new samples only.
+    """Compares each channel with its noise and each new sample with earlier ones.
 
-    Flat lines: a channel that stays within :data:`BAND` of its noise for so many samples is dead, whatever noise its
-    amplifier adds (flat line test of QARTOD, with the sensor's own noise as the tolerance). The noise is that of the
-    sensor's facts, or what the taring of this trial showed where that is less.
+    Flat lines: a channel that stays within :data:`BAND` of its noise for the number of samples in the settings is dead,
+    even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
+    that of the sensor's facts, or that measured during taring if it is smaller.
 
-    Noise: while the sensor is tared nothing moves; much more noise than its own is a wrong scale or a broken wire.
+    Noise: nothing moves during taring; much more noise than declared means a wrong scale or a broken wire.
 
-    Recurrence: samples that come again in the order in which they came before are a recording, whatever its gain and
-    offset.
+    Recurrence: samples that repeat earlier ones in order are a recording, with any gain and offset.
 
     Args:
-        sensor: The sensor's own noise; channels without noise, in a simulated cell, are not watched.
+        sensor: The sensor's noise; channels without noise, in a simulated cell, are not monitored.
     """
 
     def __init__(self, config: SupervisionConfig, task: TaskConfig, sensor: SensorFacts) -> None:
@@ -49,12 +49,12 @@ class NoiseWatch:
         self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
 
     def begin(self) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self._sequence: int | None = None
         self._still.clear()
         self._tared = False
         self._band = _bands(self._noise)
-        # No sample has a channel that is none: the first one begins a run on each.
+        # NaN equals no sample: the first one begins a run on each channel.
         self._begun, self._since = [nan] * 6, [0] * 6
         self._seen: dict[float, int] = {}
         self._count = self._lag = 0
@@ -62,7 +62,7 @@ class NoiseWatch:
         self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
-        """What is wrong with this tick's wrench, which is valid; None if nothing is."""
+        """Return the trip for the wrench of this tick, which is valid; None if it is sound."""
         wrench = snapshot.wrench
         if wrench.sequence == self._sequence:
             return None
@@ -80,8 +80,8 @@ class NoiseWatch:
                 self._begun[channel], self._since[channel] = value, count
             elif self._since[channel] <= count - self._longest:
                 return self._flat(snapshot.tick, channel)
-        # One number in place of six to be hashed: that it comes again several times in order is no accident either.
-        # The share of two changes is the same with any gain and offset.
+        # One number replaces six for hashing; several repetitions in order are no coincidence either. The ratio of two
+        # changes is invariant to gain and offset.
         last = self._change
         change, self._total = total - self._total, total
         self._change, seen = change, self._seen
@@ -94,7 +94,7 @@ class NoiseWatch:
         return None
 
     def _taring(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
-        """Until the task has its bias, and in that tick: what did the channels show while nothing moved?"""
+        """Collect samples until the task has its bias, then compare their deviation with the noise."""
         wrench, still = snapshot.wrench, self._still
         still.append((*wrench.force_N, *wrench.torque_Nm))
         if expectation.bias is None:
@@ -119,7 +119,7 @@ class NoiseWatch:
 
     def _recurs(self, tick: int, lag: int) -> Trip | None:
         last, self._lag = self._lag, lag
-        # Equal to the one just before: that is another watch's affair.
+        # Equality with the previous sample is checked by another monitor.
         self._recurring = self._recurring + 1 if lag == last and lag > 1 else 1
         found, most = self._recurring, self._most_recurring
         if found <= most:
@@ -129,12 +129,12 @@ class NoiseWatch:
 
 
 def _deviation(values: Sequence[float]) -> float:
-    """Standard deviation of a sample; the standard library's, which is exact, takes a fifth of a tick for six."""
+    """Return the sample standard deviation; the exact one of the standard library takes a fifth of a tick for six."""
     mean = sum(values) / len(values)
     return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
 
 
 def _bands(noise: Sequence[float]) -> _Six:
-    """Half the widths; one that nothing is within where there is no noise."""
+    """Return the half-widths; a channel without noise gets one that no value is within."""
     a, b, c, d, e, f = (BAND * each if each > 0.0 else -1.0 for each in noise)
     return (a, b, c, d, e, f)

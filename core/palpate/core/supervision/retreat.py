@@ -1,4 +1,4 @@
-"""The way back after a trip: straight along the tool axis, as the tool really stands."""
+"""The retraction after a trip: straight along the tool axis in its actual orientation."""
 
 from math import ceil
 from typing import Final
@@ -12,18 +12,18 @@ _THERE_M: Final = 1e-5
 
 
 class Retreat:
-    """Joint angles that take the tip back, tick by tick. It never commands the tip to advance."""
+    """Joint angles of the retraction, tick by tick; the tip never advances."""
 
     def __init__(self, kinematics: Kinematics, distance_m: float, speed_m_s: float, period_s: float) -> None:
         self._kinematics = kinematics
         self._inverse = InverseKinematics(kinematics, period_s)
         self._distance_m, self._step_m = distance_m, speed_m_s * period_s
-        # An arm that is slower than asked gets as long again.
+        # An arm slower than the set speed gets twice the time.
         self._most_ticks = 2 * ceil(distance_m / self._step_m)
         self.finished: bool
 
     def start(self, held_rad: JointVector) -> None:
-        """Begin where the arm is commanded to be, (n,)."""
+        """Begin at the commanded joint angles, (n,)."""
         self._kinematics.update(held_rad)
         self._target = self._kinematics.tip_in_base
         self._start = self._target.copy()
@@ -32,10 +32,10 @@ class Retreat:
         self.finished = False
 
     def step(self, held_rad: JointVector) -> JointVector:
-        """The next joint angles, (n,).
+        """Return the next joint angles, (n,).
 
         Args:
-            held_rad: What the arm was sent last, (n,).
+            held_rad: The previous command, (n,).
         """
         self._ticks += 1
         self._asked_m = min(self._asked_m + self._step_m, self._distance_m)
@@ -44,7 +44,7 @@ class Retreat:
         self._kinematics.update(q_rad)
         way = -float(self._kinematics.tip_in(self._start).translation[2])
         if not way >= self.way_m:
-            # A joint limit or a singularity is in the way: better to stay than to advance.
+            # A joint limit or a singularity blocks the retraction: stop here rather than advance.
             self.finished = True
             return held_rad
         self.way_m = way

@@ -1,4 +1,4 @@
-"""Stands between the task and the arm: once per tick it passes a command, clamps it, or takes over."""
+"""The supervisor between task and arm: in each tick it passes a command, clamps it, or trips."""
 
 from math import isfinite, pi
 from operator import sub
@@ -36,26 +36,26 @@ from palpate.core.trial import (
 _NAME = "supervisor"
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _PULLS: Final = 4
-"""So many samples in a row a pull has to last that ends a retraction; one alone may be a spike."""
+"""Consecutive samples with a pull that end a retraction; a single one may be a spike."""
 
 
 class Supervisor:
-    """Watches one arm, trial by trial. Without I/O and without a clock: a function of the snapshots so far.
+    """Monitors one arm, trial by trial, without I/O or clock: a function of the snapshots so far.
 
-    What a joint limit forbids is clamped. What a trial may not go on from trips: the first cause is latched, the arm is
-    led back or held, and another trial begins only once a person has acknowledged it at the latch.
+    Commands beyond a joint limit are clamped. A violation that must end the trial trips: the first cause is latched,
+    the tool is retracted or held, and the next trial requires a person's acknowledgement at the latch.
 
     Args:
-        config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks that they suit this arm.
-        task: How many samples are averaged for taring.
-        sensor: What is known of the force sensor. Where it has noise, it has to show it.
-        scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
-        latch: Of the rig, for all who watch it; None for one of its own.
-        ready_rad: The ready pose, (n,); a trial begins within half a turn of it on each joint. None where that is not
-            known.
+        config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks them for this arm.
+        task: Number of samples averaged for taring.
+        sensor: Facts about the force sensor. Declared noise must be present in its samples.
+        scale: Factors of the task on the sensor's six channels after taring, (6,).
+        latch: The latch of the rig; None creates a new one.
+        ready_rad: The ready pose, (n,); each joint must be within half a turn of it at the start of a trial. None if
+            unknown.
 
     Attributes:
-        retracting: Whether it leads the arm back and needs more ticks for it.
+        retracting: True while a retraction needs more ticks.
     """
 
     def __init__(
@@ -89,17 +89,17 @@ class Supervisor:
 
     @property
     def trip(self) -> Trip | None:
-        """What ended the newest trial; None while nothing has."""
+        """Return the cause that ended the newest trial; None if there is none."""
         return self._trip
 
     def begin(self) -> None:
-        """A trial begins; the next :meth:`check` is its first tick.
+        """Reset for a trial; the next :meth:`check` is its first tick.
 
         Raises:
-            FaultLatchedError: A trip has not been acknowledged, be it of another supervisor of the same rig.
+            FaultLatchedError: A trip, also of another supervisor of the same rig, has not been acknowledged.
         """
         self.latch.require_free()
-        # A retraction may have been cut short by an exception.
+        # An exception may have ended a retraction early.
         self._active, self.retracting = True, False
         self._trip = None
         for watch in (self._samples, self._wrench, self._joints):
@@ -116,17 +116,17 @@ class Supervisor:
         tip_m: Vector3 | None = None,
         turned_rad: tuple[float, float] = (0.0, 0.0),
     ) -> Supervised:
-        """What the arm is to be sent in this tick; after a trip what was asked no longer matters.
+        """Return the command for the arm in this tick; after a trip the task's command is ignored.
 
         Args:
-            tip_m: Tip according to the encoders, (3,), task frame; None while the task has not looked.
-            turned_rad: How the tool leans, and its yaw, by the encoders, (2,).
+            tip_m: Tip from the encoders, (3,), task frame; None before the task has computed it.
+            turned_rad: Tilt and yaw of the tool from the encoders, (2,).
 
         Raises:
             LifecycleError: No trial has begun.
-            DeviceError: As the trial begins it is not known where the arm is, or wrenches are of another frame or kind;
-                nothing has been commanded.
-            CommandError: The command has another number of joints than the arm.
+            DeviceError: At the beginning of the trial the arm's pose is unknown, or wrenches have another frame or
+                kind; nothing has been commanded.
+            CommandError: The number of joints differs from the arm's.
         """
         if not self._active:
             return self.retreat(snapshot)
@@ -157,7 +157,7 @@ class Supervisor:
         if within.reason is CommandReason.AS_ASKED:
             self._held = within.position_rad
             return Supervised(asked)
-        # Whatever jumps is beyond a limit of the limiter, too: only here it has to be looked for.
+        # A jump always exceeds a limit of the limiter too, so it is checked only here.
         trip = self._fault_of_command(snapshot.tick, position)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
@@ -165,7 +165,7 @@ class Supervisor:
         return self._instead(within.reason, position, None)
 
     def retreat(self, snapshot: Snapshot) -> Supervised:
-        """The next command after a trip, for ticks in which no task asks for anything any more.
+        """Return the next command after a trip, without a command of the task.
 
         Raises:
             LifecycleError: There was no trip.
@@ -182,7 +182,7 @@ class Supervisor:
                 self.retracting = False
         self._pulls = self._pulls + 1 if snapshot.wrench.force_N[2] > self._most_pull_N else 0
         if self._pulls == _PULLS:
-            # Something holds the tool: to go on would only pull harder.
+            # The tool is stuck: continuing would only increase the pull.
             self.retracting = False
         self._go_back()
         return self._instead(trip.reason, held, trip)
@@ -192,7 +192,7 @@ class Supervisor:
         require_place(joints, self._count)
         for number, (q, ready) in enumerate(zip(joints.position_rad, self._ready_rad or (), strict=False), start=1):
             if abs(q - ready) > pi:
-                # To hold this place would be the wrong command.
+                # Holding this position would be wrong.
                 raise DeviceError(
                     "joint encoder",
                     f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad",
@@ -201,7 +201,7 @@ class Supervisor:
         self._held = self._clamped(joints.position_rad)
 
     def _adopted(self, applied: AppliedCommand) -> bool:
-        """Go on from what the arm really did; False if that is nothing that an arm can do."""
+        """Continue from the command that the arm applied; return False if it is not a valid position."""
         position = applied.position_rad
         if len(position) != self._count or not isfinite(sum(position)):
             return False

@@ -1,4 +1,4 @@
-"""Is the force on the tool what it may be? Unfiltered, because a filter lags by half an action."""
+"""Monitors of force, joints, samples and workspace. Forces are unfiltered: a filter lags by half an action."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -22,11 +22,11 @@ from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.trial import Expectation, Trip, TripReason, Workspace
 
 _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
-"""Samples that lie closer together would turn their noise into a rate."""
+"""Shortest time for a rate: between closer samples, noise would look like a rate."""
 
 
 class WrenchWatch:
-    """Force, torque, the rate of the force, and contact where none is expected.
+    """Monitors force, torque, rate of the force, and unexpected contact.
 
     Args:
         scale: Factors on the sensor's six channels after taring, (6,).
@@ -40,7 +40,7 @@ class WrenchWatch:
         self._force_scale, self._torque_scale = scale[:3], scale[3:]
 
     def begin(self) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self._first: tuple[float, ...] | None = None
         self._free: Vector3 | None = None
         self._sequence: int
@@ -48,7 +48,7 @@ class WrenchWatch:
         self._last_ns: int
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
-        """What is wrong with this tick's wrench, which is valid; None if nothing is."""
+        """Return the trip for the wrench of this tick, which is valid; None if it is within limits."""
         wrench, bias = snapshot.wrench, expectation.bias
         force_N = wrench.force_N
         if self._first is None:
@@ -56,7 +56,7 @@ class WrenchWatch:
             self._last, self._last_ns, self._sequence = force_N, wrench.source_time_ns, wrench.sequence
         zero = self._first if bias is None else bias
         square = _square(force_N, zero[:3], self._force_scale)
-        # All comparisons are written so that a number that is none trips, too.
+        # All comparisons are written so that NaN trips.
         if not square <= self._force_square:
             return _exceeded(TripReason.FORCE_LIMIT, snapshot.tick, "force", sqrt(square), self._force_N, bias)
         torque = _square(wrench.torque_Nm, zero[3:], self._torque_scale)
@@ -80,7 +80,7 @@ class WrenchWatch:
         return self._contact(snapshot, square, bias is not None)
 
     def _contact(self, snapshot: Snapshot, square: float, tared: bool) -> Trip | None:
-        """Before taring weight and offset are unknown: what counts is the change since this phase began."""
+        """Check for contact; before taring only the change since the phase began is known."""
         if not tared:
             if self._free is None:
                 self._free = snapshot.wrench.force_N
@@ -93,7 +93,7 @@ class WrenchWatch:
 
 
 def _square(vector: Vector3, zero: Sequence[float], scale: Sequence[float]) -> float:
-    """Square of the norm of a vector from a zero, with a factor for each component, (3,) each."""
+    """Return the squared norm of a scaled vector relative to a zero, (3,) each."""
     (x, y, z), (u, v, w), (a, b, c) = vector, zero, scale
     x, y, z = (x - u) * a, (y - v) * b, (z - w) * c
     return x * x + y * y + z * z
@@ -107,17 +107,17 @@ def _exceeded(
 
 
 _WINDOW_NS: Final = 25_000_000
-"""Velocities are differences over at least so long: a step of the encoder then weighs little."""
+"""Minimum time between samples for a velocity, so that an encoder step has little effect."""
 _STUCK_SHARE: Final = 0.3
-"""Of the tracking limit: commands that go so far change a joint's angle by many steps of its encoder, at any lag."""
+"""Share of the tracking limit: commands over this range change a joint's angle by many encoder steps at any lag."""
 _STUCK_SAMPLES: Final = CONTROL_RATE_HZ // 10
-"""Samples of one angle: a servo hardly follows a dither that is faster."""
+"""Samples with the same angle; a servo hardly follows a faster dither."""
 _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
-"""An older sample, or one that is repeated, is held against commands that are newer than it: four ticks, no more."""
+"""Oldest command, four ticks, with which an older or repeated sample is compared."""
 
 
 class JointWatch:
-    """Measured joint angles against the arm's limits and against the commands.
+    """Compares measured joint angles with the arm's limits and with the commands.
 
     Args:
         lower_rad: Lower joint limits of the arm, (n,).
@@ -144,24 +144,24 @@ class JointWatch:
         self._samples: deque[tuple[int, JointVector]] = deque()
 
     def begin(self) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self._commands.clear()
         self._samples.clear()
         self._before_ns: int | None = None
         self._same: list[tuple[float, int, float, float]] = []
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
-        """What is wrong with this tick's joint angles, which are valid; None if nothing is.
+        """Return the trip for the joint angles of this tick, which are valid; None if they are within limits.
 
         Args:
-            held_rad: What the arm was sent in the tick before, (n,).
+            held_rad: Command sent in the previous tick, (n,).
         """
         joints = snapshot.joints
         q = joints.position_rad
         if not (all(map(le, self._lower, q)) and all(map(le, q, self._upper))):
             return self._outside(snapshot.tick, q)
         samples, now_ns, is_new = self._samples, joints.source_time_ns, False
-        # A reading that is repeated, be it under another number, is no measure of velocity.
+        # A repeated reading, even under a new number, gives no velocity.
         if not samples or now_ns > samples[-1][0]:
             samples.append((now_ns, q))
             is_new = True
@@ -174,7 +174,7 @@ class JointWatch:
                 if trip is not None:
                     return trip
         commands = self._commands
-        # A sample is held against the commands of its own time: on a slow bus it is ticks old.
+        # A sample is compared with the commands of its own time: on a slow bus it is several ticks old.
         first_ns = max(now_ns, snapshot.time_ns - _OLDEST_NS) - self._lag_ns
         while commands and commands[0][0] < first_ns:
             commands.popleft()
@@ -185,7 +185,7 @@ class JointWatch:
         return self._stuck(snapshot.tick, q, commands[0][1]) if is_new else None
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
-        """A joint that shows one angle in new samples while its commands, before the lag, went on."""
+        """Trip on a joint whose new samples all show one angle while its earlier commands changed."""
         same = self._same or [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
         self._same = [
             (angle, samples + 1, min(low, command), max(high, command))
@@ -216,7 +216,7 @@ class JointWatch:
         return None
 
     def _astray(self, tick: int, q: JointVector) -> Trip | None:
-        """An arm that lags is between the commands of the last ticks; beyond them all it does not follow."""
+        """Trip on a joint beyond all commands of the last ticks; the angle of a lagging arm is between them."""
         limit, held = self._tracking_rad, [each for _, each in self._commands]
         for number, (value, commands) in enumerate(zip(q, zip(*held, strict=True), strict=True), start=1):
             error = max(min(commands) - value, value - max(commands))
@@ -230,10 +230,10 @@ _NS_PER_MS = 1e6
 
 
 class SampleWatch:
-    """Validity, age and progress of both sensors' samples, and the time between ticks.
+    """Monitors validity, age and progress of both sensors' samples, and the time between ticks.
 
     Args:
-        sensor: Its frame is that of every wrench. Where it has noise, equal samples are those of a frozen one.
+        sensor: Its frame is that of every wrench. If it has noise, equal samples mean a frozen sensor.
     """
 
     def __init__(self, config: SupervisionConfig, sensor: SensorFacts) -> None:
@@ -244,7 +244,7 @@ class SampleWatch:
         self._noisy, self._frame = sensor.noise_N > 0.0, sensor.frame
 
     def begin(self) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self._last_ns: int | None = None
         self._sequences: tuple[int | None, int | None] = (None, None)
         self._wrench_repeats: int
@@ -253,7 +253,7 @@ class SampleWatch:
         self._values: tuple[Vector3, Vector3] | None = None
 
     def trip(self, snapshot: Snapshot) -> Trip | None:
-        """What is wrong with this tick's samples; None if nothing is."""
+        """Return the trip for the samples of this tick; None if they are sound."""
         wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
         if wrench.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "force", wrench.validity)
@@ -267,7 +267,7 @@ class SampleWatch:
                 TripReason.LATE_CYCLE, snapshot.tick, "time since the last tick", now_ns - last_ns, self._gap_ns
             )
         age_ns, most_ns = now_ns - wrench.source_time_ns, self._force_age_ns
-        # A sample from the future is as bad: the clocks disagree, and its age means nothing.
+        # A sample from the future is as bad: the clocks disagree, so its age is meaningless.
         if not -most_ns <= age_ns <= most_ns:
             return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns, "force")
         age_ns, most_ns = now_ns - joints.source_time_ns, self._joint_age_ns
@@ -313,10 +313,10 @@ class SampleWatch:
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Before anything moves: is a wrench what the task works with?
+    """Refuse a wrench of another kind or frame before anything moves.
 
     Raises:
-        DeviceError: It is of another kind or in another frame.
+        DeviceError: The wrench has another kind or frame.
     """
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task needs raw ones in {frame!r}")
@@ -332,7 +332,7 @@ def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: in
 
 
 class WorkspaceWatch:
-    """The tip against the workspace, a box in the task frame, and against the exploration area."""
+    """Compares the tip with the workspace, a box in the task frame, and with the exploration area."""
 
     def __init__(self, config: SupervisionConfig, workspace: Workspace) -> None:
         self._sides_m = tuple((side + config.side_margin_mm) * 1e-3 for side in workspace.side_mm)
@@ -342,15 +342,15 @@ class WorkspaceWatch:
         self._turns_rad = tuple(map(radians, workspace.turns_deg or (360.0, 360.0)))
 
     def trip(self, tick: int, tip_m: Vector3, expectation: Expectation, turned_rad: tuple[float, float]) -> Trip | None:
-        """What is wrong with the tip's place; None if nothing is.
+        """Return the trip for the position of the tip; None if it is inside.
 
         Args:
-            tip_m: Tip according to the encoders, (3,), task frame.
-            turned_rad: How the tool leans, and its yaw, (2,).
+            tip_m: Tip from the encoders, (3,), task frame.
+            turned_rad: Tilt and yaw of the tool, (2,).
         """
         x, y, z = tip_m
         aside, across = self._sides_m
-        # Written so that a number that is none trips, too.
+        # Written so that NaN trips.
         if not -aside <= x <= aside:
             return _left_workspace(tick, "x", x, -aside, aside)
         if not -across <= y <= across:

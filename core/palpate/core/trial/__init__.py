@@ -1,4 +1,4 @@
-"""What a task and the loop that runs it have in common: how a trial begins, what a tick gives, what comes of it."""
+"""Interface between a task and the loop: trial setup, snapshots, results."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""A task as its user describes it, in the paper's units (mm, kgf)."""
+"""Settings of a task as the user describes it, in the paper's units (mm, kgf)."""
 
 from dataclasses import dataclass, field
 from math import sqrt
@@ -10,95 +10,95 @@ from palpate.core.ports import OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
 LEAST_PLAY_MM: Final = 0.6
-"""Play that a hole is allowed at least, where nobody says how much it has."""
+"""Smallest play of a hole whose play is not stated."""
 
 
 @dataclass(frozen=True)
 class GoalConfig(Settings):
-    """Where the hole is believed to be, in the arm's base frame."""
+    """Nominal pose of the hole in the arm's base frame."""
 
     TABLE: ClassVar[str] = "task.goal"
 
     x_mm: Annotated[float, Range(-3000.0, 3000.0)] = 400.0
     """Distance in front of the arm's base."""
     y_mm: Annotated[float, Range(-3000.0, 3000.0)] = 0.0
-    """Distance to its left."""
+    """Distance to the left of the arm's base."""
     z_mm: Annotated[float, Range(-3000.0, 3000.0)] = 20.0
     """Height of the plate's surface."""
     rpy_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Roll, pitch and yaw of the hole about the base's axes; zeros for one that points straight down."""
+    """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
 
 
 @dataclass(frozen=True)
 class TaskConfig(Settings):
-    """One trial of a task. What speaks of a peg, a hole, exploration or actions is of insertions only."""
+    """One trial of a task. Settings of peg, hole, exploration and actions apply to insertions only."""
 
     TABLE: ClassVar[str] = "task"
 
     name: str = "insertion"
-    """What is to be done: insertion, insertion-6dof, or a task of another package; --task NAME for short."""
+    """The task: insertion, insertion-6dof, or a task of another package; --task NAME for short."""
     options: dict[str, float] = field(default_factory=dict)
-    """What only that task has, by name."""
+    """Settings of that task only, as names and values."""
     goal: GoalConfig = GoalConfig()
     start_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 3.0
     """A trial starts anywhere within this distance of the nominal goal."""
     start_shape: Annotated[str, OneOf("disc", "ball")] = "disc"
-    """disc: uniform over the circle; ball: uniform in a ball, seen from above."""
+    """disc: uniform over the circle; ball: uniform in a ball, projected onto the plate."""
     area_half_width_mm: Annotated[float, Range(0.1, 50.0)] = 3.5
-    """Half the side of the square that the peg may explore."""
+    """Half the side of the square exploration area."""
     area_centre: Annotated[str, OneOf("goal", "start")] = "goal"
-    """goal: the square is centred at the nominal goal; start: at the trial's start, as the paper puts it."""
+    """goal: the area is centred at the nominal goal; start: at the start of the trial, as in the paper."""
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
     """Length of one exploratory step."""
     directions: Annotated[int, Range(2, 360)] = 8
-    """Directions of the steps that a policy may choose from, evenly about the hole's axis."""
+    """Number of step directions for the policy, evenly spaced about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz: ten actions a second."""
     moving_share: Annotated[float, Range(0.1, 1.0)] = 0.8
-    """Share of an action's time in which the tip moves; in the rest the torque settles. 1: it slides without a rest."""
+    """Share of an action's time in which the tip moves; the torque settles in the rest. 1 slides without a pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Exploration ends after this time."""
     contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10
-    """Contact is a reaction force along the tool axis above this."""
+    """Reaction force along the tool axis above which there is contact."""
     press_kgf: Annotated[float, Range(0.02, 10.0)] = 0.5
     """Force with which the peg is pressed on the plate."""
     insertion_press_kgf: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Force with which it is pressed into the hole; 0 takes task.press_kgf."""
+    """Force with which the peg is pressed into the hole; 0 uses task.press_kgf."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.6
-    """Highest coefficient of friction between peg and part: it bounds the pull of friction on a wall."""
+    """Highest coefficient of friction between peg and part; bounds the friction on a wall."""
     end_tilt_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """How much lower one side of a tilted peg's end is on the plate than in the hole: radius times the tilt that the
-    walls take out."""
+    """Height difference of the two sides of a tilted peg's end, lost when the walls align the peg: radius times
+    tilt."""
     tilt_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
-    """Largest angle between the axes of peg and hole, by which the walls may bend the gripper."""
+    """Largest angle between the axes of peg and hole that the walls may correct by bending the gripper."""
     lever_mm: Annotated[float, Range(10.0, 500.0)] = 60.0
-    """Longest lever about the tip of a force on the peg, or of its inertia."""
+    """Longest lever about the tip of a force on the peg or of its inertia."""
     insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
-    """Depth to be reached."""
+    """Depth to reach."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
-    """How far the estimated depth may fall short: encoders, force noise and contact height enter it."""
+    """Largest shortfall of the estimated depth; includes errors of encoders, force noise and contact height."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
-    """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
+    """Largest error of the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
-    """How far the peg may move sideways in the hole, and 0.2 mm for the gripper; further out no wall is looked for. 0:
-    what the shapes of peg and hole, chamfer and wear included, leave, and 0.6 at least."""
+    """Sideways play of the peg in the hole plus 0.2 mm for the gripper; limits the search for a wall. 0 computes it
+    from the shapes of peg and hole with chamfer and wear, at least 0.6."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
-    """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
+    """A measured force above this ends the trial at once; a true peak above it is no success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
     """Height above the plate at which the sensor is tared and the approach begins."""
     travel_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Speed in free space."""
     tare_ticks: Annotated[int, Range(1, 1400)] = 28
-    """Samples averaged for taring, after as many ticks of rest."""
+    """Number of samples averaged for taring, after the same number of ticks at standstill."""
 
     @property
     def insertion_press_N(self) -> float:
-        """Force with which the peg is pressed into the hole."""
+        """Return the force with which the peg is pressed into the hole."""
         return (self.insertion_press_kgf or self.press_kgf) * N_PER_KGF
 
     @property
     def reach_m(self) -> float:
-        """How far a wall of the hole is looked for."""
+        """Return the distance within which a wall of the hole is searched for."""
         return (self.play_mm or LEAST_PLAY_MM) * 1e-3
 
     @override
@@ -116,31 +116,32 @@ class TaskConfig(Settings):
 
 @dataclass(frozen=True)
 class ControlConfig(Settings):
-    """Gains of the motion laws and of the core's picture of the gripper."""
+    """Gains of the motion controllers and of the core's gripper model."""
 
     TABLE: ClassVar[str] = "control"
 
     damping_N_s_per_m: float = 400.0
-    """B of the damping law along the tool axis."""
+    """B of the damping controller along the tool axis."""
     position_gain_per_s: float = 70.0
-    """K of the position law across it."""
+    """K of the position controller across the tool axis."""
     force_integral_m_per_N_s: float = 0.00025
-    """Integral gain of the lateral force law during insertion."""
+    """Integral gain of the lateral force controller during insertion."""
     force_proportional_m_per_N: float = 0.0
-    """Its proportional gain."""
+    """Proportional gain of the lateral force controller during insertion."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 5.0
-    """Stiffness of the gripper along the tool axis: depth is corrected by force over stiffness."""
+    """Stiffness of the gripper along the tool axis; depth is corrected by force over stiffness."""
     lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
-    """Stiffness across it; bounds the lateral gains."""
+    """Stiffness of the gripper across the tool axis; bounds the lateral gains."""
     moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
-    """Mass that the gripper's springs carry."""
+    """Mass on the gripper's springs."""
     damping_ratio: Annotated[float, Range(0.0, 5.0)] = 0.7
-    """Damping of these springs; with the mass it gives how far a force is ahead of the spring."""
+    """Damping ratio of the gripper's springs; with the mass it gives the lead of the force over the spring
+    deflection."""
     rigid_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.05
-    """Mass that the force sensor carries before the springs."""
+    """Mass between force sensor and springs."""
     tilt_stiffness_Nm_per_rad: Annotated[float, Range(0.1, 1e5)] = 50.0
-    """Stiffness of the gripper against tilting: bounds the torque of a tilted peg in its hole."""
+    """Stiffness of the gripper against tilting; bounds the torque of a tilted peg in its hole."""
 
     def damping_s(self, stiffness_N_per_m: float) -> float:
-        """Return damping over stiffness of one of the gripper's springs."""
+        """Return damping over stiffness of one of the gripper's springs in s."""
         return 2.0 * self.damping_ratio * sqrt(self.moving_mass_kg / stiffness_N_per_m)

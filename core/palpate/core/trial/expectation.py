@@ -1,4 +1,4 @@
-"""What goes into the supervisor beside the snapshots, and what comes out of it."""
+"""Inputs of the supervisor in addition to snapshots, and its outputs."""
 
 import enum
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from palpate.core.trial.frame import ExplorationArea
 
 
 class TripReason(enum.Enum):
-    """Why the supervisor took over."""
+    """Reasons for a trip of the supervisor."""
 
     FORCE_LIMIT = "force limit"
     TORQUE_LIMIT = "torque limit"
@@ -39,11 +39,11 @@ class TripReason(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """The cause for which the supervisor took over.
+    """Cause of a trip of the supervisor.
 
     Attributes:
-        text: What was found and what it was held against, in plain words, with units.
-        sample: Whose samples are not to be trusted, ``force`` or ``joint``; empty for another cause.
+        text: The finding and the limit, in plain words with units.
+        sample: Source of samples that may be wrong, ``force`` or ``joint``; empty for another cause.
     """
 
     reason: TripReason
@@ -57,13 +57,12 @@ class Trip:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What the task expects of the world in its present phase; one object serves a whole phase.
+    """Constraints on contact and position in the present phase of the task; one object serves a whole phase.
 
     Attributes:
-        bias: Wrench that counts as zero, (6,), N and N m, as the sensor reads it; None before taring.
-        area: The area that the tip may not leave; None while it does not explore.
-        doubt: Why the force sensor cannot be trusted, as the task found by holding force against position; None while
-            there is no reason to doubt it.
+        bias: Wrench at zero load, (6,), N and N m, as the sensor reads it; None before taring.
+        area: The area that the tip must not leave; None outside exploration.
+        doubt: Mismatch of force and position found by the task's contact verification; None if there is none.
     """
 
     contact: bool
@@ -74,12 +73,12 @@ class Expectation:
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
-    """A command that is not the one that was asked for.
+    """A command that the supervisor changed.
 
     Attributes:
-        reason: Why: a joint limit where the command was clamped, the trip's reason where the supervisor took over.
-        asked_rad: What the task asked for, (n,); what was held, once it is no longer asked.
-        command_rad: What the arm is sent instead, (n,).
+        reason: A joint limit for a clamped command, the trip's reason after a trip.
+        asked_rad: The command of the task, (n,); after a trip the position held.
+        command_rad: The command sent to the arm, (n,).
         trip: The latched cause; None for a clamped command.
     """
 
@@ -89,17 +88,17 @@ class Intervention:
     trip: Trip | None = None
 
     def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
-        """The answer to the task's command: the arm's own, with the reason of a clamp if the arm has none."""
+        """Return the arm's applied command, with the reason of the clamp if the arm itself changed nothing."""
         if by_arm.reason is not CommandReason.AS_ASKED or not isinstance(self.reason, CommandReason):
             return by_arm
         return AppliedCommand(by_arm.position_rad, self.reason)
 
 
 class Supervised(NamedTuple):
-    """What the arm is to be sent.
+    """The command to the arm.
 
     Attributes:
-        intervention: How and why it differs from what was asked; None when it does not.
+        intervention: The change of the task's command and its reason; None if unchanged.
     """
 
     command: JointCommand

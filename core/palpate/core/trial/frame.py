@@ -1,4 +1,4 @@
-"""The task frame (origin at the nominal goal, z into the hole) and the square that may be explored."""
+"""The task frame (origin at the nominal goal, z into the hole) and the square exploration area."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _TASK_IN_BASE: Final = np.diag([1.0, -1.0, -1.0])  # x with the base's x, z stra
 
 
 def goal_in_base(goal: GoalConfig) -> pin.SE3:
-    """Placement of the task frame in the base frame."""
+    """Return the placement of the task frame in the base frame."""
     turned = pin.rpy.rpyToMatrix(*np.radians(goal.rpy_deg)) if any(goal.rpy_deg) else np.eye(3)
     rotation = pin.SE3(turned, np.zeros(3)) * pin.SE3(_TASK_IN_BASE, np.zeros(3))
     return pin.SE3(rotation.rotation, np.array([goal.x_mm, goal.y_mm, goal.z_mm]) * 1e-3)
 
 
 def draw_in_disc(rng: np.random.Generator, radius_m: float, shape: str) -> tuple[float, float]:
-    """A random offset from the origin, (x, y) in m.
+    """Draw a random offset from the origin, (x, y) in m.
 
     Args:
-        rng: Two numbers are drawn from it for a disc, three for a ball.
+        rng: Draws two numbers for a disc, three for a ball.
         shape: ``disc``, uniform over the circle; ``ball``, uniform in a ball and projected to the plane.
     """
     if shape == "ball":
@@ -39,18 +39,18 @@ def draw_in_disc(rng: np.random.Generator, radius_m: float, shape: str) -> tuple
 
 @dataclass(frozen=True, slots=True)
 class ExplorationArea:
-    """An upright square in the task's XY plane."""
+    """A square in the task's XY plane, parallel to its axes."""
 
     centre_m: tuple[float, float]
     half_width_m: float
 
     @classmethod
     def of(cls, task: TaskConfig, start_m: tuple[float, float]) -> ExplorationArea:
-        """The area of a trial that starts at ``start_m``."""
+        """Return the area of a trial that starts at ``start_m``."""
         return cls(start_m if task.area_centre == "start" else (0.0, 0.0), task.area_half_width_mm * 1e-3)
 
     def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """The nearest point inside the area."""
+        """Return the nearest point inside the area."""
         (cx, cy), w = self.centre_m, self.half_width_m
         return min(max(x_m, cx - w), cx + w), min(max(y_m, cy - w), cy + w)
 
@@ -58,13 +58,13 @@ class ExplorationArea:
 def reachable_share(
     task: TaskConfig, hole_uncertainty_mm: float, hole_shift_mm: float = 0.0, samples: int = 200_000
 ) -> float:
-    """Share of trials whose hole lies inside the exploration area: the ceiling of any strategy that stays in it.
+    """Return the share of trials whose hole is inside the exploration area, an upper bound for any strategy in it.
 
-    Monte Carlo with a fixed seed; good to about 0.002.
+    Monte Carlo with a fixed seed, accurate to about 0.002.
 
     Args:
-        hole_uncertainty_mm: How far a hole may lie from the middle of its batch.
-        hole_shift_mm: How far the middle of a batch may lie from the nominal goal.
+        hole_uncertainty_mm: Largest distance of a hole from the centre of its batch.
+        hole_shift_mm: Largest distance of the centre of a batch from the nominal goal.
     """
     rng = np.random.default_rng(0)
 

@@ -1,4 +1,4 @@
-"""A kind of task, for whoever sets trials up, runs, scores, records and replays them without knowing the task."""
+"""The interface of a kind of task, through which generic code sets up, runs, scores, records and replays trials."""
 
 import difflib
 from abc import abstractmethod
@@ -22,13 +22,13 @@ S = TypeVar("S", bound=Settings)
 
 @dataclass(frozen=True, slots=True)
 class TaskParts:
-    """What a task is made of, each part its own.
+    """Components of a task, not shared with other tasks.
 
     Attributes:
-        measurement: From snapshots to the task frame.
-        perception: From signals to states; for tasks that let a policy choose.
-        policy: Chooses actions; for those, too.
-        reinforcement: What an action earns; for those, too.
+        measurement: Transforms snapshots to the task frame.
+        perception: Maps signals to states; for tasks in which a policy chooses.
+        policy: Chooses actions; for the same tasks.
+        reinforcement: Computes the reward of an action; for the same tasks.
     """
 
     task: TaskConfig
@@ -42,11 +42,11 @@ class TaskParts:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """How tool and part fit, as the world was set up; for scoring.
+    """Fit of tool and part in the simulated cell, for scoring.
 
     Attributes:
-        clearance_mm: Gap between tool and part all round, at its widest.
-        lean_mrad: Tilt of the tool in the gripper, and of the part under it.
+        clearance_mm: Radial gap between tool and part, at its widest.
+        lean_mrad: Tilt of the tool in the gripper plus that of the part.
     """
 
     diameter_mm: float
@@ -56,11 +56,11 @@ class Fit:
 
 
 class TaskKind(Protocol):
-    """What an entry point of the group ``palpate.tasks`` leads to, by the name under which the task is run.
+    """Interface of the object behind an entry point of the group ``palpate.tasks``; its name selects the task.
 
     Attributes:
-        preset: Nested tables of settings that a run of this task begins from, over those of the scenario.
-        options: The table that ``task.options`` is read as.
+        preset: Nested tables of initial settings of a run, applied over those of the scenario.
+        options: The class that reads ``task.options``.
     """
 
     preset: Mapping[str, Any]
@@ -69,40 +69,40 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def workspace(self, task: TaskConfig) -> Workspace:
-        """Where the tip has to be able to be."""
+        """Return the box that the tip must be able to reach."""
 
     @abstractmethod
     def ready(self, arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig) -> ReadyPose:
-        """The pose from which trials begin.
+        """Return the initial pose of trials.
 
         Raises:
-            ConfigurationError: The task's settings do not go together, or there is no such arm.
-            UnreachableError: The arm cannot do the task there.
+            ConfigurationError: The task's settings contradict each other, or the arm is unknown.
+            UnreachableError: The task is outside the arm's range.
         """
 
     @abstractmethod
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
-        """The setup of a trial: a function of settings, seed and index."""
+        """Return the setup of a trial, a function of settings, seed and index."""
 
     def actions(self, task: TaskConfig) -> tuple[Action, ...]:
-        """The actions that policies choose from: steps across, unless a task has others."""
+        """Return the actions for policies: steps in the plane, unless a task defines others."""
         return compass_actions(task.step_mm * 1e-3, task.directions)
 
     def skills(self, task: TaskConfig) -> tuple[Action, ...]:
-        """Programmed skills that policies may choose from instead, each until it is over; none, unless it has."""
+        """Return programmed options for policies, each until its termination; none by default."""
         return ()
 
     def may_begin(self, skill: str, state: str) -> bool:
-        """Whether a skill is one for this state, both by name; where it is not, no learner tries it."""
+        """Return True if a skill's initiation set contains this state; learners try it only there."""
         return True
 
     def by_rule(self, skill: str, state: str) -> bool:
-        """Whether the task's own rule would take a skill in this state; learners begin with what it would."""
+        """Return True if the task's own rule would take a skill in this state; learners prefer it at first."""
         return True
 
     @abstractmethod
     def make(self, parts: TaskParts) -> Task:
-        """The task, ready to run over any ports.
+        """Build the task for any ports.
 
         Raises:
             ConfigurationError: A setting is refused.
@@ -110,18 +110,18 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
-        """Whether a trial is a success, by its own account and by the truth."""
+        """Return True if a trial is a success by its report and by the ground truth."""
 
     def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
-        """Whether a trial's own account is one that the truth contradicts: the worst that a fault can lead to."""
+        """Return True if the report claims a success that the ground truth contradicts, the worst effect of a fault."""
         return report.outcome is Outcome.DONE and not self.achieved(task, report, truth, fit)
 
 
 def options_of(table: type[S], task: TaskConfig) -> S:
-    """The task's own settings, those that are not given by their defaults.
+    """Read the task's own settings; missing ones take their defaults.
 
     Raises:
-        ConfigurationError: There is no such option, or its value is refused.
+        ConfigurationError: An option is unknown or its value is refused.
     """
     known = kinds_of(table)
     for name, value in task.options.items():

@@ -1,4 +1,4 @@
-"""From raw port samples to tip position, forces and torques in the task frame."""
+"""Tip position, forces and torques in the task frame from raw port samples."""
 
 from collections import deque
 from math import atan2, hypot, pi, remainder, sqrt
@@ -12,33 +12,32 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-"""A force that is behind the encoders by no more than a tick counts as of their time."""
+"""A force sample that is at most one tick older than the encoders' counts as simultaneous."""
 _KEPT: Final = 16
-"""Depths and bends that are kept: samples so many ticks apart are stale to a supervisor."""
+"""Number of depths and bends kept; samples this many ticks apart are stale for the supervisor."""
 History: TypeAlias = deque[tuple[int, float]]
-"""Times in ns and what was measured then, in m; the newest last."""
+"""Times in ns and values in m; the newest last."""
 
 
 class Measurement:
-    """The first stage of every tick. Attributes hold the newest tick, SI units, task frame.
+    """The first stage of every tick. Attributes hold the newest tick in SI units and the task frame.
 
     Args:
         signal: Tares, scales and filters the six wrench channels.
-        axial_N_per_m: Stiffness of what lies between the flange and the tip, along the tool.
-        damping_s: Damping of that over its stiffness.
+        axial_N_per_m: Stiffness between flange and tip, along the tool axis.
+        damping_s: Damping over stiffness of the same spring.
 
     Attributes:
-        depth_step_m: Standard deviation of the tip's place along the tool axis, by the encoders' steps.
+        depth_step_m: Standard deviation of the tip position along the tool axis caused by encoder steps.
         tip_lever_m: Distance of the tip from the sensor's origin.
-        position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
-        tip_depth_m: Depth of the true tip below the nominal plane: the encoders', corrected for spring and damper, at
-            the newest time of which both force and encoders are known.
-        turned_rad: How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool
-            turns.
+        position_m: Tip from the encoders, (3,); excludes the deflection of the gripper.
+        tip_depth_m: Depth of the tip below the nominal plane, from the encoders and the deflection of spring and
+            damper, at the newest time for which both force and joint angles are known.
+        turned_rad: Tilt and yaw of the tool, (2,); zero unless weight compensation is on, as it is for tools that turn.
         force_N: Tared, scaled, unfiltered force, (3,).
         force_norm_N: Its norm.
-        torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
-            tip has no lever there but the tip's own radius.
+        torque_across_at_tip_Nm: Norm of the tared, scaled, unfiltered torque about the tip, across the tool axis; the
+            lever of a contact at the tip is at most the tip's radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
     """
 
@@ -53,12 +52,12 @@ class Measurement:
         damping_s: float = 0.0,
     ) -> None:
         self._kinematics, self._signal = kinematics, signal
-        # Share of the spring's way that is covered in a tick; the damper bears the rest of the force.
+        # Share of the spring's deflection that is covered in a tick; the damper takes the rest of the force.
         self._eased = min(PERIOD_S / (damping_s + 0.5 * PERIOD_S), 1.0)
         self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
         tip_in_sensor = kinematics.tip_in_sensor
-        # Wrenches are taken into the tip's axes first, so that one lever serves all.
+        # Wrenches are first rotated into the tip's axes, so that one lever applies to all.
         self._to_tip = tip_in_sensor.rotation.T.tolist() if any(kinematics.tool.tip_rpy_rad) else None
         x, y, z = (-tip_in_sensor.inverse().translation).tolist()
         self._tip_in_sensor: Vector3 = (x, y, z)
@@ -68,16 +67,16 @@ class Measurement:
         self.reset()
 
     def take_off_weight(self, weight_N: float, above_tip_m: float) -> None:
-        """From now on, what a tool of this weight loads otherwise while it leans is taken off.
+        """Compensate the change of load that a tool of this weight causes when it tilts.
 
         Args:
-            weight_N: Of all that the sensor carries.
-            above_tip_m: Height of its centre above the tip, on the tool's axis.
+            weight_N: Weight of everything on the sensor.
+            above_tip_m: Height of its centre of mass above the tip, on the tool's axis.
         """
         self._weight_N, self._above_tip_m = weight_N, above_tip_m
 
     def reset(self) -> None:
-        """Forget the past, tare and filter state included; the next tare sets both."""
+        """Reset all state, including tare and filter; the next tare sets both."""
         self._tip_in_base = self._kinematics.tip_rotation.tolist()
         self.tare((0.0,) * 6)
         self._filtered: Wrench = (0.0,) * 6
@@ -91,7 +90,7 @@ class Measurement:
         self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
-        """Take this wrench, six channels in the sensor frame, as zero from now on."""
+        """Use this wrench, six channels in the sensor frame, as zero."""
         self._bias, self._bent_m = bias, 0.0
         self._upright_heading_rad: float | None = None
         self._signal.tare(bias)
@@ -99,14 +98,14 @@ class Measurement:
 
     @property
     def filter_state(self) -> list[float]:
-        """Tare and memory of the filter."""
+        """Return tare and filter state."""
         return self._signal.get_state()
 
     def update(self, snapshot: Snapshot) -> None:
-        """Take in one tick.
+        """Process one tick.
 
         Raises:
-            DeviceError: The encoders give another number of joint angles than the arm has.
+            DeviceError: The number of joint angles differs from the number of joints.
         """
         (_, _, raw, joints, _), kinematics = snapshot, self._kinematics
         q_rad = joints.position_rad
@@ -142,21 +141,21 @@ class Measurement:
         self.tip_depth_m = _value_at(time_ns, self._depths) + _value_at(time_ns, self._bends)
 
     def _turned_rad(self) -> tuple[float, float]:
-        """Yaw is by the heading of the tool's x axis, towards the task's y; a lean of 10 degrees changes it by 0.4."""
+        """Return tilt and yaw. Yaw is the heading of the tool's x axis; a tilt of 10 degrees changes it by 0.4."""
         (ax, ay, az), ((u, _, _), (v, _, _), (w, _, _)) = self._axis, self._tip_in_base
         x, y, _ = self._task.vector((u, v, w))
         heading_rad = atan2(y, x)
         if self._upright_heading_rad is None:
-            # It was tared upright.
+            # The tool was upright when it was tared.
             self._upright_heading_rad = heading_rad
         yaw_rad = remainder(heading_rad - self._upright_heading_rad, 2.0 * pi)
         return hypot(ax, ay) if az > 0.0 else pi, yaw_rad
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
-        """Tared, filtered force (3,) N and torque about the tip (3,) N m.
+        """Return the tared, filtered force, (3,) N, and the torque about the tip, (3,) N m.
 
-        At the tip and not at the sensor, because there sliding friction has no lever: at the sensor it would
-        drown the torque that points at the hole.
+        The tip is the reference point because sliding friction has no lever there. About the sensor, friction would
+        hide the torque that points at the hole.
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
@@ -167,13 +166,13 @@ class Measurement:
         return force, torque
 
     def live_torque_at_tip_Nm(self) -> Vector3:
-        """Tared, scaled torque about the tip, (3,), not filtered: a law that turns by it would otherwise be late."""
+        """Return the tared, scaled torque about the tip, (3,), unfiltered to avoid delay in control."""
         torque_Nm = wrench_about(self._live_N, self._live_Nm, self._tip_in_sensor)
         torque = self._task.vector_of(self._tip_in_base, torque_Nm)
         return self._righted(torque) if self._weight_N else torque
 
     def _lightened(self, force_N: Vector3) -> Vector3:
-        """A tared force without what the weight adds because the tool leans: the tare turned with the tool."""
+        """Return a tared force without the weight component caused by tilt, as if the tare turned with the tool."""
         (x, y, z), (ax, ay, az), weight_N = force_N, self._axis, self._weight_N
         return x + weight_N * ax, y + weight_N * ay, z - weight_N * (1.0 - az)
 
@@ -183,10 +182,10 @@ class Measurement:
 
 
 def require_place(joints: JointSample, count: int) -> None:
-    """Refuse the first joint sample of a trial where it does not tell where the arm is.
+    """Refuse the first joint sample of a trial if it does not give the arm's pose.
 
     Raises:
-        DeviceError: It is not valid, or has another number of joint angles than the arm has joints.
+        DeviceError: The sample is not valid, or has the wrong number of joint angles.
     """
     if joints.validity is not Validity.VALID:
         raise DeviceError("joint encoder", f"the first sample of the trial is {joints.validity.value}")
@@ -195,7 +194,7 @@ def require_place(joints: JointSample, count: int) -> None:
 
 
 def _value_at(time_ns: int, history: History) -> float:
-    """Value at a time by interpolation, as far as that is kept; else the newest."""
+    """Interpolate the value at a time within the history; after its end return the newest value."""
     after_ns, after_m = newest = history[-1]
     if time_ns >= after_ns:
         return after_m
@@ -207,5 +206,5 @@ def _value_at(time_ns: int, history: History) -> float:
 
 
 def _wrong_number(q_rad: JointVector, count: int) -> DeviceError:
-    """Joint angles that cannot be this arm's."""
+    """Return the error for a wrong number of joint angles."""
     return DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {count}")

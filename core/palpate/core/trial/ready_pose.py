@@ -1,4 +1,4 @@
-"""The pose above the hole from which trials begin, and how far a trial may lead from there."""
+"""The initial pose of trials above the hole, and the largest distance of a trial from it."""
 
 from dataclasses import dataclass
 from math import radians, sqrt
@@ -23,11 +23,11 @@ from palpate.core.trial.frame import goal_in_base
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """A box in the task frame; a supervisor lets the tip leave it by its margins and no further.
+    """A box in the task frame; the supervisor trips if the tip leaves it by more than its margins.
 
     Attributes:
-        turns_deg: How far the tool may lean, and how far turn about its axis; None where it keeps its orientation, and
-            nothing is held against that.
+        turns_deg: Largest tilt of the tool and largest turn about its axis; None if it keeps its orientation, which is
+            then not checked.
     """
 
     side_mm: tuple[float, float]
@@ -38,11 +38,11 @@ class Workspace:
 
 @dataclass(frozen=True)
 class ReadyPose:
-    """The pose above the nominal goal from which trials begin.
+    """The initial pose of trials above the nominal goal.
 
     Attributes:
         q_rad: Joint angles, (n,).
-        tip_rotation: Orientation of the tool there, (3, 3), base frame; it is kept during the trial.
+        tip_rotation: Orientation of the tool, (3, 3), base frame; constant during a trial.
     """
 
     q_rad: Array
@@ -50,7 +50,7 @@ class ReadyPose:
 
 
 def wander_m(task: TaskConfig) -> float:
-    """How far from the nominal goal a trial may lead the peg: to a corner of the exploration area."""
+    """Return the largest distance of the peg from the nominal goal in a trial: a corner of the exploration area."""
     centre_mm = task.start_uncertainty_mm if task.area_centre == "start" else 0.0
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
@@ -58,15 +58,15 @@ def wander_m(task: TaskConfig) -> float:
 def find_ready_pose(
     arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig, workspace: Workspace | None = None
 ) -> ReadyPose:
-    """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
+    """Solve for the ready pose with the tool pointing into the hole and free yaw.
 
     Args:
-        task: Place of the goal, and an insertion's area and depth.
-        workspace: What the arm has to reach instead of these.
+        task: Pose of the goal; exploration area and depth of an insertion.
+        workspace: Box to reach in place of that area and depth.
 
     Raises:
-        ConfigurationError: There is no such arm.
-        UnreachableError: The arm cannot get there, or not to the corners of the exploration area.
+        ConfigurationError: The arm is unknown.
+        UnreachableError: The arm cannot reach the pose or the corners of the exploration area.
     """
     description = arm_named(arm)
     kinematics = Kinematics(description, tool)
@@ -102,10 +102,10 @@ def require_turns(
     """Refuse turns of the tool that the arm cannot make above the goal.
 
     Args:
-        turns_deg: How far the tool is to lean, about x and about y, and how far to turn about its axis.
+        turns_deg: Required tilt about x and about y, and required turn about the tool axis.
 
     Raises:
-        UnreachableError: It cannot, for the first such turn.
+        UnreachableError: The first turn that the arm cannot make.
     """
     description, goal = arm_named(arm), goal_in_base(task.goal)
     inverse = InverseKinematics(Kinematics(description, tool), PERIOD_S)

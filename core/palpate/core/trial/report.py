@@ -1,4 +1,4 @@
-"""What goes into one trial and what comes out of it, as plain values."""
+"""Inputs and results of a trial, as plain values."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    # It says what the tool may do, and kinematics are loaded for that; an observer needs none.
+    # It needs kinematics; an observer should not load them.
     from palpate.core.trial.expectation import Trip
 
 
 class Phase(enum.Enum):
-    """Stages of an insertion trial, in their order; other tasks share the first three and the last."""
+    """Phases of an insertion trial in order; other tasks share the first three and the last."""
 
     LIFT = "lift"
     TRANSFER = "transfer"
@@ -26,7 +26,7 @@ class Phase(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """How a trial ended, as port data show it; a task other than an insertion that is done is DONE."""
+    """End of a trial according to port data; a completed task other than an insertion is DONE."""
 
     INSERTED = "inserted"
     DONE = "done"
@@ -45,12 +45,12 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class TrialSetup:
-    """What distinguishes one trial from the next, for the core.
+    """The data that distinguish trials for the core.
 
     Attributes:
         index: Number of the trial within its run, from 0.
-        seed: The run's seed; with the index it gives every random stream.
-        start_m: Where above the plate the trial starts, (x, y) in the task frame.
+        seed: The run's seed; with the index it determines every random stream.
+        start_m: Start of the trial above the plate, (x, y) in the task frame.
     """
 
     index: int
@@ -60,7 +60,7 @@ class TrialSetup:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth a line in a log."""
+    """An event for the log."""
 
     tick: int
     name: str
@@ -69,16 +69,16 @@ class Event:
 
 @dataclass(slots=True)
 class DecisionRecord:
-    """One choice of an action, and the reinforcement that it then earned: as the report, it is written as things go on.
+    """One choice of an action and its reinforcement; updated during the trial.
 
     Attributes:
-        reinforcement: What the action then earned; None while it is not known, or when it was interrupted.
-        displacement_m: What was asked of the tip, (2,), task frame.
-        index: Place of the action in the action set; None for one that is not of the set.
-        grounds: What it was chosen by: force (3,), N, and torque (3,), N m, of the observation, the features, and
-            numbers of the policy's own.
-        law: Control law of an action in six degrees of freedom; empty for a step across.
-        spatial: What such an action does beside its step, (8,), as :class:`~palpate.core.policy.Spatial` has it.
+        reinforcement: Reinforcement of the action; None until it is known, or if the action was interrupted.
+        displacement_m: Commanded displacement of the tip, (2,), task frame.
+        index: Index in the action set; None if the action is not in the set.
+        grounds: Inputs of the choice: force (3,), N, and torque (3,), N m, of the observation, the features, and
+            numbers that the policy adds.
+        law: Controller of an action in six degrees of freedom; empty for a step in the plane.
+        spatial: The other parameters of such an action, (8,), in the order of :class:`~palpate.core.policy.Spatial`.
     """
 
     tick: int
@@ -96,12 +96,12 @@ class DecisionRecord:
 
 @dataclass
 class TrialTiming:
-    """How regular the ticks and samples of a trial were; a simulator's always are.
+    """Regularity of ticks and samples in a trial; always perfect in a simulator.
 
     Attributes:
-        worst_late_ns: Longest time by which a tick began after its slot.
+        worst_late_ns: Largest delay of a tick after its slot.
         late_ticks: Ticks that began more than a millisecond late.
-        repeated_samples: Ticks in which a sensor had nothing new.
+        repeated_samples: Ticks in which a sensor had no new sample.
     """
 
     worst_late_ns: int = 0
@@ -112,14 +112,14 @@ class TrialTiming:
 
 @dataclass
 class TrialReport:
-    """What came of a finished trial, from port data alone.
+    """Result of a trial from port data alone.
 
     Attributes:
-        exploration_time_s: From contact to the hole (or to the end without it).
+        exploration_time_s: Time from contact to the hole, or to the end of the trial.
         peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
-        depth_m: Estimated depth of the tip below the plate's surface at the end.
+        depth_m: Estimated final depth of the tip below the plate's surface.
         temperature: Exploration temperature during the trial; None for policies without one.
-        trip: What the supervisor took over for; None while it did not.
+        trip: Cause of the supervisor's trip; None if there was none.
     """
 
     setup: TrialSetup
@@ -138,11 +138,11 @@ class TrialReport:
 
 
 INTERRUPT: Final = "interrupt"
-"""Name of the event at the tick in which an interruption was first seen."""
+"""Name of the event in the first tick that notices an interruption."""
 
 
 class Purpose(enum.IntEnum):
-    """What random numbers are drawn for. The values are part of every log: never renumber them."""
+    """Purposes of random numbers. The values are part of every log: never renumber them."""
 
     START = 0
     HOLE = 1
@@ -160,10 +160,10 @@ class Purpose(enum.IntEnum):
 
 
 TRIALS_OF_A_SERIES: Final = 500_000
-"""Each multiple of this begins a series of trials with random streams of its own: first those of training, then those
-of evaluation, then those that fit a perception."""
+"""Each multiple of this number starts a series of trials with separate random streams: training, evaluation, and
+fitting a perception, in this order."""
 
 
 def generator(seed: int, purpose: Purpose, trial: int) -> np.random.Generator:
-    """The generator for one purpose of one trial."""
+    """Return the generator for one purpose of one trial."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(purpose), trial)))

@@ -1,4 +1,4 @@
-"""The seam between a task and whatever runs it: the loop, the supervisor, the recorder and a replay use no more."""
+"""The interface between a task and the loop, the supervisor, the recorder and a replay."""
 
 from abc import abstractmethod
 from typing import Protocol
@@ -10,15 +10,15 @@ from palpate.core.trial.report import TrialReport, TrialSetup
 
 
 class Task(Protocol):
-    """What an arm does in a trial: one snapshot in, one joint command out, tick by tick. Without I/O and clock.
+    """The behaviour of an arm in a trial: one snapshot in and one joint command out per tick, without I/O or clock.
 
-    A task is a function of its configuration, of the trial's setup and of the snapshots, or it cannot be replayed.
-    It is used trial after trial; :meth:`begin` clears what the one before left.
+    A task must be a function of its configuration, the trial's setup and the snapshots; otherwise it cannot be
+    replayed. It is reused for every trial; :meth:`begin` resets it.
 
     Attributes:
-        expectation: What it expects of the world at present, for the supervisor.
-        tip_m: Tip according to the encoders, (3,), task frame, as of the last tick.
-        turned_rad: How the tool leans, and by how much it is turned about its axis, by the encoders, (2,).
+        expectation: Present constraints on contact and position, for the supervisor.
+        tip_m: Tip from the encoders at the last tick, (3,), task frame.
+        turned_rad: Tilt of the tool and turn about its axis from the encoders, (2,).
     """
 
     expectation: Expectation
@@ -31,49 +31,49 @@ class Task(Protocol):
 
     @abstractmethod
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """The first half of a tick: what was sensed in; :meth:`act` is the second.
+        """Process a snapshot, the first half of a tick; :meth:`act` is the second.
 
         Returns:
-            What a policy will choose an action by in the second half; None in ticks without a choice.
+            The observation for a policy's choice in the second half; None in ticks without a choice.
 
         Raises:
-            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
         """
 
     def choose(self) -> None:
-        """Let the policy choose by what :meth:`sense` returned; tasks without a policy are never asked."""
+        """Let the policy choose from the observation of :meth:`sense`; not called for tasks without a policy."""
         return
 
     @abstractmethod
     def act(self) -> JointCommand:
-        """The second half of a tick: what the arm shall do."""
+        """Return the command to the arm, the second half of a tick."""
 
     @abstractmethod
     def interrupt(self) -> None:
-        """End the trial as soon as that makes sense, and any later one at once. Safe to call from a signal handler.
+        """End the trial as soon as possible, and any later one at once. Safe to call from a signal handler.
 
-        The tick in which this is first seen leaves an event :data:`~palpate.core.trial.report.INTERRUPT`: a replay
-        interrupts the trial there.
+        The first tick that notices it records an event :data:`~palpate.core.trial.report.INTERRUPT`, at which a replay
+        interrupts the trial.
         """
 
     @abstractmethod
     def tripped(self, trip: Trip) -> None:
-        """The supervisor has taken over: the trial is over."""
+        """End the trial after a trip of the supervisor."""
 
     @abstractmethod
     def clamped(self, intervention: Intervention) -> None:
-        """The supervisor has changed a command."""
+        """Record that the supervisor changed a command."""
 
     @abstractmethod
     def conclude(self) -> None:
-        """The loop is done with the trial; nothing that it came to changes any more."""
+        """Finish the trial after its last tick; its results no longer change."""
 
     @property
     @abstractmethod
     def report(self) -> TrialReport:
-        """The living account of the trial that runs, or of the last one; its outcome ends the trial."""
+        """Return the report of the present or last trial; setting its outcome ends the trial."""
 
     @property
     @abstractmethod
     def filter_state(self) -> list[float]:
-        """Memory of the filters; after :meth:`begin` what a trial starts with, as its log holds it."""
+        """Return the filter state; after :meth:`begin` it is the initial state that the log holds."""

@@ -1,4 +1,4 @@
-"""Accuracy of a cell's contacts: its play error, and its valid range.
+"""Accuracy of a cell's contacts: play error and valid range.
 
 Figures are in docs/results.md.
 """
@@ -11,14 +11,14 @@ from palpate.simulation.work_cell.contact_impedance import VALID_SHARE, give_mm
 from palpate.simulation.work_cell.contour import FLAT
 
 _IDEAL_MM: Final = 0.0008
-"""Roughness of a ground pin, Ra at most by ISO 8734, which ideal circles leave out."""
+"""Largest roughness Ra of a ground pin by ISO 8734, which ideal circles neglect."""
 
 
 def play_error_mm(cell: CellConfig) -> float:
-    """Highest error of the radial clearance of peg and hole, mm; 0 without a hole.
+    """Return the largest error of the radial clearance of peg and hole in mm; 0 without a hole.
 
-    It adds the depth by which walls give way, the play between contacts round the hole, the gap between facets of a
-    peg that is turned against its round hole, and what ideal circles leave out.
+    It adds the penetration of the walls, the play between contacts around the hole, the gap between facets of a peg
+    that is turned in its round hole, and the neglected roughness.
     """
     if cell.contour.shape != FLAT:
         return 0.0
@@ -31,12 +31,12 @@ def play_error_mm(cell: CellConfig) -> float:
 
 
 def valid(cell: CellConfig) -> bool:
-    """Return whether the play error is small against the clearance."""
+    """Return True if the play error is small compared with the clearance."""
     return play_error_mm(cell) < VALID_SHARE * cell.peg.clearance_mm or cell.contour.shape != FLAT
 
 
 def validity_lines(cell: CellConfig) -> list[str]:
-    """Return what belongs with every rate that the cell gives: one line, or nothing where it is valid."""
+    """Return a caveat for every rate from the cell; empty if the cell is valid."""
     error = f"{play_error_mm(cell) * 1e3:.1f} um of a radial clearance of {cell.peg.clearance_mm * 1e3:g} um"
     line = f"outside the simulator's valid range: its play error is {error} (limit {VALID_SHARE:.0%})"
     return [] if valid(cell) else [line]

@@ -1,4 +1,4 @@
-"""What the simulated arm has where its description gives none: inertias of its bodies, and servos that suit them."""
+"""Body inertias and servos of the simulated arm, where its description states none."""
 
 from math import hypot, isfinite, pi
 from typing import Final
@@ -12,16 +12,16 @@ _DENSITY_KG_M3: Final = 1200.0
 """Mass of published arms over the volume of such capsules: castings, motors and gears in half a shell."""
 _RADIUS_M: Final = 0.04
 _SLENDER: Final = 7.0
-"""A body's radius is a seventh of its length, and never less than a wrist's."""
+"""Length over radius of a body; the radius is never less than a wrist's."""
 _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
-"""Servos and motors of an arm of up to 30 kg, seen at the joint: of the last three joints, the second. Assumed."""
+"""Servos and motors of an arm of up to 30 kg at the joint; the second value is for the last three joints. Assumed."""
 _BORNE: Final = 3.0
-"""So many times its armature a servo moves without swinging; every arm that comes with palpate has less, but ur20."""
+"""Largest inertia over armature that a servo moves without oscillation; of palpate's arms only ur20 has more."""
 
 
 def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]:
-    """Return the inertia of each moving body, base first, and the joints whose body's was estimated."""
+    """Return the inertia of each moving body, base first, and the joints whose inertias were estimated."""
     model, found, estimated = kinematics.model, list[pin.Inertia](), list[str]()
     flange = model.frames[model.getFrameId("sensor")].placement
     for index in range(1, model.njoints):
@@ -34,7 +34,7 @@ def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]
 
 
 def inertia_lines(named: str | ArmDescription) -> list[str]:
-    """Return a line for the person where inertias are estimated, else none."""
+    """Return a line about estimated inertias for the user; empty if there are none."""
     _, estimated = body_inertias(Kinematics(arm_named(named), ToolGeometry()))
     if not estimated:
         return []
@@ -42,9 +42,9 @@ def inertia_lines(named: str | ArmDescription) -> list[str]:
 
 
 def servos(kinematics: Kinematics, inertias: list[pin.Inertia]) -> tuple[list[float], list[float]]:
-    """Return stiffness and armature of each joint's servo: the description's, or such as suit the arm's inertia.
+    """Return stiffness and armature of each joint's servo, from the description or scaled to the arm's inertia.
 
-    Both grow with what the joint moves in the arm's posture, so that natural frequency and damping stay.
+    Both scale with the inertia at the joint in the arm's posture, which keeps natural frequency and damping constant.
     """
     model, arm = kinematics.model.copy(), kinematics.arm
     for index, inertia in enumerate(inertias, start=1):
@@ -63,7 +63,7 @@ def _is_physical(inertia: pin.Inertia) -> bool:
 
 
 def _capsule(given: pin.Inertia, end_m: np.ndarray) -> pin.Inertia:
-    """A capsule from a joint to the next one, of the given mass and centre where there is a mass."""
+    """Return a capsule from a joint to the next one, with the given mass and centre if there is a mass."""
     length = hypot(*end_m)
     radius = max(_RADIUS_M, length / _SLENDER)
     is_given = isfinite(given.mass) and given.mass > 0.0

@@ -1,4 +1,4 @@
-"""A belief over the place of the hole: a touch model learned from hindsight, and a planner on it."""
+"""A belief over the position of the hole: a contact model learned from episode outcomes, and a planner."""
 
 import lazy_loader
 

@@ -1,8 +1,9 @@
-"""Exponential and logarithm of arrays, the same bytes on every processor.
+"""Exponential and logarithm of arrays, with the same bytes on every processor.
 
-numpy's own use the vector units of the machine, and each kind rounds in its own way; a belief that differs in its last
-bit would choose another action one day. Sums, products, square roots and scaling by powers of two are rounded the same
-everywhere (IEEE 754), so these use nothing else. Their errors, below 2e-7, are nothing beside a touch's noise.
+numpy's functions use vector units that round differently on different machines, and a belief that differs in its last
+bit may select another action. Sums, products, square roots and scaling by powers of two are rounded the same everywhere
+(IEEE 754), so these functions use nothing else. Their errors, below 2e-7, are negligible compared with the noise of a
+contact.
 """
 
 from dataclasses import dataclass
@@ -13,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-"""Doubles; of what is kept of places, singles where these say so."""
+"""Double precision, or single precision for arrays over the grid."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Constants of floats of one size.
+    """Constants of a floating-point format.
 
     Attributes:
-        whole: Whole numbers of the same size.
-        ln2: In two parts; the first, of few bits, is exact times a small whole number.
-        least: What is below leaves nothing that counts.
-        terms: Terms of the exponential's series.
+        whole: Integer type of the same size.
+        ln2: Logarithm of 2 in two parts; products of the short first part with small integers are exact.
+        least: Argument below which the exponential is negligible.
+        terms: Number of terms in the exponential's series.
     """
 
     whole: np.dtype[np.signedinteger[Any]]
@@ -35,7 +36,7 @@ class _Format:
 
     @property
     def rounding(self) -> float:
-        """Added, it leaves a whole number, in the last bits of the mantissa."""
+        """Return the number that rounds a sum to an integer in the last bits of the mantissa."""
         return 1.5 * 2.0**self.mantissa_bits
 
 
@@ -48,9 +49,9 @@ _FORMATS: Final = {
 
 
 def exponential(x: Floats) -> Floats:
-    """E to the power of each element; what is below -700, in single precision -60, counts as that.
+    """Return e to the power of each element; elements below -700, in single precision -60, are clipped.
 
-    None may be as far above.
+    Elements must not exceed 700, or 60.
     """
     by = _FORMATS[x.dtype]
     high, low = by.ln2
@@ -61,17 +62,17 @@ def exponential(x: Floats) -> Floats:
     series = np.full_like(rest, 1.0 / factorial(by.terms))
     for k in range(by.terms - 1, -1, -1):
         series = series * rest + 1.0 / factorial(k)
-    # Times two to the power, by the bits of the exponent: exact.
+    # Multiply by the power of two through the bits of the exponent: exact.
     scaled = series.view(by.whole) + (rounded.view(by.whole) << by.mantissa_bits)
     result: Floats = scaled.view(x.dtype)
     return result
 
 
 def logarithm(x: Floats) -> Floats:
-    """Natural logarithm of each element; all have to be above 1e-300, in single precision 1e-37."""
+    """Return the natural logarithm of each element; all must be above 1e-300, in single precision 1e-37."""
     by = _FORMATS[x.dtype]
     high, low = by.ln2
-    # Powers of two that leave mantissas between the root of a half and twice that.
+    # Powers of two that leave mantissas between sqrt(0.5) and sqrt(2).
     root_half = int(np.array(sqrt(0.5), x.dtype).view(by.whole))
     whole = (x.view(by.whole) - root_half) >> by.mantissa_bits
     mantissa = (x.view(by.whole) - (whole << by.mantissa_bits)).view(x.dtype)

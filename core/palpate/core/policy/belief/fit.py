@@ -1,6 +1,6 @@
-"""Fits a touch model to labelled touches: part by part, each to what the others leave, a few times round.
+"""Fits a contact model to labelled contacts, one part after another to the residual of the others, repeatedly.
 
-No matrix is solved and no random number drawn, so the same touches give the same model to the last bit.
+It solves no matrix and draws no random numbers, so the same contacts give the same model to the last bit.
 """
 
 from collections.abc import Sequence
@@ -15,35 +15,35 @@ from palpate.core.policy.belief.model import RINGS_M, SECTORS, Directions, Pair,
 from palpate.core.policy.belief.touches import Examples, TouchedTrial
 
 FEWEST_TOUCHES: Final = 6
-"""Below this many nothing is fitted."""
+"""Fewest contacts for a fit."""
 _LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
-"""Shares of the last step by which the torque may be behind."""
+"""Lags of the torque to try, as shares of the last step."""
 _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
-"""The cue of a ring is shrunk to that of all rings as if so many touches had shown it."""
+"""The cue of a ring is shrunk towards that of all rings with the weight of this many contacts."""
 _RESIDUAL_SHARE: Final = 0.12
-"""What breaks the symmetry is little: its standard deviation beforehand is this share of all torques'."""
+"""Prior standard deviation of the asymmetric residual over that of all torques."""
 _GAIN: Final = 0.5
-"""Standard deviation of a gain, as it is believed beforehand."""
+"""Prior standard deviation of a gain."""
 _UPRIGHT_TRIALS: Final = 1.0
-"""So many trials without a lean are believed to have been before the first."""
+"""Number of trials without tilt assumed before the first trial."""
 _RECENT: Final = 0.7
-"""Of the leans so far each counts less by this than the next one: the last grip is the likeliest."""
+"""Weight of a trial's tilt over that of the next trial: the last grip is the most likely one."""
 _NOISE_COUNT: Final = 5.0
-"""The noise of a ring is shrunk to that of all rings likewise."""
+"""The noise of a ring is shrunk towards that of all rings with the weight of this many contacts."""
 _BORROWED: Final = 0.1
-"""Share of its neighbours' touches that a ring takes for its own."""
+"""Share of its neighbours' contacts that a ring uses as well."""
 _BIAS_TRIALS: Final = 2.0
-"""What is believed of the bias beforehand, that it is as large as the noise, is worth so many trials."""
+"""Number of trials that the prior of the bias, a variance as large as the noise, counts for."""
 _LEAST_NM: Final = 1e-4
-"""Nothing is less noisy than this."""
+"""Lower bound of a standard deviation."""
 
 
 def fit_touch_model(trials: Sequence[TouchedTrial]) -> TouchModel:
-    """The touch model that these trials show.
+    """Fit the contact model of these trials.
 
     Raises:
-        ConfigurationError: They hold fewer than ``FEWEST_TOUCHES``.
+        ConfigurationError: The trials have fewer than ``FEWEST_TOUCHES`` contacts.
     """
     examples = Examples.of(trials)
     if (count := len(examples.trial)) < FEWEST_TOUCHES:
@@ -62,7 +62,7 @@ class _TouchFit:
         self._lag, self._torque, self._trial = lag, examples.torque_Nm, examples.trial
         self._load = examples.load[:, None]
         self._weight = self._load * self._load
-        # The torque is that of a place which the tip has already left.
+        # The torque belongs to a position that the tip has already left.
         place = examples.to_hole_m + lag * examples.step_m
         self._at = Directions.of(place[:, 0], place[:, 1])
         self._trials = int(self._trial.max()) + 1
@@ -79,7 +79,7 @@ class _TouchFit:
         facing = self._at.turned_back(lean)
         left = self._torque - lean
         swayed = left - self._load * self._at.turned(gains * facing)
-        # What is borne with a greater load shows more: least squares weight a lever by the load's square.
+        # Contacts with a greater load show more: least squares weight a lever by the squared load.
         self._fit_cue(self._load * swayed - self._weight * self._residuals)
         rest = self._at.turned_back(left - self._load * (self._cues + self._residuals))
         shown, counts = self._by_ring(self._load * facing * rest), self._by_ring(self._weight * facing * facing)
@@ -110,7 +110,7 @@ class _TouchFit:
         self._residuals = self._at.between_cells(self._residual)
 
     def _fit_leans(self, left: Floats, gains: Floats) -> None:
-        """Each trial's lean, as a random intercept; mean and variance of these by expectation maximisation."""
+        """Fit the tilt of each trial as a random intercept, its mean and variance by expectation maximisation."""
         weights = gains * gains
         xx, xy, yy = (self._by_trial(part) / self.pooled for part in _turned_square(weights, self._at.unit))
         pulls = self._at.turned(gains * self._at.turned_back(left)) / self.pooled
@@ -130,7 +130,7 @@ class _TouchFit:
         return np.bincount(self._trial, values, self._trials).astype(np.float64)
 
     def _by_ring(self, values: Floats) -> Floats:
-        """Sums of values (n, k) by ring, each value shared between the two rings it lies between."""
+        """Sum values (n, k) by ring, each value shared between the two rings around it."""
         rings = len(RINGS_M)
         columns = [
             np.bincount(self._at.ring, (1.0 - self._at.share) * column, rings)
@@ -140,7 +140,7 @@ class _TouchFit:
         return np.stack(columns, axis=1)
 
     def model(self) -> TouchModel:
-        """What was fitted."""
+        """Return the fitted model."""
         recent = np.array([_RECENT**age for age in reversed(range(self._trials))])
         offset = (recent[:, None] * self._bias).sum(axis=0) / recent.sum()
         counts = self._by_ring(np.ones((len(self._left), 1)))[:, 0]
@@ -159,7 +159,7 @@ class _TouchFit:
 
 
 def _borrowing(table: Floats) -> Floats:
-    """A table by rings (rings, k), each with a share of its neighbours'."""
+    """Add to each ring of a table (rings, k) a share of its neighbours."""
     lent = _BORROWED * table
     table = table.copy()
     table[1:] += lent[:-1]
@@ -168,12 +168,12 @@ def _borrowing(table: Floats) -> Floats:
 
 
 def _as_pair(values: Floats) -> Pair:
-    """Two numbers, (2,), as a pair."""
+    """Return two numbers, (2,), as a pair."""
     return float(values[0]), float(values[1])
 
 
 def _turned_square(weights: Floats, unit: Floats) -> tuple[Floats, Floats, Floats]:
-    """Weights along and across headings, (n, 2), as symmetric matrices in x and y: xx, xy, yy."""
+    """Return weights along and across headings, (n, 2), as symmetric matrices in x and y: xx, xy, yy."""
     c, s = unit[:, 0], unit[:, 1]
     along, across = weights[:, 0], weights[:, 1]
     return along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c

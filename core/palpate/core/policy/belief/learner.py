@@ -1,4 +1,4 @@
-"""Learns from the end of each trial where the hole was, and acts by a belief over where it is."""
+"""Learns the position of the hole from the end of each trial, and acts on a belief over it."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 
 SEARCH: Final = "search"
-"""Name of the steps of a search; those by the belief are named by their way."""
+"""Name of the search steps; steps by the belief are named by their displacement."""
 _WIDEST_M: Final = 8e-3
-"""More places than 161 by 161 cannot be gone through within a tick."""
+"""Largest half-width; more than 161 by 161 cells cannot be processed within a tick."""
 
 _MIDDLE_M: Final = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefParameters(Settings):
-    """Of the learner belief: what does not follow from the task."""
+    """Parameters of the learner belief that do not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
-    """A hole within this distance of the peg's way takes it in."""
+    """Half-width around the peg's path within which a hole captures the peg."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
-    """Speed of a longest step, its rest included."""
+    """Mean speed of a longest step, pauses included."""
     kept: Annotated[float, Range(0.5, 1.0)] = 0.985
-    """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
+    """Forgetting factor of the evidence per contact, because the learned model may be slightly wrong."""
     search_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
-    """Highest speed of a search: faster, the peg slides over holes that it should drop into."""
+    """Highest speed of a search; at higher speeds the peg slides over holes."""
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
-    """Distance between the turns of a search; at most twice the capture width, or it leaves gaps."""
+    """Distance between the turns of a search; above twice the capture width it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
-    """So many trials are remembered; what is older is forgotten."""
+    """Number of trials remembered; older ones are forgotten."""
     patience: Annotated[int, Range(1, 1000)] = 60
-    """After so many steps by the belief a search round the likeliest place begins, and then the belief anew; after as
-    many again a search of everything, to the end."""
+    """Steps by the belief until a search around the most likely position begins, after which the belief restarts. After
+    as many again, everything is searched until the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
-    """Steps of the first of these searches."""
+    """Number of steps of the first of these searches."""
     regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
-    """How likely the tool leans otherwise than in the trials before."""
+    """Prior probability that the tilt of the tool differs from earlier trials."""
     other_tool: bool = False
-    """Whether a policy file whose touch model is of another peg may be the beginning; else it is refused."""
+    """Accept a policy file whose contact model is of another peg as the start; otherwise it is refused."""
 
     @override
     def check(self) -> None:
@@ -64,12 +64,12 @@ class BeliefParameters(Settings):
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """What does not need the torque of a touch.
+    """Precomputed results that do not need the torque of a contact.
 
     Attributes:
-        place: That of the touch, in units of ``LENGTH_M``.
-        passed: The belief's, with the places that were passed on the way.
-        cell: Cell that the torque is of.
+        place: Position of the contact, in units of ``LENGTH_M``.
+        passed: ``passed`` of the belief, updated with the path to this position.
+        cell: Cell to which the torque belongs.
     """
 
     place: tuple[int, int]
@@ -78,15 +78,15 @@ class _Way:
 
 
 class BeliefLearner(ModelLearner[TouchedTrial]):
-    """A touch model, a belief over the hole's place, and a planner on it.
+    """A contact model, a belief over the hole's position, and a planner on it.
 
-    Until a trial has ended in the hole nothing is known of the touch, and the learner searches in a spiral.
+    Until a trial has ended in the hole there is no contact model, and the learner searches in a spiral.
 
     Args:
-        half_width_m: Half the side of the square about the goal that may be explored.
+        half_width_m: Half the side of the exploration area around the goal.
 
     Raises:
-        ConfigurationError: The square is so large that its places could not be gone through within a tick.
+        ConfigurationError: The area has too many cells to process within a tick.
     """
 
     def __init__(self, parameters: BeliefParameters, half_width_m: float, action_s: float, *, frozen: bool) -> None:
@@ -112,7 +112,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     @property
     def model(self) -> TouchModel | None:
-        """The touch model, fitted to what was learned so far; None while that is too little."""
+        """Return the contact model fitted to the trials so far; None if they have too few contacts."""
         self._refit()
         return self._model
 
@@ -123,7 +123,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._searched = 0
 
     def _start_anew(self) -> None:
-        """Forget the evidence of the trial so far."""
+        """Reset the evidence of the present trial."""
         table, kept = self._table, self.parameters.kept
         self._belief = None if table is None else PlaceBelief(table, self._log_prior, kept)
         self._search, self._steps = None, 0
@@ -139,7 +139,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._lag = self._model.lag
 
     def _expect_place(self) -> None:
-        """The prior over places and its centre, by where the hole was so far."""
+        """Compute the prior over positions and its centre from earlier holes."""
         prior = place_prior([trial.hole_m for trial in self._trials], self._places)
         self._log_prior, self._centre_m = logarithm(prior).astype(SINGLE), self._places.mean_m(prior)
 
@@ -150,7 +150,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        """The step that brings the peg to the hole soonest, by what is believed."""
+        """Return the step that minimises the expected time to the hole."""
         touch = Touch.of(observation)
         way, self._foreseen = self._foreseen, None
         if self._belief is None:
@@ -169,8 +169,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         probabilities = self._belief.probabilities()
         if self._steps > self.parameters.patience:
             self._steps, self._searched = 0, self._searched + 1
-            # A belief that failed twice is wrong: from then on everything is searched, which a spiral does soonest from
-            # the middle.
+            # A belief that failed twice is wrong: then search everything, which is fastest from the middle.
             around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else _MIDDLE_M
             return self._searching(self._begin_search(around_m), touch)
         way_m, actions = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
@@ -178,13 +177,13 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         return Decision(self._actions[way_m], None, LEARNED, grounds)
 
     def _ready(self, place: tuple[int, int], belief: PlaceBelief) -> _Way:
-        """The way to this place, and everything else that does not wait for what is felt there."""
+        """Compute everything for this position that does not need its torque."""
         way = self._way_to(place, belief.passed)
         self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
         return way
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> _Way:
-        """The way from the last touch, at which so much was passed, to one at this place, in ``LENGTH_M``."""
+        """Compute the path from the last contact to this position, in ``LENGTH_M``, and what it has passed."""
         before = self._touches[-1].place if self._touches else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]
@@ -197,7 +196,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         return _Way(place, passed, self._places.cell(*felt_m))
 
     def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
-        """A place, held to the square that the belief covers."""
+        """Clamp a position to the square of the belief."""
         edge = float(self._places.axis_m[-1])
         x, y = (min(max(value, -edge), edge) for value in place_m)
         return x, y
@@ -223,5 +222,5 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
 
 def _name(dx_m: float, dy_m: float) -> str:
-    """Name of a step, such as ``+0.28-0.28mm``."""
+    """Return the name of a step, such as ``+0.28-0.28mm``."""
     return f"{dx_m * 1e3:+.2f}{dy_m * 1e3:+.2f}mm"

@@ -1,19 +1,19 @@
-"""The touch model: which torque is to be expected how far and on which side of the hole.
+"""The contact model: the expected torque at a distance and direction from the hole.
 
 ::
 
     torque = load * (cue(distance) turned to the hole's heading + residual(distance, sector)) + noise
-             + (1 + load * gain(distance)) times the lean's torque, along and across that heading
+             + (1 + load * gain(distance)) times the tilt's torque, along and across that heading
 
-The load is the pressing force as a share of 4.9 N. Nothing in it says which torque means which direction: the cue is
-learned, and shared over all headings, which is what a round peg gives; the residual takes what breaks that symmetry.
-Over distance all are given at a few rings and linear between.
+The load is the pressing force over 4.9 N. No relation between torque and direction is built in: the cue is learned and
+shared over all headings, as for a round peg; the residual contains what breaks that symmetry. All are given at a few
+rings of distance and interpolated linearly.
 
-A tool that leans in its grip touches with an edge, which gives every touch a torque, the trial's bias; where the hole
-is under that edge another one bears. To first order in the lean a round peg leaves nothing else: by symmetry the torque
-is linear in that bias, and only its parts along and across the heading can count differently. So whatever one heading
-of the lean shows holds for all: a tool that is gripped anew is known but for two numbers, which a belief has
-integrated out. A sensor's zero that is off is such a bias without a gain.
+A tool that is tilted in its grip touches with an edge, which adds a torque to every contact, the trial's bias; if the
+hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
+symmetry the torque is linear in that bias, with different gains along and across the heading. Therefore observations at
+one heading of the tilt apply to all. After a regrip only two numbers are unknown, which the belief integrates out. A
+zero offset of the sensor is such a bias without a gain.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Directions:
-    """Ways to the hole, as the model's tables see them.
+    """Displacements to the hole, in the coordinates of the model's tables.
 
     Attributes:
         ring: Ring below each distance, (n,).
-        share: How far each distance is from that ring to the next one, 0 to 1, (n,).
+        share: Position of each distance between that ring and the next one, 0 to 1, (n,).
         sector: Sector of each heading, (n,).
-        unit: Each heading as a unit vector, (n, 2); that of no distance at all is x.
+        unit: Each heading as a unit vector, (n, 2); x for a distance of zero.
     """
 
     ring: np.ndarray
@@ -53,7 +53,7 @@ class Directions:
 
     @classmethod
     def of(cls, x_m: Floats, y_m: Floats) -> Directions:
-        """Of these displacements from the tip to the hole, (n,) each."""
+        """Create it from displacements of the hole from the tip, (n,) each."""
         distance = np.sqrt(x_m * x_m + y_m * y_m)
         ring = np.searchsorted(_KNOTS, distance, side="right") - 1
         ring = np.minimum(ring, len(RINGS_M) - 2)
@@ -67,25 +67,25 @@ class Directions:
         return cls(ring, share, sector, np.stack((ux, uy), axis=1))
 
     def between(self, table: Floats) -> Floats:
-        """Linear between the rings of a table (rings, ...), at each of these."""
+        """Interpolate linearly between the rings of a table (rings, ...)."""
         share = self.share.reshape(-1, *(1,) * (table.ndim - 1))
         at: Floats = (1.0 - share) * table[self.ring] + share * table[self.ring + 1]
         return at
 
     def between_cells(self, table: Floats) -> Floats:
-        """The same of a table (rings, sectors, k), in the sector of each: (n, k)."""
+        """Interpolate a table (rings, sectors, k) between rings, in the sector of each displacement: (n, k)."""
         share = self.share[:, None]
         at: Floats = (1.0 - share) * table[self.ring, self.sector] + share * table[self.ring + 1, self.sector]
         return at
 
     def turned(self, vectors: Floats) -> Floats:
-        """Vectors given along and across the heading, (n, 2), in x and y."""
+        """Rotate vectors from along and across the heading, (n, 2), to x and y."""
         c, s = self.unit[:, 0], self.unit[:, 1]
         along, across = vectors[:, 0], vectors[:, 1]
         return np.stack((along * c - across * s, along * s + across * c), axis=1)
 
     def turned_back(self, vectors: Floats) -> Floats:
-        """Vectors in x and y, (n, 2), along and across the heading."""
+        """Rotate vectors from x and y, (n, 2), to along and across the heading."""
         c, s = self.unit[:, 0], self.unit[:, 1]
         x, y = vectors[:, 0], vectors[:, 1]
         return np.stack((x * c + y * s, y * c - x * s), axis=1)
@@ -93,18 +93,17 @@ class Directions:
 
 @dataclass(frozen=True, slots=True)
 class TouchModel:
-    """What was learned of the touch; cue and residual for a pressing force of 4.9 N.
+    """A fitted contact model; cue and residual for a pressing force of 4.9 N.
 
     Attributes:
-        lag: Share of the last step by which the torque is behind the commanded tip.
-        offset_Nm: Torque of the lean of the last trials, (2,).
+        lag: Lag of the torque behind the commanded tip, as a share of the last step.
+        offset_Nm: Torque of the tilt in the last trials, (2,).
         cue_Nm: Along and across the heading of the hole, at each ring, (rings, 2).
-        residual_Nm: What the cue leaves, at each ring and sector, (rings, sectors, 2).
+        residual_Nm: Residual of the cue, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
-        bias_Nm: Standard deviation of the lean's torque from trial to trial, of each component.
-        gain: How much more of the lean's torque there is along and across the heading of the hole, at each ring,
-            (rings, 2).
-        spread_Nm: Standard deviation of each component of a lean's torque of which nothing is known.
+        bias_Nm: Standard deviation of the tilt's torque from trial to trial, of each component.
+        gain: Relative increase of the tilt's torque along and across the heading of the hole, at each ring, (rings, 2).
+        spread_Nm: Standard deviation of each component of an unknown tilt's torque.
     """
 
     lag: float
@@ -118,18 +117,18 @@ class TouchModel:
     spread_Nm: float
 
     def upright_Nm(self, directions: Directions) -> Floats:
-        """Torque of an upright tool at these displacements and a pressing force of 4.9 N, (n, 2)."""
+        """Return the torque of an upright tool at these displacements for a pressing force of 4.9 N, (n, 2)."""
         cue = directions.turned(directions.between(np.array(self.cue_Nm)))
         expected: Floats = cue + directions.between_cells(np.array(self.residual_Nm))
         return expected
 
     def expected_Nm(self, directions: Directions) -> Floats:
-        """Torque of a tool that leans as in the last trials, without the offset, (n, 2)."""
+        """Return the torque of a tool tilted as in the last trials, without the offset, (n, 2)."""
         lean = np.broadcast_to(np.array(self.offset_Nm), directions.unit.shape)
         gained = directions.between(np.array(self.gain)) * directions.turned_back(lean)
         expected: Floats = self.upright_Nm(directions) + directions.turned(gained)
         return expected
 
     def variance(self, directions: Directions) -> Floats:
-        """Variance of each component of a touch there, in N m squared, (n,)."""
+        """Return the variance of each component of a contact, in N m squared, (n,)."""
         return directions.between(np.square(np.array(self.noise_Nm)))

@@ -1,4 +1,4 @@
-"""The places where the hole may be: a square grid, and how likely each is before anything was touched."""
+"""The grid of possible positions of the hole, and its prior probabilities."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ import numpy as np
 from palpate.core.policy.belief.arithmetic import Floats, exponential
 
 PITCH_M: Final = 1e-4
-"""Distance between places."""
+"""Distance between grid points."""
 SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
-"""What is believed of each place is computed in single precision: quicker, and rounded by far less than a sensor's
-noise."""
+"""Beliefs are computed in single precision: faster, with rounding errors far below a sensor's noise."""
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
-"""Widths of the kernels: holes that stay, holes that are about there, and holes that are anywhere."""
+"""Widths of the kernels: constant holes, holes that scatter a little, and holes that scatter widely."""
 _MEMORY: Final = 0.9
-"""A width's success at foretelling counts less by this from trial to trial, so that a hole that moves is followed."""
+"""Forgetting factor of a width's predictive success per trial, so that moving holes are tracked."""
 _LEAST: Final = 1e-9
 
 Hole = tuple[float, float]
 
 
 def off_way_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
-    """Squared distances of these points from the straight way from the origin to (dx, dy)."""
+    """Return squared distances of points from the straight path from the origin to (dx, dy)."""
     length = dx_m * dx_m + dy_m * dy_m
     along = np.clip((x_m * dx_m + y_m * dy_m) / length, 0.0, 1.0) if length > 0.0 else np.zeros_like(x_m)
     off_x, off_y = x_m - along * dx_m, y_m - along * dy_m
@@ -34,10 +33,10 @@ def off_way_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
 
 
 class Places:
-    """The upright square of places, centred at the nominal goal.
+    """A square grid of positions, centred at the nominal goal, parallel to its axes.
 
     Attributes:
-        axis_m: Their coordinates, in x as in y, (size,).
+        axis_m: Coordinates, equal for x and y, (size,).
     """
 
     def __init__(self, half_width_m: float) -> None:
@@ -47,23 +46,23 @@ class Places:
         self._half = half
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """Row and column, x and y, of the nearest place; those beyond the edge have cells beyond it, too."""
+        """Return row and column, x and y, of the nearest grid point; points beyond the edge get cells beyond it."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
     def likeliest_m(self, belief: Floats) -> tuple[float, float]:
-        """The place of the greatest belief, (x, y)."""
+        """Return the most probable position, (x, y)."""
         row, column = divmod(int(np.argmax(belief)), self.size)
         return float(self.axis_m[row]), float(self.axis_m[column])
 
     def mean_m(self, belief: Floats) -> tuple[float, float]:
-        """The mean place, (x, y)."""
+        """Return the mean position, (x, y)."""
         along_x, along_y = np.add.reduce(belief, axis=1), np.add.reduce(belief, axis=0)
         return float(np.add.reduce(along_x * self.axis_m)), float(np.add.reduce(along_y * self.axis_m))
 
     def near_way(
         self, from_m: tuple[float, float], way_m: tuple[float, float], within_m: float
     ) -> tuple[tuple[slice, slice], Floats]:
-        """The places that may be within a distance of a straight way: an upright box, and their squared distances."""
+        """Return a box of the cells that may be within a distance of a straight path, and their squared distances."""
         x, y = (self._span(start, start + way, within_m) for start, way in zip(from_m, way_m, strict=True))
         return (x, y), off_way_m2(self.axis_m[x, None] - from_m[0], self.axis_m[None, y] - from_m[1], *way_m)
 
@@ -73,13 +72,13 @@ class Places:
 
 
 def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
-    """The prior over places, (size, size), all above 0.
+    """Return the prior over positions, (size, size), all above 0.
 
-    A mixture of kernel densities of different widths and an even one, each weighted by how well it foretold each hole
-    from those before it.
+    It is a mixture of kernel densities of several widths and a uniform density. Each is weighted by how well it
+    predicted every hole from the holes before it.
 
     Args:
-        holes_m: Where holes were found, (x, y), the oldest first.
+        holes_m: Positions of earlier holes, (x, y), oldest first.
     """
     area = (places.size * float(places.axis_m[1] - places.axis_m[0])) ** 2
     weights = _weights(holes_m, area)
@@ -94,7 +93,7 @@ def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
 
 
 def _weights(holes_m: Sequence[Hole], area_m2: float) -> list[float]:
-    """Weights of the kernels, and last of the even density."""
+    """Return the weights of the kernels, followed by that of the uniform density."""
     even = 1.0 / area_m2
     scores = [1.0] * (len(_WIDTHS_M) + 1)
     for number, (x, y) in enumerate(holes_m):
@@ -106,7 +105,7 @@ def _weights(holes_m: Sequence[Hole], area_m2: float) -> list[float]:
         total = sum(scores)
         scores = [score / total for score in scores]
     total = sum(scores)
-    # The even part never vanishes: whatever was never seen may still come.
+    # The uniform part never vanishes: a hole may be where none has been before.
     return [0.98 * score / total for score in scores[:-1]] + [0.98 * scores[-1] / total + 0.02]
 
 

@@ -1,4 +1,4 @@
-"""Which way to go by a belief over the hole's place."""
+"""Planner on a belief over the hole's position."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places, off_way_m
 
 _HEADINGS: Final = 16
 _LENGTHS_M: Final = (2e-4, 4e-4)
-"""Lengths of a step besides the longest, which is as far as the tool travels in an action."""
+"""Step lengths in addition to the longest, the distance that the tool travels in an action."""
 _BLOCK: Final = 3
-"""Places in a row of a block."""
+"""Cells in a row of a block."""
 _UNLIKELY: Final = 1e-4
-"""Blocks that are so much less likely than the likeliest one count for nothing."""
+"""Blocks less probable than this relative to the most probable one are ignored."""
 
 
 class Planner:
-    """One step ahead: the endpoint from which the hole, if it was not on the way, is soonest reached.
+    """Plans one step ahead: it minimises the expected time from the step's end to the hole, if the step misses it.
 
     Attributes:
-        ways: The steps that it chooses from, (dx, dy) in m.
+        ways: The possible steps, (dx, dy) in m.
     """
 
     def __init__(self, places: Places, capture_m: float, speed_m: float) -> None:
@@ -36,7 +36,7 @@ class Planner:
         self._ends = np.array(self.ways)
         reach = self._reach = ceil((speed_m + capture_m) / PITCH_M)
         x, y = np.meshgrid(*(np.arange(-reach, reach + 1) * PITCH_M,) * 2, indexing="ij")
-        # What a place on the way would cost if the peg were not taken in there.
+        # Cost of a cell on the path if the peg were not captured there.
         self._saved = np.stack(
             [
                 ((off_way_m2(x, y, dx, dy) <= capture_m * capture_m) * self._cost(x - dx, y - dy)).reshape(-1)
@@ -44,22 +44,22 @@ class Planner:
             ]
         ).astype(SINGLE)
         blocks = -(-places.size // _BLOCK)
-        # Middles of the blocks, in x as in y; the last one may reach over the edge.
+        # Centres of the blocks, equal for x and y; the last block may extend beyond the edge.
         self._middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
-        # Room for a belief with nothing around it, as far as a way reaches and up to the edge of a block.
+        # Array for a belief with a zero margin: the length of a path, rounded up to whole blocks.
         self._margin = -(-reach // _BLOCK)
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
         self._from_m: tuple[float, float] | None = None
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
-        """Actions to a place so far away."""
+        """Return the number of actions to a position at this displacement."""
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
 
     def foresee(self, from_m: tuple[float, float]) -> None:
-        """Make ready for :meth:`best` from this place, (x, y) in m, task frame, ahead of time."""
+        """Prefetch for :meth:`best` from this position, (x, y) in m, task frame."""
         self._from_m = from_m
-        # Actions from the end of each way to the middle of each block.
+        # Actions from the end of each path to the centre of each block.
         ends = self._ends + np.array(from_m)
         self._out_m = np.abs(ends).max(axis=1)
         x, y = ((self._middle_m - end).astype(SINGLE) for end in (ends[:, :1], ends[:, 1:]))
@@ -67,12 +67,12 @@ class Planner:
         self._far = far.reshape(len(self.ways), -1)
 
     def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[tuple[float, float], float]:
-        """The best way, (dx, dy) in m, and how many actions it is expected to take from there.
+        """Return the best step, (dx, dy) in m, and the expected number of actions after it.
 
         Args:
-            belief: How likely the hole is at each place, (size, size).
-            from_m: Where the tip is, (x, y) in m, task frame.
-            limit_m: Ways that lead further than this from the goal in x or y are left out, if any does not.
+            belief: Probability of the hole at each cell, (size, size).
+            from_m: Position of the tip, (x, y) in m, task frame.
+            limit_m: Steps that end further than this from the goal in x or y are excluded, unless all do.
         """
         if self._from_m != from_m:
             self.foresee(from_m)
@@ -82,7 +82,7 @@ class Planner:
         rows = _in_threes(rows.reshape(-1, _BLOCK, rows.shape[1]).swapaxes(0, 1))
         weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
         weights *= weights > _UNLIKELY * weights.max()
-        # The way to places far off is as long to the middle of their block.
+        # The distance to a far cell is approximated by that to the centre of its block.
         far = (self._far * weights).sum(axis=1)
         row, column = self._places.cell(*from_m)
         beside, length = edge - self._reach, 2 * self._reach + 1
@@ -95,18 +95,18 @@ class Planner:
 
 
 def _in_threes(rows: Floats) -> Floats:
-    """The sum of three rows, in their order."""
+    """Return the sum of three rows in fixed order."""
     first, second, third = rows
     sums: Floats = first + second + third
     return sums
 
 
 class SpiralSearch:
-    """An Archimedean spiral about a point, in chords short enough to leave no gap; and again, between its turns.
+    """An Archimedean spiral about a point in chords short enough to leave no gap, repeated between its turns.
 
     Args:
-        step_m: No step is longer.
-        radius_m: Where a spiral ends and the next one begins: a hole may be passed without a drop.
+        step_m: Largest length of a step.
+        radius_m: Radius at which a spiral ends and the next one begins, because a hole may be passed without a drop.
     """
 
     _SAGITTA_M: Final = 3e-5
@@ -117,7 +117,7 @@ class SpiralSearch:
         self._angle = self._phase = 0.0
 
     def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
-        """The step from here to the next point; first of all straight to the centre."""
+        """Return the step from here to the next point; at first straight to the centre."""
         to_centre = self._centre[0] - from_m[0], self._centre[1] - from_m[1]
         if self._angle == 0.0:
             away = hypot(*to_centre)

@@ -1,4 +1,4 @@
-"""What a trial's touches were, and, when it ended in the hole, where that is: the examples of the touch model."""
+"""Contacts of a trial, with the hole's position if the trial ended in it: training data of the contact model."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from palpate.core.policy.base import Hindsight, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
-"""Places are kept as whole multiples of this: they are written into every log, and an encoder's step is far larger."""
+"""Unit of stored positions, whole multiples in every log; an encoder step is far larger."""
 TORQUE_NM: Final = 1e-6
-"""Torques are kept as whole multiples of this, a thousandth of a good sensor's noise."""
+"""Unit of stored torques, a thousandth of a good sensor's noise."""
 FORCE_N: Final = 1e-3
-"""Forces likewise."""
+"""Unit of stored forces."""
 NOMINAL_N: Final = 4.9
-"""The pressing force that a touch model is given for."""
+"""Pressing force for which a contact model is given."""
 _LEAST_N: Final = 1.0
 _FARTHEST: Final = round(0.1 / LENGTH_M)
-"""No place is further than 100 mm from the goal, no torque above 100 N m, no force above 1 kN: else units differ."""
+"""Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MOST_TOUCHES: Final = 120
-"""So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
+"""Number of contacts stored per trial, the last ones; a blind search has many similar ones."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
-    """A place, (x, y), in units of ``LENGTH_M``."""
+    """Return a position, (x, y), in units of ``LENGTH_M``."""
     x, y = place_m
     return round(x / LENGTH_M), round(y / LENGTH_M)
 
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """One look at the wrench while the peg rests on the plate.
+    """One wrench observation while the peg presses on the plate.
 
     Attributes:
         place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.
@@ -50,7 +50,7 @@ class Touch:
 
     @classmethod
     def of(cls, observation: Observation) -> Touch:
-        """What an observation holds of it."""
+        """Extract it from an observation."""
         x, y, _ = observation.reference_m
         tx, ty, _ = observation.torque_Nm
         press_N = max(-observation.force_N[2], _LEAST_N)
@@ -62,17 +62,17 @@ class Touch:
 
     @property
     def place_m(self) -> tuple[float, float]:
-        """Commanded tip, (2,)."""
+        """Return the commanded tip, (2,)."""
         return self.place[0] * LENGTH_M, self.place[1] * LENGTH_M
 
     @property
     def torque_Nm(self) -> tuple[float, float]:
-        """Torque about the tip, (2,)."""
+        """Return the torque about the tip, (2,)."""
         return self.torque[0] * TORQUE_NM, self.torque[1] * TORQUE_NM
 
     @property
     def load(self) -> float:
-        """Pressing force as a share of ``NOMINAL_N``: the lever of the place where the plate bears multiplies it."""
+        """Return the pressing force over ``NOMINAL_N``; it multiplies the lever of the contact point."""
         return self.press * FORCE_N / NOMINAL_N
 
 
@@ -81,7 +81,7 @@ class TouchedTrial:
     """A trial that ended in the hole.
 
     Attributes:
-        hole: Where the hole was, (2,), task frame, in units of ``LENGTH_M``.
+        hole: Position of the hole, (2,), task frame, in units of ``LENGTH_M``.
     """
 
     hole: tuple[int, int]
@@ -89,26 +89,26 @@ class TouchedTrial:
 
     @property
     def hole_m(self) -> tuple[float, float]:
-        """Where the hole was, (2,), task frame."""
+        """Return the position of the hole, (2,), task frame."""
         return self.hole[0] * LENGTH_M, self.hole[1] * LENGTH_M
 
     @classmethod
     def of(cls, hindsight: Hindsight, touches: Sequence[Touch]) -> TouchedTrial:
-        """What a trial showed that ended in the hole, by its last touches."""
+        """Create it from the outcome of a trial that ended in the hole, with its last contacts."""
         x, y, _ = hindsight.tip_m
         return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(touches[-_MOST_TOUCHES:]))
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain JSON values: whole numbers; of each touch x and y of place and torque, and the pressing force."""
+        """Return plain JSON integers; each contact is x and y of position and torque, and the pressing force."""
         touches = [[*touch.place, *touch.torque, touch.press] for touch in self.touches]
         return {"hole": list(self.hole), "touches": touches}
 
     @classmethod
     def from_dict(cls, where: str, data: Any) -> TouchedTrial:
-        """Read what :meth:`to_dict` gave.
+        """Read the result of :meth:`to_dict`.
 
         Raises:
-            ConfigurationError: It is something else.
+            ConfigurationError: The data have another form.
         """
         accepted = (
             "the hole as two whole numbers, each touch as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
@@ -127,7 +127,7 @@ def _is_touch(row: object) -> bool:
 
 
 def _within(row: object, greatest: Sequence[int]) -> TypeGuard[list[int]]:
-    """Whether this is a list of whole numbers, none of them greater than these either way."""
+    """Return True for a list of integers whose magnitudes do not exceed these."""
     return (
         isinstance(row, list)
         and len(row) == len(greatest)
@@ -137,13 +137,13 @@ def _within(row: object, greatest: Sequence[int]) -> TypeGuard[list[int]]:
 
 @dataclass(frozen=True, slots=True)
 class Examples:
-    """The touches of several trials as arrays, each with the way from where the peg was to the hole.
+    """The contacts of several trials as arrays, each with the displacement from the tip to the hole.
 
     Attributes:
         torque_Nm: Torque about the tip, (n, 2).
-        load: Pressing force as a share of ``NOMINAL_N``, (n,).
-        to_hole_m: From the commanded tip to the hole, (n, 2).
-        step_m: From the touch before to this one, (n, 2); 0 for the first of a trial.
+        load: Pressing force over ``NOMINAL_N``, (n,).
+        to_hole_m: Displacement from the commanded tip to the hole, (n, 2).
+        step_m: Displacement from the previous contact to this one, (n, 2); 0 for the first of a trial.
         trial: Number of the trial, (n,).
     """
 
@@ -155,7 +155,7 @@ class Examples:
 
     @classmethod
     def of(cls, trials: Sequence[TouchedTrial]) -> Examples:
-        """All touches of these trials."""
+        """Collect all contacts of these trials."""
         rows, numbers = [], []
         for number, trial in enumerate(trial for trial in trials if trial.touches):
             before = None

@@ -1,4 +1,4 @@
-"""Proofs of contact, whatever the task: is the force that is measured the force that there is?"""
+"""Contact verification for all tasks: check that the measured force is the actual force."""
 
 import lazy_loader
 

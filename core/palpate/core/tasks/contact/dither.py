@@ -7,10 +7,10 @@ from palpate.core.ports import PERIOD_S
 
 
 class Dither:
-    """Motion back and forth about where it began; no recorded or delayed force follows it by chance.
+    """Motion back and forth about its start with random timing, which no recorded or delayed force matches by chance.
 
     Args:
-        amplitude_m: Largest distance from there; less where the speed does not allow it.
+        amplitude_m: Largest distance from the start; smaller if the speed limits it.
         speed_m_s: Largest speed.
     """
 
@@ -18,11 +18,11 @@ class Dither:
         self.amplitude_m, self._speed_m_s = amplitude_m, speed_m_s
 
     def usual_m(self, amplitude_m: float) -> float:
-        """Return what a half-period of mean length reaches of this amplitude at this speed."""
+        """Return the distance that a half-period of mean length reaches at this amplitude and speed."""
         return min(amplitude_m, 0.5 * self._speed_m_s * HALF_PERIOD * PERIOD_S / PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:
-        """Begin a trial whose half-periods this generator draws."""
+        """Reset for a trial, with half-periods drawn by this generator."""
         self._rng, self._side = rng, 1.0
         self._left = self._ticks = 0
         self._offset_m = self._distance_m = 0.0

@@ -1,4 +1,4 @@
-"""The contact monitor: has the force sensor recently shown what the motion must cause, and how far may the tool go?"""
+"""The contact monitor: checks that the force responds to the motion, and limits the motion until it does."""
 
 from __future__ import annotations
 
@@ -25,60 +25,60 @@ from palpate.core.trial import (
 )
 
 _PATIENCE_TICKS: Final = CONTROL_RATE_HZ
-"""Stationary, until the force responds: two of the longest windows."""
+"""Ticks at standstill until the force must respond: two of the longest windows."""
 _ACROSS: Final = (0.2, 1.5)
-"""Across, tilt of the peg, friction along a wall and coarse encoders lower what is measured: to 0.24 at the least in
-trials without a fault. A sensor that shows a tenth of the force is outside."""
+"""Accepted share of the stiffness across. Tilt of the peg, friction along a wall and coarse encoders lower it, to at
+least 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
 _PUSH_N: Final = 3.0
-"""Force of a push against a wall: the response to half of it is narrow with a noise of 0.3 N."""
+"""Force of a push against a wall; the response to half of it has a narrow interval at a noise of 0.3 N."""
 _GROWTH: Final = 1.02
-"""Of the push in each tick in which a wall is felt and the response is unknown: doubled in a quarter of a second."""
+"""Growth of the push per tick in contact with a wall without a known response: it doubles in a quarter of a second."""
 _PUSH_SHARE: Final = 0.25
-"""Bend of the gripper by a push, over the budget, from which it grows no more: with as much again, and what grows until
-that is seen, it stays below the budget."""
+"""Bend of the gripper by a push, over the budget, at which the push stops growing. With the same amount again, and the
+growth until it is measured, the bend stays below the budget."""
 _FOLLOWED: Final = 2.0
-"""Largest command over that bend: servos that follow by less than half are late as well, and would swing."""
+"""Largest command over that bend: servos that follow by less than half also lag and would oscillate."""
 _AIMED: Final = 0.85
-"""Cosine of the widest angle between a push and a wall's force: 0.7 of the wall's stiffness responds."""
+"""Cosine of the largest angle between a push and a wall's force: 0.7 of the wall's stiffness responds."""
 _SIMILAR: Final = 0.5
-"""Cosine of the widest angle between pushes of one kind: wall by wall into a corner."""
+"""Cosine of the largest angle between similar pushes, such as those against two walls of a corner."""
 _ANGULAR_PER_S: Final = 90.0
-"""Of a dither with half-periods of five ticks."""
+"""Angular frequency of a dither with half-periods of five ticks."""
 _TOUCH_SHARE: Final = 0.15
-"""A force below this share of the press is none of a contact's: half the dither's amplitude."""
+"""A force below this share of the press is not a contact; it is half the dither's amplitude."""
 _PULL_SHARE: Final = 0.5
-"""A pull above this share of the press, and friction, is none of a contact's: less than a peg rebounds with."""
+"""A pull above this share of the press, plus friction, is implausible; a rebounding peg pulls less."""
 _SAMPLES: Final = 4
-"""Samples in a row that an implausible wrench lasts: more than an impact."""
+"""Consecutive samples of an implausible wrench, longer than an impact."""
 _TILT_RAD: Final = 6e-3
-"""Orientation error of arm and grip that no job states: servos sag by up to 8 mrad and are put upright from there."""
+"""Orientation error of arm and grip that no job states; servos sag by up to 8 mrad and start from there."""
 _NOISES_TORQUE: Final = 3.0
-"""Standard deviations of a torque about the tip: four samples in a row exceed them once in 70 million."""
+"""Standard deviations of a torque about the tip; four consecutive samples exceed them once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
-"""A tip this far below the lowest possible plate is not on it; an approach overshoots by less."""
+"""A tip this far below the lowest possible plate is not on it; the overshoot of an approach is smaller."""
 
 
 class Monitor:
-    """Dither, response and budget of a trial, along the tool axis and across it.
+    """Dither, response and budget of a trial, along and across the tool axis.
 
-    The budget is the force by which the gripper may bend, unseen by a faulty sensor, since the last verification.
+    The budget limits the bend of the gripper since the last verification, because a faulty sensor may hide it.
 
     Args:
-        step_m: Standard deviation of the tip's place by the encoders.
-        turns_rad: Angle by which the tool itself tilts in a hole; 0 for one that does not turn, nor dithers in air.
+        step_m: Standard deviation of the tip position from the encoders.
+        turns_rad: Tilt that the tool makes in a hole; 0 for a tool that neither turns nor dithers in air.
 
     Attributes:
         axial: Response along the tool axis.
-        air: The same of a tool that touches nothing, by its inertia; only where it dithers in air.
-        loose: The same of one that touches at times; only there, too.
+        air: Response of a tool without contact, by its inertia; only for tools that dither in air.
+        loose: Response of a tool with intermittent contact; only for the same tools.
         across: Response along a push.
-        direction: Of the push, (2,); None without one.
-        spent_N: Bend of the gripper since the last verification, if the tip had not moved but by the play.
-        spent: Whether that was more than the budget: the tool may go no further until the force responds.
-        budget_N: Largest one.
-        play_m: Way across that bends nothing.
-        patience_ticks: On the spot, before a mismatch is reported.
-        pull_N: By which the tool itself pulls.
+        direction: Direction of the push, (2,); None without a push.
+        spent_N: Bend of the gripper since the last verification, assuming that the tip moved only by the play.
+        spent: True if that exceeds the budget; the tool must not advance until the force responds.
+        budget_N: Largest bend without verification.
+        play_m: Distance across that does not bend the gripper.
+        patience_ticks: Ticks at standstill before a mismatch is reported.
+        pull_N: Pull of the tool itself.
         axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
     """
 
@@ -104,7 +104,7 @@ class Monitor:
         self.patience_ticks = _PATIENCE_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
         self.air = Response(Spring(0.0, 0.0, mass_kg, *AXIAL)) if in_air else None
-        # A wider choice of responses asks for narrower ones.
+        # With more responses to choose from, each needs a narrower interval.
         self._fair = NARROW if in_air else FAIR
         self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
         self._unloaded = tuple(response for response in (self.air, self.loose) if response is not None)
@@ -112,7 +112,7 @@ class Monitor:
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
 
     def begin(self, setup: TrialSetup) -> None:
-        """Begin a trial."""
+        """Reset for a new trial."""
         rng = generator(setup.seed, Purpose.DITHER, setup.index)
         self._dither.begin(rng)
         self._push_dither.begin(rng)
@@ -128,7 +128,7 @@ class Monitor:
         self.free()
 
     def _adapt(self, tip_lever_m: float) -> None:
-        """Choose amplitudes by the noise while the sensor was tared, at this distance from the tip."""
+        """Choose amplitudes from the noise measured during taring, for this distance from sensor to tip."""
         noise_N, dither = self._state.noise[2], self._dither
         noise_Nm = hypot(max(self._state.noise[3:5]), tip_lever_m * max(self._state.noise[:2]))
         self._torque_Nm = self._bent_Nm + _NOISES_TORQUE * noise_Nm
@@ -141,18 +141,18 @@ class Monitor:
             self._air_m = max(self._contact_m, least_N / inertia_N_per_m)
             self.air.begin(noise_N, self._step_m, dither.usual_m(self._air_m) * inertia_N_per_m)
             self.loose.begin(noise_N, self._step_m, dither.usual_m(self._contact_m) * self.axial_N_per_m)
-            # A window where it waits, one where it is raised, one more, and a tenth of a second to begin each.
+            # One window while waiting, one after it is raised and one more, with a tenth of a second to begin each.
             self.patience_ticks = max(_PATIENCE_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
         self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + _PUSH_SHARE * self.budget_N)
 
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
-        """The tool presses with this force from now on: with it, the gripper's force stays below the limit."""
+        """Set the press; the budget then keeps the gripper's force below the limit."""
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
 
     def free(self) -> None:
-        """The force has responded, or the tool is where it meets nothing: the budget counts from here."""
+        """Restart the budget: the force has responded, or the tool is where it cannot touch anything."""
         self._from_m: Vector3 | None = None
         self.spent_N, self.spent, self._waited_ticks, self._aimed = 0.0, False, 0, False
         self._spent_at_N = 0.0
@@ -160,7 +160,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bend_N(self, reference_m: Vector3) -> float:
-        """Bend of the gripper at this reference, if the tip stayed where the force last responded."""
+        """Return the bend of the gripper at this reference if the tip has not moved since the last response."""
         if self._from_m is None:
             self._from_m = reference_m
         x, y, z = map(sub, reference_m, self._from_m)
@@ -168,9 +168,9 @@ class Monitor:
         return hypot(across_N, z * self.axial_N_per_m)
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
-        """Return the velocity; of one that bends the gripper further than the budget and the dithers, nothing.
+        """Return the velocity, or zero if it bends the gripper by more than the budget and the dithers.
 
-        The tool then waits, so that no motion without a response lasts for ever.
+        In that case the tool waits, so that motion without a response is limited in time.
         """
         if not self._tared:
             return velocity_m_s
@@ -182,10 +182,10 @@ class Monitor:
         return STILL
 
     def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
-        """Take in a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
+        """Process a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
 
         Args:
-            reference_m: Where the tip is commanded to be, (3,), task frame.
+            reference_m: Commanded tip position, (3,), task frame.
         """
         wrench, joints_ns, (x, y, z) = snapshot.wrench, snapshot.joints.source_time_ns, measured.position_m
         new, self._sequence = wrench.sequence != self._sequence, wrench.sequence
@@ -197,16 +197,16 @@ class Monitor:
             self.push(None)
         self._reference_m, self.spent_N = reference_m, self._bend_N(reference_m)
         if self.spent_N > self.budget_N and not self.spent:
-            # A tool that waits there goes on to dither, along the axis and across.
+            # A waiting tool still dithers, along and across the axis.
             self.spent, self._spent_at_N = True, self.spent_N
         self.axial.add_place(joints_ns, z)
         self._still_ticks += 1
         self._sunk_ticks += 1
         if hypot(x - self._rests_m[0], y - self._rests_m[1]) > self._contact_m:
-            # On the chamfer or the edge of a hole it also moves along the axis, without a force.
+            # On the chamfer or the edge of a hole the tip also moves along the axis, without a force.
             self._rests_m, self._still_ticks = (x, y), 0
         if z > self._deepest_m + self._contact_m:
-            # So it does where it sinks against friction.
+            # The same applies while it sinks against friction.
             self._deepest_m, self._sunk_ticks = z, 0
         if self.direction is not None:
             ux, uy = self.direction
@@ -219,8 +219,8 @@ class Monitor:
             self.axial.restart()
         else:
             self.touched = True
-        # Filtered, because the inertia of a heavy tool is as large as a contact. Nothing limits the dither of a tool
-        # that touches nothing, and inertia responds less than a spring.
+        # Filtered, because the inertial force of a heavy tool is as large as a contact force. Without contact nothing
+        # limits the dither, and the response of inertia is smaller than that of a spring.
         in_air = measured.filtered_force_z_N > -touch_N
         self._dither.amplitude_m = self._air_m if in_air else self._contact_m
         if self.air is not None and not in_air:
@@ -237,10 +237,10 @@ class Monitor:
         return self._implausible(snapshot.tick, measured)
 
     def _implausible(self, tick: int, measured: Measurement) -> Trip | None:
-        """A wrench that no contact at the tip can cause, in several samples in a row."""
+        """Return a trip for a wrench that no contact at the tip can cause, over several consecutive samples."""
         x, y, z = measured.force_N
         torque_Nm = measured.torque_across_at_tip_Nm
-        # Two walls that pinch a tilted peg cancel in the force, and show in the torque.
+        # The forces of two walls that pinch a tilted peg cancel; the torque remains.
         walls_N = hypot(x, y) + 2.0 * torque_Nm / self._lever_m
         pull_N = _PULL_SHARE * self.press_N + self.pull_N + self._friction * walls_N
         self._pulls = self._pulls + 1 if z > pull_N else 0
@@ -258,12 +258,12 @@ class Monitor:
         return None
 
     def dither_m_s(self) -> float:
-        """Return the dither's velocity along the axis, for a tool that presses."""
+        """Return the dither's velocity along the axis for a pressing tool."""
         return self._dither.velocity_m_s()
 
     @property
     def push_N(self) -> float:
-        """Force of a push, twice that of its dither."""
+        """Return the force of a push, twice that of its dither."""
         dither_N = self._push_dither.amplitude_m * self.lateral_N_per_m
         return 2.0 * min(dither_N, _PUSH_SHARE * self.budget_N)
 
@@ -271,8 +271,8 @@ class Monitor:
         """Return the dither's velocity along a push.
 
         Args:
-            met: A wall is felt: the push grows until it responds, by what the flange moves: the arm's own servos give
-                way to a stiff gripper.
+            met: True if there is contact with a wall. The push then grows until it responds, measured by the motion of
+                the flange, because the arm's servos yield to a stiff gripper.
         """
         largest_m, dither = _PUSH_SHARE * self.budget_N / self.lateral_N_per_m, self._push_dither
         if met and self.across.swing_m < largest_m and dither.amplitude_m < _FOLLOWED * largest_m:
@@ -280,7 +280,7 @@ class Monitor:
         return self._push_dither.velocity_m_s()
 
     def push(self, direction: tuple[float, float] | None) -> None:
-        """Push in this direction, (2,), of length 1, from now on, or no longer; a similar push keeps its response."""
+        """Start a push in a unit direction, (2,), or end it with None; a similar push keeps its response."""
         (ux, uy), (vx, vy) = direction or (0.0, 0.0), self.direction or (0.0, 0.0)
         if ux * vx + uy * vy > _SIMILAR:
             return
@@ -290,9 +290,9 @@ class Monitor:
         self.across.begin(max(self._state.noise[:2]), self._step_m, dither_N, self.axial.lag)
 
     def aim(self, force_N: tuple[float, float]) -> None:
-        """Push against this force across of a tool that waits, unless a push is against it, or has not had its window.
+        """Push a waiting tool against this lateral force, unless a push already is or its window is incomplete.
 
-        Along a wall nothing responds.
+        A push along a wall causes no response.
         """
         (fx, fy), (ux, uy) = force_N, self.direction or (0.0, 0.0)
         size_N = hypot(fx, fy)
@@ -302,7 +302,7 @@ class Monitor:
 
     @property
     def verified(self) -> bool:
-        """Whether the force responds, along the axis or along a push."""
+        """Return True if the force responds along the axis or along a push."""
         along = self.axial.verdict()
         live = self.walled or (self.loose is not None and self.loose.verdict(self._fair) is Verdict.VERIFIED)
         live = live or (self.air is not None and self.air.verdict() is Verdict.VERIFIED)
@@ -310,35 +310,35 @@ class Monitor:
 
     @property
     def walled(self) -> bool:
-        """Whether a wall responds to a push."""
+        """Return True if a wall responds to a push."""
         return self.direction is not None and self.across.verdict(self._fair) is Verdict.VERIFIED
 
     @property
     def supported(self) -> bool:
-        """Whether the tool rests on something that responds as the gripper's spring does."""
+        """Return True if the tool rests on something that responds as the gripper's spring does."""
         return self.axial.verdict() is Verdict.VERIFIED
 
     @property
     def contradicted(self) -> bool:
-        """Whether the response along the axis is none of the gripper's."""
+        """Return True if the response along the axis contradicts the gripper's stiffness."""
         return self.axial.verdict() is Verdict.CONTRADICTED
 
     @property
     def waited_share(self) -> float:
-        """Share of its patience that the tool has waited."""
+        """Return the elapsed share of ``patience_ticks``."""
         return self._waited_ticks / self.patience_ticks
 
     def moves_on(self) -> None:
-        """The tool follows the force: only one on the spot shows across, or where it touches at times, the converse."""
+        """Restart responses that require standstill: the tool follows the force."""
         self.across.restart()
         if self.loose is not None:
             self.loose.restart()
 
     def wait(self, where: str, *, supported: bool = False) -> None:
-        """Account for a tick on the spot; report a mismatch after too many, or after a window that contradicts.
+        """Count a tick at standstill; report a mismatch after the time-out, or after a window that contradicts.
 
         Args:
-            supported: The tool presses on something that does not give way.
+            supported: True if the tool presses on something rigid.
         """
         if self._state.tick > self._waited_tick:
             self._waited_tick = self._state.tick
@@ -355,7 +355,7 @@ class Monitor:
             self.mismatch(f"the force does not respond {where}")
 
     def mismatch(self, text: str) -> None:
-        """Report that the force cannot be trusted; the supervisor takes over."""
+        """Report a contact mismatch; the supervisor trips."""
         measured = f"stiffness along the axis {self.axial.text()}"
         if self.direction is not None:
             measured += f"; across it {self.across.text()}"

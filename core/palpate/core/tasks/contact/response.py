@@ -1,4 +1,4 @@
-"""Regression of the measured force on the motion of the flange: does the force respond as the gripper's spring does?"""
+"""Regression of the measured force on the motion of the flange, to check the response of the gripper's spring."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, MOST_SAMPLES, NARR
 from palpate.core.ports import PERIOD_S
 
 _OUTLIER: Final = 1.5
-"""Residuals above this many standard deviations count less (Huber's constant): stick and slip."""
+"""Residuals above this many standard deviations get less weight (Huber's constant), because of stick and slip."""
 _NORMAL: Final = 1.48
 """Standard deviation over median deviation of a normal distribution."""
 _LAGS: Final = 5
 """Largest lag of the force behind its time stamp, in ticks."""
 _DECIDED: Final = 7e-3
-"""A lag this much less likely than another, exp(-5), is excluded."""
+"""Relative likelihood, exp(-5), below which a lag is excluded."""
 _EVERY: Final = 2
-"""A sliding window is fitted with every second sample, which halves the time of a tick."""
+"""A sliding window is fitted at every second sample, which halves the time of a tick."""
 _LEAST: Final = 1e-9
-"""In place of zero, in N or N^2."""
+"""Lower bound in place of zero, in N or N^2."""
 _NS: Final = 1e-9
 
 Array = NDArray[np.float64]
@@ -41,15 +41,15 @@ class Verdict(enum.Enum):
 class Response:
     """Least squares of force = -share * (k * (z + damping_s * v) + rigid_kg * a) + constant, over a sliding window.
 
-    z, v and a are the encoders' place and its derivatives at the time of the force.
+    z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Attributes:
-        share: Measured stiffness as a share of the gripper's in the newest window; None without one.
+        share: Measured stiffness over the gripper's in the newest window; None without a window.
         half_width: Half-width of its confidence interval.
-        lag: Ticks by which the force is older than its time stamp; None until the responses have shown it.
-        window: Samples of a window.
-        stationary_ticks: Ticks since the tool waits. The window grows with them: one that slides would be verified by
-            chance sooner or later.
+        lag: Ticks by which the force is older than its time stamp; None until the responses determine it.
+        window: Number of samples in a window.
+        stationary_ticks: Ticks since the tool began to wait. The window grows with them, because a sliding window would
+            be verified by chance eventually.
     """
 
     def __init__(self, spring: Spring) -> None:
@@ -57,15 +57,15 @@ class Response:
         self.begin(0.0, 0.0, 1.0)
 
     def begin(self, noise_N: float, step_m: float, dither_N: float, lag: int | None = None) -> None:
-        """Forget everything: a new trial or direction.
+        """Reset for a new trial or direction.
 
         Args:
-            step_m: Standard deviation of a place by the encoders.
+            step_m: Standard deviation of a position from the encoders.
             dither_N: Amplitude of the force that the dither causes.
         """
         spring, self.lag = self.spring, lag
         self._noise_N = spring.noise_N(noise_N, step_m)
-        # Errors of the places attenuate a regression on them.
+        # Position errors attenuate the regression.
         self._blur_N2 = spring.blur_N(step_m) ** 2
         self.window = min(spring.samples(self._noise_N, dither_N), MOST_SAMPLES)
         self._likely = np.ones(_LAGS)
@@ -75,20 +75,20 @@ class Response:
         self.restart()
 
     def restart(self) -> None:
-        """Use only samples from now on."""
+        """Discard the samples so far."""
         self._first = self._end = self.stationary_ticks = 0
         self.share: float | None = None
         self.half_width = inf
 
     def add_place(self, time_ns: int, place_m: float) -> None:
-        """Add a place by the encoders; a repeated one is ignored."""
+        """Add a position from the encoders; a repeated one is ignored."""
         if not self._places or time_ns * _NS > self._places[-1][0]:
             self._places.append((time_ns * _NS, place_m))
 
     def add_force(self, time_ns: int, force_N: float) -> None:
         """Add a new force sample and update the newest window."""
         self._forces.append((time_ns * _NS, force_N))
-        # A later place makes the velocity a central difference.
+        # A later position makes the velocity a central difference.
         while self._forces and len(self._places) >= 3 and self._places[-1][0] > self._forces[0][0] + 0.5 * PERIOD_S:
             time_s, old_N = self._forces.popleft()
             if self._end == len(self._rows):
@@ -106,25 +106,25 @@ class Response:
 
     @property
     def swing_m(self) -> float:
-        """Amplitude of the newest places: half their range in three half-periods of the dither."""
+        """Return the amplitude of the newest positions, half their range in three half-periods of the dither."""
         places_m = [place_m for _, place_m in self._places]
         return 0.5 * (max(places_m) - min(places_m)) if places_m else 0.0
 
     def widen(self, samples: int) -> None:
-        """Fit the newest n samples, if that is more than a window; the tool has to be stationary."""
+        """Fit the newest n samples if that is more than a window; the tool must be stationary."""
         samples = min(samples, self._end - self._first, MOST_SAMPLES)
         if samples > self.window:
             self._fit_last(samples)
 
     def verified_since_restart(self) -> bool:
-        """Return whether all samples since the restart verify the response narrowly; the tool has to be stationary."""
+        """Return whether all samples since the restart verify the response narrowly; the tool must be stationary."""
         if self._end - self._first < self.window:
             return False
         self._fit_last(min(self._end - self._first, MOST_SAMPLES))
         return self.verdict(NARROW) is Verdict.VERIFIED
 
     def verdict(self, half_width: float = FAIR) -> Verdict:
-        """Return the verdict of the newest window; a smaller half-width asks for more certainty."""
+        """Return the verdict of the newest window; a smaller half-width requires more certainty."""
         if self.share is None:
             return Verdict.UNKNOWN
         lowest, highest = self.spring.lowest, self.spring.highest
@@ -134,13 +134,13 @@ class Response:
         return Verdict.VERIFIED if right else Verdict.UNKNOWN
 
     def text(self) -> str:
-        """Return the measured stiffness, its interval and the expected one."""
+        """Return the measured stiffness, its interval and the expected range."""
         own = 1e-3 * self.spring.stiffness_N_per_m
         share = "not measured" if self.share is None else f"{self.share * own:.2f} +- {self.half_width * own:.2f} N/mm"
         return f"{share}, expected {self.spring.lowest * own:.2f} to {self.spring.highest * own:.2f} N/mm"
 
     def _expected_N(self, time_s: float) -> float:
-        """Force of spring, damper and mass at this time, by a parabola through the three places nearest to it."""
+        """Return the force of spring, damper and mass, from a parabola through the three nearest positions."""
         places = self._places
         middle = len(places) - 2
         while middle > 1 and places[middle][0] > time_s + 0.5 * PERIOD_S:
@@ -166,10 +166,10 @@ class Response:
                 self.lag = int(likely.argmax())
 
     def _fitted(self, expected: Array, measured: Array) -> tuple[Any, Any]:
-        """Return share and half-width for each column of expected forces; outliers count less in the second pass."""
+        """Return share and half-width for each column of expected forces; outliers get less weight in a second pass."""
         total, count = np.add.reduce, len(measured)
         x, y = expected - total(expected) / count, measured - total(measured) / count
-        # A flange that does not move measures nothing.
+        # A stationary flange measures nothing.
         share = total(x * y) / np.maximum(total(x * x), _LEAST)
         off = np.abs(y - share * x)
         usual = np.maximum(_NORMAL * np.sort(off, axis=0)[count // 2], max(self._noise_N, _LEAST))

@@ -1,4 +1,4 @@
-"""What every task has that touches something: the way to its start, the tare, its limits, and all ways to end early."""
+"""Base class of tasks with contact: path to the start, tare, force limit, and all early ends."""
 
 from abc import abstractmethod
 from enum import Enum
@@ -30,15 +30,15 @@ from palpate.core.trial import (
 
 
 class TouchTask(Task):
-    """Lift, way to the start and tare; what comes then is a subclass's, phase by phase, in :meth:`_follow`.
+    """Lifts, moves to the start and tares; a subclass adds its own phases in :meth:`_follow`.
 
     Args:
-        measurement: From snapshots to the task frame.
+        measurement: Transforms snapshots to the task frame.
 
     Attributes:
-        expectation: What the task expects of the world in this phase, for the supervisor.
-        tip_m: Tip according to the encoders, (3,), task frame, as of the last tick.
-        turned_rad: How the tool leans and is turned, (2,), by the encoders, in tasks that turn it.
+        expectation: Constraints on contact and position in this phase, for the supervisor.
+        tip_m: Tip from the encoders at the last tick, (3,), task frame.
+        turned_rad: Tilt and yaw of the tool from the encoders, (2,), in tasks that turn it.
     """
 
     def __init__(
@@ -60,10 +60,10 @@ class TouchTask(Task):
 
     @abstractmethod
     def _follow(self) -> None:
-        """The phase that runs is over, and it is the settling or one of the task's own: enter the next, or end."""
+        """Enter the next phase or end, after the settling or one of the task's own phases is over."""
 
     def _may_end(self) -> bool:
-        """Whether a trial that is to be interrupted may end in this tick."""
+        """Return True if an interrupted trial may end in this tick."""
         return True
 
     @override
@@ -79,24 +79,24 @@ class TouchTask(Task):
         self._clamped_tick = -2
 
     def step(self, snapshot: Snapshot) -> JointCommand:
-        """One control tick: what was sensed in, what the arm shall do out.
+        """Run one control tick: process a snapshot and return the command.
 
         Raises:
-            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
         """
         self.sense(snapshot)
         return self.act()
 
     @override
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """The first half of a tick: what was sensed in; :meth:`act` is the second.
+        """Process a snapshot, the first half of a tick; :meth:`act` is the second.
 
         Returns:
-            What the policy will choose an action by in the second half; None in the many ticks without a choice.
+            The observation for the policy's choice in the second half; None in most ticks, which have no choice.
 
         Raises:
-            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command; or the
-                encoders give another number of joint angles than the arm has.
+            DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command; or the
+                number of joint angles is wrong.
         """
         state, (tick, _, wrench, joints, applied) = self._state, snapshot
         state.observation, self._velocity_m_s = None, STILL
@@ -114,7 +114,7 @@ class TouchTask(Task):
             if not sound:
                 state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
                 return None
-        # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
+        # A saturated sample may hide a larger force, so saturation ends the trial too.
         if wrench.validity is not Validity.VALID or joints.validity is not Validity.VALID:
             state.end(
                 Outcome.SENSOR_FAULT, f"force sample {wrench.validity.value}, joint sample {joints.validity.value}"
@@ -124,7 +124,7 @@ class TouchTask(Task):
         self._measurement.update(snapshot)
         self.tip_m, self.turned_rad = self._measurement.position_m, self._measurement.turned_rad
         if state.expectation.doubt is not None:
-            # A supervisor would have taken over in the tick of the doubt.
+            # A supervisor would have tripped in the tick of the mismatch.
             state.end(Outcome.CONTACT_MISMATCH, state.expectation.doubt.text)
         elif self._interrupted:
             self._wind_up()
@@ -144,17 +144,17 @@ class TouchTask(Task):
 
     @override
     def act(self) -> JointCommand:
-        """The second half of a tick: command the arm, after a choice where one is due and not made yet."""
+        """Return the command, the second half of a tick, after a choice if one is due."""
         if self._state.observation is not None:
             self.choose()
         return self._motion.move(self._monitor.bounded(self._velocity_m_s))
 
     def _go_on(self) -> None:
-        """Which phase follows the one that is over."""
+        """Enter the phase that follows the completed one."""
         phase = self._state.phase
         if phase is Phase.LIFT:
             self._enter(Phase.TRANSFER, self._transfer, contact=False)
-            # The tool was up already: this tick is the next phase's first.
+            # The tool was already up: this tick is the first of the next phase.
             self._velocity_m_s = self._transfer.step()
             if self._transfer.over:
                 self._go_on()
@@ -172,7 +172,7 @@ class TouchTask(Task):
 
     @override
     def interrupt(self) -> None:
-        """End the trial as soon as the running action is over, and any later one at once.
+        """End the trial after the running action, and any later one at once.
 
         Safe to call from a signal handler.
         """
@@ -184,7 +184,7 @@ class TouchTask(Task):
         if not self.done:
             self._state.end(Outcome.TRIPPED, trip.text)
         elif self._state.report.outcome in (Outcome.INSERTED, Outcome.DONE):
-            # Said in this very tick, from samples that are not to be trusted.
+            # The success was reported in this tick, from samples that may be wrong.
             self._state.report.outcome = Outcome.TRIPPED
 
     @override
@@ -193,7 +193,7 @@ class TouchTask(Task):
 
     @override
     def clamped(self, intervention: Intervention) -> None:
-        """The supervisor has changed a command; noted at the first tick of each stretch."""
+        """Record that the supervisor changed a command, once for consecutive ticks."""
         if self._state.tick != self._clamped_tick + 1:
             asked, given = (
                 " ".join(f"{q:.6f}" for q in angles) for angles in (intervention.asked_rad, intervention.command_rad)
@@ -203,37 +203,37 @@ class TouchTask(Task):
 
     @property
     def report(self) -> TrialReport:
-        """The account of the trial that runs, or of the last one."""
+        """Return the report of the present or last trial."""
         return self._state.report
 
     @property
     def phase(self) -> Enum:
-        """Where in the trial it is."""
+        """Return the present phase."""
         return self._state.phase
 
     @property
     def snapshot(self) -> Snapshot:
-        """What the ports gave in the newest tick with sound samples."""
+        """Return the newest snapshot with valid samples."""
         return self._state.snapshot
 
     @property
     def wrench_at_tip(self) -> tuple[Vector3, Vector3]:
-        """Tared, filtered force (3,) N and torque about the tip (3,) N m, task frame, as of the last tick."""
+        """Return the tared, filtered force (3,) N and torque about the tip (3,) N m at the last tick, task frame."""
         return self._measurement.filtered_wrench_at_tip()
 
     @property
     def filter_state(self) -> list[float]:
-        """Tare and memory of the wrench filter; after :meth:`begin` what a trial starts with."""
+        """Return tare and state of the wrench filter; after :meth:`begin` the initial state of the trial."""
         return self._measurement.filter_state
 
     @property
     def done(self) -> bool:
-        """Whether the trial has ended."""
+        """Return True if the trial has ended."""
         return self._state.phase is Phase.DONE
 
     def _wind_up(self) -> None:
         if not self._interrupt_noted:
-            # A replay must interrupt the trial at this very tick.
+            # A replay must interrupt the trial at exactly this tick.
             self._interrupt_noted = True
             self._state.event(INTERRUPT, "requested")
         if self._may_end():
@@ -241,7 +241,7 @@ class TouchTask(Task):
 
     def _hold_force_limit(self) -> None:
         if self._settle.bias is None:
-            # Weight and offset are not known yet: what counts is the change since the trial began.
+            # Weight and offset are still unknown: use the change since the beginning of the trial.
             if self._state.tick == 0:
                 self._first_force_N = self._measurement.force_N
             force = dist(self._measurement.force_N, self._first_force_N)

@@ -1,4 +1,4 @@
-"""Where a trial of a task that touches stands, and how it ends."""
+"""State of a trial of a task with contact."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from palpate.core.trial import Event, Expectation, Outcome, Phase, TrialReport, 
 
 
 class TrialState:
-    """What the phases of a trial share of it.
+    """State that the phases of a trial share.
 
     Attributes:
-        phase: Where in the trial it is; a task's own phases are members of an enumeration of its own.
-        noise: Deviation of each channel of the force sensor, (6,), N and N m, while it was tared.
-        observation: What an action is to be chosen by in this tick; None in ticks without a choice.
+        phase: The present phase; a task may define its own phases in another enumeration.
+        noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
+        observation: Observation for the choice of an action in this tick; None in ticks without a choice.
     """
 
     def __init__(self) -> None:
@@ -28,28 +28,28 @@ class TrialState:
         self.observation: Observation | None
 
     def begin(self, setup: TrialSetup) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self.report = TrialReport(setup)
         self.phase = Phase.LIFT
-        # A trial may begin with the tool still where the one before left it.
+        # A trial may begin with the tool where the previous one left it.
         self.expectation = Expectation(contact=True)
 
     def enter(self, phase: Enum, expectation: Expectation) -> None:
-        """Another phase begins."""
+        """Enter another phase."""
         self.phase, self.expectation = phase, expectation
         self.event("phase", phase.value)
 
     def event(self, name: str, detail: str = "") -> None:
-        """Something happened in this tick."""
+        """Record an event in this tick."""
         self.report.events.append(Event(self.tick, name, detail))
 
     def doubt(self, trip: Trip) -> None:
-        """The supervisor trips in this very tick; without one the trial ends in the next."""
+        """Report a mismatch: the supervisor trips in this tick; without one the trial ends in the next."""
         self.event("doubt", f"{trip.reason.name}: {trip.text}")
         self.expectation = replace(self.expectation, doubt=trip)
 
     def end(self, outcome: Outcome, detail: str) -> None:
-        """The trial ends like this."""
+        """End the trial with this outcome."""
         self.report.outcome = outcome
         self.event("end", f"{outcome.value}: {detail}")
         self.phase = Phase.DONE

@@ -1,4 +1,4 @@
-"""The phases in free space: up from wherever the arm is, above the start, at rest while the sensor is tared."""
+"""The phases in free space: lift, transfer to the start, and standstill for taring."""
 
 from abc import abstractmethod
 from math import radians, sqrt
@@ -13,29 +13,29 @@ from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import Measurement, TaskConfig
 
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
-"""In free space nothing is regulated."""
+"""In free space no force is controlled."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _RIGHTING_RAD_S: Final = radians(6.0)
-"""A wrist near its singularity turns several times as fast."""
+"""A wrist joint near its singularity turns several times as fast."""
 Bias = tuple[float, float, float, float, float, float]
 
 
 class RunningPhase(Protocol):
-    """One phase of a trial at work; how it is entered is its own.
+    """A running phase of a trial; each phase defines how it is entered.
 
     Attributes:
-        over: Whether the last :meth:`step` was the phase's last one. A trial that ends in a phase leaves it False.
+        over: True if the last :meth:`step` was the last of the phase; False if the trial ended in the phase.
     """
 
     over: bool
 
     @abstractmethod
     def step(self) -> Vector3:
-        """Velocity of the tip, (3,) m/s, task frame, for this tick."""
+        """Return the velocity of the tip for this tick, (3,) m/s, task frame."""
 
 
 class Lift(RunningPhase):
-    """Straight up to the ready height."""
+    """Moves straight up to the ready height."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw) -> None:
         self._motion, self._law = motion, law
@@ -43,14 +43,14 @@ class Lift(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """Up; of a tool that is there already the tick is the next phase's."""
+        """Move up; if the tool is already there, the tick belongs to the next phase."""
         x, y, z = self._motion.reference_m
         self.over = z <= self._ready_z_m + 1e-6
         return self._law.velocity_m_s((x, y, z), (x, y, self._ready_z_m), _NO_FORCE)
 
 
 class Transfer(RunningPhase):
-    """At the ready height to where the trial starts; a tool that was left turned is turned upright on the way."""
+    """Moves at the ready height to the start of the trial; a turned tool is turned upright meanwhile."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw, state: TrialState) -> None:
         self._motion, self._law, self._state = motion, law, state
@@ -68,10 +68,10 @@ class Transfer(RunningPhase):
 
 
 class Settle(RunningPhase):
-    """At rest, while the vibrations of the way decay, and then while the sensor is tared.
+    """Keeps the tool stationary while vibrations decay, then while the sensor is tared.
 
     Attributes:
-        bias: The wrench that counts as zero from then on, (6,), N and N m, sensor frame; None before.
+        bias: The wrench used as zero afterwards, (6,), N and N m, sensor frame; None before.
     """
 
     def __init__(self, task: TaskConfig, measurement: Measurement, state: TrialState) -> None:
@@ -79,13 +79,13 @@ class Settle(RunningPhase):
         self._tare_ticks = task.tare_ticks
 
     def begin(self) -> None:
-        """A trial begins."""
+        """Reset for a new trial."""
         self.over = False
         self.bias: Bias | None = None
         self._sum, self._values = [0.0] * 6, list[tuple[float, ...]]()
 
     def enter(self) -> None:
-        """Begin to rest."""
+        """Begin the standstill."""
         self._countdown = 2 * self._tare_ticks
 
     @override

@@ -1,4 +1,4 @@
-"""The insertion task: its phases, the agent that explores, and the laws that it moves by."""
+"""The insertion task: its phases, the exploring agent, and its controllers."""
 
 import lazy_loader
 

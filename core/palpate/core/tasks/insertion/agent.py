@@ -1,4 +1,4 @@
-"""The learning half of the task: perceive a state, choose an action, learn from what came of it."""
+"""The learning part of the task: perceive a state, choose an action, learn from the result."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from palpate.core.trial import DecisionRecord
 
 
 class Agent:
-    """Symbols, states, policy and reinforcement, wired together.
+    """Combines perception, policy and reinforcement.
 
     Attributes:
-        percept: Symbol and state last perceived in this trial, as indices; None before the first.
-        effort_N: Norm of the force in each tick of the running action; whoever runs it adds to them.
-        goes_on: Whether a choice made before goes on, so that the policy is not asked.
+        percept: Indices of the symbol and state last perceived in this trial; None before the first.
+        effort_N: Norm of the force in each tick of the running action; the phase that runs it appends to it.
+        goes_on: True if an earlier choice continues, so that the policy is not asked.
     """
 
     def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
@@ -25,14 +25,14 @@ class Agent:
         self._asked: tuple[int, Observation] | None
         self.effort_N: list[float] = []
         self._least_ticks: int
-        # What the task adds to the nine channels.
+        # Values that the task appends to the nine channels.
         self._of_the_task: tuple[float, ...] = ()
         self.goes_on = False
         self.percept: tuple[int, int] | None
         self.decisions: list[DecisionRecord]
 
     def begin(self, trial: int, rng: np.random.Generator) -> None:
-        """Start a trial; ``rng`` is the policy's own."""
+        """Start a trial; ``rng`` belongs to the policy."""
         self._perception.reset()
         self._policy.begin_trial(trial, rng)
         self._pending = self._asked = self.percept = None
@@ -40,7 +40,7 @@ class Agent:
 
     @property
     def temperature(self) -> float | None:
-        """Exploration temperature of the policy, if it has one."""
+        """Return the exploration temperature of the policy, or None."""
         return self._policy.temperature
 
     def perceive(
@@ -54,7 +54,7 @@ class Agent:
         live_torque_Nm: Vector3,
         depth_m: float,
     ) -> Observation:
-        """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
+        """Learn from the completed action; return the observation for the next :meth:`choose`."""
         number = len(self.decisions)
         rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
         seen = Observation(0 if self.percept is None else self.percept[1], *rest)
@@ -64,17 +64,17 @@ class Agent:
         return observation
 
     def _learn_from(self, tick: int, seen: Observation) -> int:
-        """Learn from the action before, and give the state that it led to."""
+        """Learn from the previous action; return the resulting state."""
         state = self._observe(seen.position_m, seen.force_N, seen.torque_Nm)
         self._settle(next_state=state)
         return state
 
     def foresee(self, place_m: tuple[float, float]) -> None:
-        """The next tick is to perceive, from this commanded tip, (x, y), task frame, unless something comes between."""
+        """Prefetch for an expected choice in the next tick with the commanded tip at (x, y), task frame."""
         self._policy.foresee(place_m)
 
     def choose(self) -> Decision:
-        """Choose the next action by what was just perceived.
+        """Choose the next action from the newest observation.
 
         Raises:
             LifecycleError: Nothing was perceived since the last choice.
@@ -111,16 +111,16 @@ class Agent:
         return self._policy.choose(observation)
 
     def reached_goal(self) -> None:
-        """The running action led into the hole."""
+        """Record that the running action reached the hole."""
         self._settle(next_state=None)
 
     def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
-        """The trial ended without the goal: the running action leads to whatever state this is."""
+        """Record that the trial ended without reaching the goal; the running action leads to the present state."""
         if self._pending is not None:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
 
     def end(self, hindsight: Hindsight) -> None:
-        """The trial is over, and this is what it came to."""
+        """Pass the outcome of the trial to the policy."""
         self._policy.end_trial(hindsight)
 
     def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:

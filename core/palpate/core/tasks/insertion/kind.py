@@ -1,4 +1,4 @@
-"""Insertions as a kind of task, as the rest of palpate uses them."""
+"""Insertions as a kind of task, the interface for the rest of palpate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,19 +29,19 @@ from palpate.core.trial import (
 )
 
 FULL_DEPTH_TOLERANCE_M: Final = 5e-5
-"""A peg within this of the depth asked for is at full depth."""
+"""Tolerance of the full depth."""
 _BESIDE_M: Final = 1e-3
 
 
 @dataclass(frozen=True)
 class NoOptions(Settings):
-    """An insertion is set up by the table ``task`` itself."""
+    """An insertion has no options; the table ``task`` configures it."""
 
     TABLE: ClassVar[str] = "task.options"
 
 
 class Insertion(TaskKind):
-    """A peg into a hole."""
+    """Insertion of a peg into a hole."""
 
     preset: Mapping[str, Any] = {}
     asks_policy = True
@@ -49,8 +49,8 @@ class Insertion(TaskKind):
 
     @override
     def workspace(self, task: TaskConfig) -> Workspace:
-        """Room for all starts, the exploration and the whole depth."""
-        # Where the area is centred at the start, the two add up.
+        """Return the box of all starts, the exploration and the whole depth."""
+        # If the area is centred at the start, the two add up.
         side_mm = task.start_uncertainty_mm + task.area_half_width_mm
         return Workspace((side_mm, side_mm), task.ready_height_mm, task.insertion_depth_mm)
 
@@ -61,7 +61,7 @@ class Insertion(TaskKind):
 
     @override
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
-        """Starts are drawn anew for each trial."""
+        """Draw a start for each trial."""
         rng = generator(seed, Purpose.START, trial)
         return TrialSetup(trial, seed, draw_in_disc(rng, task.start_uncertainty_mm * 1e-3, task.start_shape))
 
@@ -72,8 +72,8 @@ class Insertion(TaskKind):
 
     @override
     def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
-        """In the hole and not beside the plate, at full depth, the true peak force below the limit."""
-        # The centre of a leaning peg's end face is above its deepest edge, on which it stands in the hole.
+        """Return True if the peg is in the hole at full depth and the true peak force was below the limit."""
+        # The centre of a tilted peg's end face is above its deepest edge, on which it rests in the hole.
         leaning_m = 0.5e-3 * fit.diameter_mm * sin(fit.lean_mrad * 1e-3)
         return (
             report.outcome is Outcome.INSERTED
@@ -84,7 +84,7 @@ class Insertion(TaskKind):
 
     @override
     def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
-        """The peg was taken for inserted where it was not: beside the hole, or not as deep as it had to be."""
+        """Return True if the peg was reported as inserted but is next to the hole or not deep enough."""
         short = truth.depth_m < (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3
         return report.outcome is Outcome.INSERTED and (short or _beside(truth, fit))
 

@@ -1,10 +1,9 @@
 """The insertion task: approach to contact, exploration of the surface, insertion to full depth.
 
-A state machine without I/O: one :class:`~palpate.core.ports.values.Snapshot` in, one joint command out, a tick of
-140 Hz at a time. A tick has two halves with the choice of an action between them, for a chooser outside. It uses
-port data only. Encoders cannot see the gripper's springs, so the hole is found by the loss of the reaction force and
-confirmed by motion along the tool axis until contact again; depth is the encoders' depth corrected by force over
-stiffness.
+A state machine without I/O: one :class:`~palpate.core.ports.values.Snapshot` in and one joint command out per tick of
+140 Hz. A tick has two halves; an external policy may choose an action between them. The task uses port data only.
+Encoders cannot measure the gripper's deflection, so the hole is found by the loss of the reaction force and confirmed
+by motion along the tool axis until contact again. Depth is the encoders' depth corrected by force over stiffness.
 """
 
 from typing_extensions import override
@@ -20,10 +19,10 @@ from palpate.core.trial import ControlConfig, Measurement, Outcome, Phase, Purpo
 
 
 class InsertionTask(TouchTask):
-    """One arm's insertion, trial by trial.
+    """Inserts a peg with one arm, trial by trial.
 
     Args:
-        measurement: From snapshots to the task frame.
+        measurement: Transforms snapshots to the task frame.
     """
 
     _state: InsertionState
@@ -46,7 +45,7 @@ class InsertionTask(TouchTask):
 
     @override
     def begin(self, setup: TrialSetup) -> None:
-        # A policy may fail here: the trial has a report then.
+        # A policy may fail here: the report exists by then.
         super().begin(setup)
         self._agent.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
         self._state.agent_begun()
@@ -54,14 +53,14 @@ class InsertionTask(TouchTask):
 
     @override
     def choose(self) -> None:
-        """Let the policy choose by what :meth:`sense` returned, ahead of :meth:`act`: for loops that time it apart.
+        """Let the policy choose from the observation of :meth:`sense`, before :meth:`act`, so that a loop can time it.
 
         Raises:
             LifecycleError: There is no choice in this tick.
         """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()
-        # The first tick of an action may doubt, too.
+        # The first tick of an action may report a mismatch, too.
         self.expectation = self._state.expectation
 
     @override
@@ -86,24 +85,24 @@ class InsertionTask(TouchTask):
 
     @override
     def conclude(self) -> None:
-        """The loop is done with the trial: the policy gets what it came to.
+        """Pass the outcome to the policy after the last tick.
 
-        Not as soon as the peg is in: a trip in that very tick, or while the arm comes to rest, makes it untrue.
+        It is not passed when the peg is in: a trip in that tick, or while the arm stops, would invalidate it.
         """
         report = self._state.report
         self._agent.end(Hindsight(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))
 
     @property
     def percept(self) -> tuple[int, int] | None:
-        """Symbol and state last perceived in this trial, as indices; None before the first."""
+        """Return the indices of the symbol and state last perceived in this trial; None before the first."""
         return self._agent.percept
 
     @property
     def goes_on(self) -> bool:
-        """Whether what :meth:`sense` returned is for a choice that was made before and goes on: no policy is asked."""
+        """Return True if the observation of :meth:`sense` belongs to an earlier choice, so that no policy is asked."""
         return self._agent.goes_on
 
     @property
     def turn_rad(self) -> Vector3:
-        """Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z, task frame."""
+        """Return the commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z."""
         return self._motion.turn_rad

@@ -1,4 +1,4 @@
-"""The motions that bring one corner of a peg, or its flat, into its place in the hole, and what is felt there."""
+"""The motions that bring a corner of a peg, or its flat, into its corner of the hole, and the forces there."""
 
 from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
@@ -8,56 +8,57 @@ from palpate.core.policy import Law, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _LEAN_RAD: Final = radians(2.0)
-"""Turn of an action: 20 degrees/s. An arm that is slower takes more actions."""
+"""Turn per action, 20 degrees/s. A slower arm takes more actions."""
 _STEP_M: Final = 1.8e-3
-"""Step of an action above the plate: 18 mm/s, below the usual speed in free space."""
+"""Step per action above the plate: 18 mm/s, below the usual speed in free space."""
 _NEAR_M: Final = 0.5e-3
 _ASIDE_SHARE: Final = 0.25
-"""There is one flat: it is tried again on both sides, by this share of how far inside it comes down."""
+"""Sideways shift of further attempts with a flat, over the distance by which it comes down inside."""
 _STOOD_SHARE: Final = 0.55
-"""A tool that is let down to a height stands no deeper: how it leans shows on the way down, which gives way to it."""
+"""Share of the depth that a tool reaches when lowered, because compliance during the descent reduces its tilt."""
 _SLIPS_SHARE: Final = 0.3
 _CAUGHT_SHARE: Final = 0.91
 _SUNK_SHARE: Final = 0.15
-"""A leaning corner that is less deep is on the plate; one that is deeper is in its place; so is an upright tool."""
+"""Shares of the depth that classify the tool: a less deep tilted corner is on the plate, a deeper one is in its corner
+of the hole; likewise an upright tool."""
 _CLEARS_M: Final = 0.4e-3
-"""Height of a corner that is carried over the plate: depth is known to 0.15 mm, and a dither adds as much."""
+"""Height of a corner carried over the plate: depth is known to 0.15 mm, and a dither adds as much."""
 _CAUGHT_N: Final = 1.5
-"""A tool that feels more across its axis is caught on an edge: straight up first."""
+"""Lateral force above which a tool is caught on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
 _LEAD_SHARE: Final = 1.0 / 60.0
-"""The tool is led on by this share of its way an action while less than that force, friction's, is on each wall."""
+"""Advance per action over the inside distance, while the force on each wall is below that limit, friction's."""
 _LONGEST_PUSH: Final = 30
 _SLOWEST_M: Final = 0.5e-3
-"""Actions of the longest push on the spot, and way of an action towards it."""
+"""Actions of the longest push in place, and distance per action towards it."""
 _WALL_SHARE: Final = 0.5
-"""A wall carries from this share of the push on."""
+"""Force on a loaded wall over the push."""
 _QUIET_SHARE: Final = 0.2
-"""Less torque, over the push on a wall at the corner, turns nothing."""
+"""Torque over the push at the corner below which nothing turns."""
 _BACK_SHARE: Final = 0.5
-"""A corner that is caught is pushed back by this share of the push on its way out."""
+"""Force that pushes a caught corner back during withdrawal, over the push."""
 _DRIVE_SHARE: Final = 1.0 / 3.0
-"""A wedged corner is turned under this share of the push: friction on its walls holds it less."""
+"""Force over the push while a wedged corner is turned, which reduces the friction of its walls."""
 _ACTION_S: Final = 0.1
 _RIGHT_RAD: Final = radians(1.2)
-"""A leaning corner may be wedged: standing up by so much an action frees it, a pull alone does not."""
+"""Turn towards upright per action. A tilted corner may be wedged: this turn frees it, a pull alone does not."""
 _CLEAR_M: Final = 0.3e-3
 UPRIGHT_RAD: Final = radians(0.1)
 
 
 class Corner:
-    """One of a peg's corners, and what the tool does about it.
+    """One of a peg's corners, and the actions of the tool for it.
 
-    Depths are shares of how deep a leaning corner is let down.
+    Depths are relative to the depth to which a tilted corner is lowered.
 
     Args:
-        options: Corners, lean and push; of a peg without corners four places of its rim serve as such.
+        options: Corners, tilt and push; for a peg without corners four points of its rim are used.
 
     Attributes:
         half_rad: Half the angle between two corners.
-        leaned: Actions of the lean so far.
-        longest_push: Actions of a push that meets nothing.
-        lead_m: By so much the tool is led on at the next push, (2,), task frame.
+        leaned: Number of tilting actions so far.
+        longest_push: Number of actions of a push without contact.
+        lead_m: Advance of the tool in the next push, (2,), task frame.
     """
 
     def __init__(self, options: SpatialOptions) -> None:
@@ -72,8 +73,8 @@ class Corner:
         self.take(0)
 
     def take(self, number: int) -> None:
-        """Turn to a corner, by its number in the order in which they are tried."""
-        # The neighbours of the first corner on both sides, and so on: 0, -1, 1, -2, 2 ...
+        """Select a corner by its number in the order of attempts."""
+        # Neighbours of the first corner on both sides in turn: 0, -1, 1, -2, 2 ...
         place = -(number + 1) // 2 if number % 2 else number // 2
         self.number, self._heading_rad = number, 0.0 if self._flat else (2 * place + 1) * self.half_rad
         self._aside_m = place * _ASIDE_SHARE * self._inside_m if self._flat else 0.0
@@ -82,12 +83,12 @@ class Corner:
 
     @property
     def height_m(self) -> float:
-        """How far the corner lies below the tip of the leaning tool."""
+        """Return the distance of the corner below the tip of the tilted tool."""
         return self.radius_m * sin(self.lean_rad)
 
     @property
     def down_m(self) -> float:
-        """How deep it is let down until the tool stands."""
+        """Return the depth to which the corner is lowered."""
         return self._down_share * self.height_m
 
     @property
@@ -95,7 +96,7 @@ class Corner:
         return 2.0 * self.push_N * cos(self.half_rad)
 
     def walls_N(self, observation: Observation) -> tuple[float, float]:
-        """What both walls give along the normal of each: apart, though their normals are not at right angles."""
+        """Return the force of each wall along its normal, resolved for normals that are not orthogonal."""
         (x, y, _), heading = observation.force_N, self._heading_rad + observation.turn_rad[2]
         along = [-x * cos(heading + side) - y * sin(heading + side) for side in (-self.half_rad, self.half_rad)]
         mixed = cos(2.0 * self.half_rad)
@@ -105,7 +106,7 @@ class Corner:
         return one, other
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
-        """Return the features of situations, as :data:`palpate.core.perception.FACTS` names them."""
+        """Return the features of situations, in the order of :data:`palpate.core.perception.FACTS`."""
         lean_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
         corner_m = depth_m + self.radius_m * sin(lean_rad)
         upright = lean_rad < Situations.leaning * self.lean_rad
@@ -115,42 +116,42 @@ class Corner:
         return lean_rad / self.lean_rad, corner_m / (_SLIPS_SHARE * down_m), tip, wall, torque
 
     def upright_in_hole(self, observation: Observation) -> bool:
-        """Whether the upright tool is too deep to stand on the plate."""
+        """Return True if the upright tool is too deep to be on the plate."""
         return observation.depth_m > _SUNK_SHARE * self.down_m
 
     def clear(self, observation: Observation) -> bool:
-        """Whether the leaning tool is out of the hole."""
+        """Return True if the tilted tool is out of the hole."""
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
 
     def passed(self, observation: Observation) -> bool:
-        """Whether a corner was pushed as far past its nominal place as it had come down inside it."""
+        """Return True if a corner was pushed as far past its nominal position as it had come down inside it."""
         x, y, _ = observation.reference_m
         return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 
     def over(self, observation: Observation) -> bool:
-        """Whether the tool leans over the corner, or was to."""
+        """Return True if the tool is tilted over the corner, or has reached the edge of the area."""
         dx, dy, lean_x, lean_y = self._ahead(observation)
         way_m, before_m = hypot(dx, dy), self._way_m
         self._way_m = way_m
-        # The edge of the area may be nearer than the place that is meant.
+        # The edge of the area may be nearer than the target.
         there = way_m < _NEAR_M or way_m > before_m - _CLEAR_M
         return bool(self.leaned) and there and hypot(lean_x, lean_y) < UPRIGHT_RAD
 
     def _ahead(self, observation: Observation) -> tuple[float, float, float, float]:
         (x, y, _), (lean_x, lean_y, _) = observation.reference_m, observation.turn_rad
         c, s = cos(self._heading_rad), sin(self._heading_rad)
-        # Only a flat, which is at heading 0, is met aside as well.
+        # Only a flat, which is at heading 0, is also approached with a sideways shift.
         dx, dy = -self._inside_m * c - x, -self._inside_m * s + self._aside_m - y
         return dx, dy, s * self.lean_rad - lean_x, -c * self.lean_rad - lean_y
 
     def _left(self, observation: Observation) -> int:
-        """Actions until the tool leans over the corner."""
+        """Return the number of actions until the tool is tilted over the corner."""
         dx, dy, lean_x, lean_y = self._ahead(observation)
         turns = (hypot(lean_x, lean_y) - UPRIGHT_RAD) / _LEAN_RAD
         return max(ceil(turns), ceil((hypot(dx, dy) - _NEAR_M) / _STEP_M), 0)
 
     def leaning(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """Up, and in equal parts over the corner and to the lean."""
+        """Return an action up, then in equal parts over the corner and to the tilt."""
         self.leaned += 1
         rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.leaned == 1 else 0.0
         if self.leaned == 1 and hypot(*observation.force_N[:2]) > _CAUGHT_N:
@@ -161,25 +162,25 @@ class Corner:
         return (dx / left, dy / left), Spatial(Law.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:
-        """At both walls, standing up by this share of the lean; the corner stays in its place."""
+        """Push against both walls, turning upright by this share of the tilt; the corner stays in place."""
         lean_x, lean_y, yaw = observation.turn_rad
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
         turn = -upright * lean_x, -upright * lean_y, 0.0
         push = self._push * c, self._push * s
         down_m = self.down_m * (_STOOD_SHARE if upright else 1.0)
-        # Kept so deep, and the tip as high as that is while the tool leans so far.
+        # Keep this depth of the corner, and the tip at the corresponding height for the tilt.
         rise_m = self.radius_m * sin((1.0 - upright) * hypot(lean_x, lean_y)) - down_m
         return Spatial(Law.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
 
     def driving(self, observation: Observation, side: float) -> Spatial:
-        """Turning a wedged corner to one side, 1 or -1, with the torque that friction may hold it with."""
+        """Turn a wedged corner to one side, 1 or -1, with the torque that overcomes its friction."""
         pushing = self.pushing(observation, 0.0)
         x, y = pushing.push_N
         push = x * _DRIVE_SHARE, y * _DRIVE_SHARE
         return Spatial(Law.PUSH, pushing.rise_m, (0.0, 0.0, side * self._drive_rad), push, pushing.pivot_m)
 
     def withdrawing(self, observation: Observation) -> Spatial:
-        """Out of the hole, standing up."""
+        """Move out of the hole while turning upright."""
         lean = hypot(*observation.turn_rad[:2])
         back_N = -_BACK_SHARE * self._push if lean > UPRIGHT_RAD else 0.0
         c, s = cos(self._heading_rad), sin(self._heading_rad)

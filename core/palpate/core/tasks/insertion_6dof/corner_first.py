@@ -1,4 +1,4 @@
-"""For pegs with corners or a flat: one goes in first, pushed into its place in the hole, which turns the tool right."""
+"""A policy for pegs with corners or a flat: a corner is inserted first and pushed into place, which aligns the yaw."""
 
 from enum import Enum
 from math import copysign, hypot
@@ -14,15 +14,15 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 NAME: Final = "corner-first"
 QUIET_ACTIONS: Final = 2
-"""So many actions in a row both walls have to carry, and nothing to turn the tool."""
+"""Consecutive actions in which both walls must carry load without a torque."""
 DRIVEN_ACTIONS: Final = 7
 LONGEST_WITHDRAWAL: Final = 20
-"""Actions after which a tool that stays in the hole is inserted again."""
+"""Actions after which a tool that is still in the hole is inserted again."""
 STAND_SHARE: Final = 0.2
-"""Share of the lean by which the tool stands up in an action."""
+"""Turn towards upright per action, as a share of the tilt."""
 _STUCK_SHARE: Final = 0.62
-"""A tool that is so deep, as a share of a leaning corner's depth, and all but upright was inserted and got stuck: once
-more, and then it is withdrawn."""
+"""Depth over that of a tilted corner at which an almost upright tool is stuck in an insertion; it is inserted once
+more, then withdrawn."""
 
 
 class _Act(Enum):
@@ -34,13 +34,14 @@ class _Act(Enum):
 
 
 class CornerFirst(FixedPolicy):
-    """Leans over a corner, pushes it at both walls until nothing turns it, stands up, inserts; else the next corner.
+    """Pushes a corner against both walls until no torque remains, turns upright and inserts; or tries the next.
 
-    Pressed flat, nothing shows a peg's yaw against the hole's. One corner in the hole, pushed at both walls, does. A
-    keyed peg's flat counts as its one corner: the arcs at its ends are the walls that centre it, and itself turns it.
+    A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole, pushed against both walls,
+    does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it, and the
+    flat itself turns it.
 
     Args:
-        options: Corners, lean and push.
+        options: Corners, tilt and push.
 
     Raises:
         ConfigurationError: The peg has neither corners nor a flat.
@@ -66,14 +67,14 @@ class CornerFirst(FixedPolicy):
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        """The next action of the stage."""
+        """Return the next action of the stage."""
         corner, lean = self._corner, hypot(*observation.turn_rad[:2])
         if self._stage is _Act.LEAN and corner.over(observation):
             self._stage = _Act.PUSH
         elif self._stage is _Act.PUSH:
             self._judge_push(observation)
         elif self._stage in (_Act.INSERT, _Act.WITHDRAW):
-            # The insertion came to nothing.
+            # The insertion has failed.
             self._stage, self._withdrawn = _Act.WITHDRAW, self._withdrawn + 1
             if corner.clear(observation):
                 self._begin_corner(corner.number + 1)
@@ -106,12 +107,12 @@ class CornerFirst(FixedPolicy):
         _, corner, tip, wall, torque = self._corner.facts(observation)
         self._quiet = self._quiet + 1 if wall > 1.0 and abs(torque) < 1.0 else 0
         if caught := tip > 1.0:
-            # Once it is in, only what it feels may turn it.
+            # A corner in its place turns only by the forces on it.
             self._driven = 0
         if self._quiet >= QUIET_ACTIONS and (caught or (self._drove and not self._driven)):
             self._stage = _Act.STAND
         elif self._quiet >= QUIET_ACTIONS and not self._drove:
-            # Wedged: on in the direction in which it turned so far, then to the other side.
+            # Wedged: turn further in the direction so far, then to the other side.
             self._driven, self._drove = 2 * DRIVEN_ACTIONS, True
             self._side = copysign(1.0, observation.turn_rad[2])
         elif (

@@ -1,4 +1,4 @@
-"""The exploration in six degrees of freedom: action by action, each under its own law, until one is in the hole."""
+"""The exploration in six degrees of freedom: actions with different controllers until the peg is in the hole."""
 
 from __future__ import annotations
 
@@ -19,43 +19,44 @@ from palpate.core.trial import Trip, TripReason
 _FASTEST_PUSH_M_S: Final = 12e-3
 _FASTEST_YAW_RAD_S: Final = radians(12.0)
 _PULL_N: Final = 1.2
-"""So light a pull no proof of contact takes for one that cannot be."""
+"""A pull light enough for every contact verification."""
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _GIVEN_M: Final = 3e-4
-"""So far a tool gives way that is caught in a lift: 12 N of the gripper's spring, should the sensor lie."""
+"""Largest compliance of a tool caught in a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
-"""A tool whose lowest corner is so high above the plate meets nothing."""
+"""Height of the lowest corner above the plate at which there is no contact."""
 _ALONG_N: Final = 2.0
-"""A wall answers a push against it; along it, in 14 trials without a fault, never more than 0.1 N lasted so long."""
+"""Implausible force along a push, because walls act against it; without a fault more than 0.1 N never lasted as
+long."""
 _WALL_N: Final = 1.0
-"""A wall is felt."""
+"""Force of contact with a wall."""
 _RAISED_M: Final = 4e-4
-"""Height by which a waiting tool is raised to be free: more than the dither, 2 N of the gripper where it is held."""
+"""Height by which a waiting tool is raised to be free: more than the dither, and 2 N of the gripper if it is held."""
 _RAISED_AFTER: Final = 0.25
-"""Share of the patience after which it is."""
+"""Share of the time-out after which it is raised."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
 _SUNK_SHARE: Final = 0.62
-"""An upright tool that is so deep while it pushes, as a share of a leaning corner's depth, is in the hole."""
+"""Depth over that of a tilted corner at which an upright pushing tool is in the hole."""
 _DEEPEST_SHARE: Final = 0.93
-"""A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
+"""Largest depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT: Final = 1.0
-"""Gain of giving way times the arm's lag: above it the tool would swing against a wall, and from pi / 2 on for ever."""
+"""Gain of the compliance times the arm's lag: above it the tool oscillates against a wall, from pi / 2 without end."""
 _UPRIGHT_RAD: Final = radians(1.0)
-"""A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
+"""A tool with more tilt is on an edge or a corner, so that loss of contact is not a hole."""
 
 
 class SpatialExplore(Explore):
-    """Actions of six degrees of freedom, each a motion of steady speed.
+    """Actions in six degrees of freedom, each a motion of constant speed.
 
     Args:
-        equipment: What the phases share.
+        equipment: Objects shared by the phases.
         monitor: Dithers the tool, and stops it until the force responds.
-        options: How the tool gives way, and how far it may turn.
+        options: Compliance of the tool, and limits of its turns.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
@@ -84,14 +85,14 @@ class SpatialExplore(Explore):
     @override
     def resume(self) -> None:
         super().resume()
-        # What seemed to be the hole was none, or held the peg: at rest, and at once to the next choice.
+        # The hole was a false detection, or held the peg: stand still and choose at once.
         self._spatial, self._rate_rad_s, self.countdown = _HOLD, STILL, 1
         self._caught_m: Vector3 | None = None
 
     @override
     def enter(self) -> None:
         super().enter()
-        # The first rest lasts until the plate responds.
+        # The first pause lasts until the plate responds.
         self._spatial, self.countdown, self._monitor.spent = _STEP, 1, True
 
     @property
@@ -100,8 +101,8 @@ class SpatialExplore(Explore):
 
     @property
     def _low(self) -> bool:
-        """Whether the lowest corner is where it can meet something."""
-        # By the encoders alone it is no higher than it is, whatever the force that corrects them says.
+        """Return True if the lowest corner may touch something."""
+        # The encoders alone give an upper bound of the height, independent of the force that corrects them.
         tip_m = max(self._measurement.tip_depth_m, self._measurement.position_m[2]) - self._state.surface_m
         if tip_m > -_CLEAR_M:
             return True
@@ -109,7 +110,7 @@ class SpatialExplore(Explore):
         return tip_m + reach_m > -_CLEAR_M
 
     def _look_for_lag(self, led_m_s: Vector3) -> None:
-        """How far the encoders are behind a tool that is led through the air, over all the trial."""
+        """Update the lag of the encoders behind a tool that moves in air, over the whole trial."""
         (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, led_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
         self._led_m2_s2 += vx * vx + vy * vy + vz * vz
@@ -117,7 +118,7 @@ class SpatialExplore(Explore):
 
     @property
     def _waits(self) -> bool:
-        """Whether the tool may have bent the gripper by all that a faulty sensor is granted."""
+        """Return True if the tool may have bent the gripper by the whole budget."""
         return self._monitor.spent
 
     @override
@@ -146,7 +147,7 @@ class SpatialExplore(Explore):
     @override
     def _perceive(self) -> None:
         super()._perceive()
-        # The turn of the action that is over goes on in this tick, unless the next one turns otherwise.
+        # The turn of the completed action continues in this tick, unless the next action turns otherwise.
         self._way_on()
 
     @override
@@ -192,12 +193,12 @@ class SpatialExplore(Explore):
         elif spatial.law is Law.PUSH:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
-            # A yaw that is asked for is a torque about the axis, against which the tool gives way.
+            # A commanded yaw is a torque about the axis, with which the tool complies.
             lean_x, lean_y, yaw = self._rate_rad_s
             tx, ty, tz = measured.live_torque_at_tip_Nm()
             yaw_Nm = tz + yaw / self._yaw_rad_per_Nms
             if hypot(tx, ty) > _WEDGED_NM + self._press_N * hypot(*spatial.pivot_m):
-                # More than the press gives at the corner: standing up on would load a wedge.
+                # More than the press at the corner: turning further upright would load a wedge.
                 lean_x = lean_y = 0.0
             rate = lean_x, lean_y, give * self._yawing.rate_rad_s((0.0, 0.0, yaw_Nm))[2]
         elif spatial.law is Law.WITHDRAW:
@@ -205,13 +206,14 @@ class SpatialExplore(Explore):
             torque_Nm = measured.live_torque_at_tip_Nm()
             (u, v, w), (a, b, c) = self._freeing.rate_rad_s(torque_Nm), self._rate_rad_s
             if hypot(*torque_Nm[:2]) > _WEDGED_NM:
-                # Turning on would load the wedge; the tool gives way to it first.
+                # Turning would load the wedge; the tool complies first.
                 a = b = 0.0
             x, y, _ = self._motion.turn_rad
             a, b = give * u + a, give * v + b
             deep = self._measurement.position_m[2] - self._state.surface_m > self._deepest_m
             if deep and hypot(x + a * PERIOD_S, y + b * PERIOD_S) > max(hypot(x, y), LEANT_RAD):
-                # A peg in the hole cannot: what leans it is no wall's, and bent like that it would be drawn out.
+                # Impossible for a peg in the hole: the torque is not a wall's, and a peg tilted like this would bend
+                # the gripper.
                 a = b = 0.0
             velocity, rate = (vx, vy, self._pulled_m_s()), (a, b, give * w + c)
         else:
@@ -223,12 +225,12 @@ class SpatialExplore(Explore):
         dithers = self._low or spatial == _HOLD
         if not dithers or spatial.law is Law.STEP:
             return velocity
-        # Servos follow a dither by less than they are late.
+        # The response of servos to a dither shows less than their lag.
         self._led_m_s = None
         return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
-        """The velocity with the dither, across as well where a wall is felt; on the spot where the budget is spent."""
+        """Return the velocity with the dither, also across in contact with a wall; in place if the budget is spent."""
         monitor, (vx, vy, vz), (fx, fy, _) = self._monitor, velocity_m_s, self._measurement.force_N
         waits = monitor.spent
         if hypot(fx, fy) > _WALL_N:
@@ -236,7 +238,7 @@ class SpatialExplore(Explore):
         if waits:
             monitor.wait("while the tool pushes")
             vx, vy, vz = 0.0, 0.0, min(vz, 0.0)
-            # What the tool only touches at times responds to neither dither: a little higher it is free.
+            # Intermittent contact responds to neither dither; slightly higher the tool is free.
             late = monitor.waited_share - _RAISED_AFTER
             if 0.0 < late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.patience_ticks):
                 vz = -_WITHDRAW_M_S
@@ -249,7 +251,7 @@ class SpatialExplore(Explore):
         return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
-        """Velocity of a tool that is caught while it is lifted: it gives way, and goes up unless something holds it."""
+        """Return the velocity of a tool that is caught in a lift: it complies, and moves up unless it is held."""
         (x, y, z), (fx, fy, fz), k = (
             self._motion.reference_m,
             self._measurement.force_N,
@@ -266,14 +268,14 @@ class SpatialExplore(Explore):
         return vx, vy, self._pulled_m_s() if z - caught_z < _GIVEN_M else 0.0
 
     def _pulled_m_s(self) -> float:
-        """Velocity along the axis with which no more is pulled than may be."""
+        """Return the velocity along the axis that limits the pull."""
         reference_m = self._motion.reference_m
         return self._pull.velocity_m_s(reference_m, reference_m, (0.0, 0.0, self._measurement.force_N[2]))[2]
 
     def _hold_against(self, push_N: tuple[float, float]) -> None:
         (px, py), (fx, fy, _), tick = push_N, self._measurement.force_N, self._state.tick
         along_N = (fx * px + fy * py) / max(hypot(px, py), 1e-6)
-        # A tool that waits goes back, and may meet another wall there: that one is left first.
+        # A waiting tool moves back and may touch another wall there, which it must leave first.
         self._met_behind = along_N > _ALONG_N and (self._met_behind or self._waits)
         self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N and not self._met_behind else 0
         if self._along_ticks == _ALONG_TICKS:
@@ -287,7 +289,7 @@ class SpatialExplore(Explore):
             self._give * self._push_m_per_N_s,
         )
         (px, py), (dx, dy), action_s = push_N, self._step_m, self._task.ticks_per_action * PERIOD_S
-        # The step leads ahead of the force, and less so the more there is to push against.
+        # The step is fed forward, and less so the larger the opposing force.
         free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
         vx, vy, _ = limited((k * (fx + px) + free * dx, k * (fy + py) + free * dy, 0.0), _FASTEST_PUSH_M_S)
         vz = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
@@ -302,7 +304,7 @@ class SpatialExplore(Explore):
         return vx if within_x == x else 0.0, vy if within_y == y else 0.0, vz
 
     def _about_pivot(self, velocity_m_s: Vector3, rate_rad_s: Vector3) -> Vector3:
-        """The velocity, with what keeps the pivot in its place while the tool turns about the tip."""
+        """Return the velocity that keeps the pivot in place while the tool turns about the tip."""
         (x, y, z), (wx, wy, wz) = velocity_m_s, rate_rad_s
         px, py, pz = rotated(self._motion.lean, (*self._spatial.pivot_m, 0.0))
         return x - (wy * pz - wz * py), y - (wz * px - wx * pz), z - (wx * py - wy * px)

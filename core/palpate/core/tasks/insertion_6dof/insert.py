@@ -1,4 +1,4 @@
-"""The way down the hole of a tool that complies, and back out where the hole was none."""
+"""The path down the hole of a tool that complies, and back out after a false detection."""
 
 from math import cos, hypot, pi, radians, sin
 from typing import Final
@@ -17,21 +17,21 @@ _SEATED_NM: Final = 0.008
 _SEATED_SHARE: Final = 0.6
 _STUCK_TICKS: Final = 2 * CONTROL_RATE_HZ
 _SEATING_TICKS: Final = CONTROL_RATE_HZ
-"""A peg that is tilted stands on an edge of the floor; so long, at most, it complies until it stands flat."""
+"""Largest time for a tilted peg on an edge of the floor to comply until it is flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Time of one turn of a wobble, and after which it begins where nothing is gained. Half of it gave the same."""
+"""Ticks per turn of a wobble, and without progress before it begins. Half of it gave the same results."""
 LEANT_RAD: Final = 0.03
-"""A peg that is let in tilts no further, 26 mrad in trials without a fault; drawn back while it does, it bends the
+"""Largest tilt of an inserted peg, 26 mrad in trials without a fault; withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
-"""A peg that sinks by more while it wobbles hung on the walls."""
+"""Distance by which a wobbling peg must sink to have been held by the walls."""
 
 
 class SpatialInsert(Insert):
-    """Sinks and complies with all torque; where it gets stuck, exploration is resumed instead of a wedged end.
+    """Sinks and complies with all torques; a stuck peg resumes exploration instead of ending the trial.
 
     Args:
-        options: How the tool complies.
+        options: Compliance of the tool.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig, options: SpatialOptions) -> None:
@@ -60,17 +60,17 @@ class SpatialInsert(Insert):
     def _comply(self, *, wobble: bool) -> None:
         x, y, yaw = self._giving.rate_rad_s(self._measurement.live_torque_at_tip_Nm())
         if wobble and self._flat_ticks <= _CIRCLE_TICKS:
-            # Friction on both sides of a wedge hides which way it is tilted: all ways are tried.
+            # Friction on both sides of a wedge hides the direction of the tilt: try all directions.
             turned = 2.0 * pi * self._state.tick / _CIRCLE_TICKS
             x, y = x + self._wobble_rad_s * cos(turned), y + self._wobble_rad_s * sin(turned)
         self._motion.turn((x, y, yaw))
 
     @override
     def _begin_look(self) -> None:
-        """On what may be the floor the peg wobbles, and complies until it stands flat, before it is looked at."""
+        """Wobble and comply on a possible floor until the peg is flat, before it is checked."""
         measured, past = self._measurement, self._depth_m - self._state.slack_m > self._full_m + self._tolerance_m
         if self._flat_ticks == 0 or self._depth_m > self._flat_from_m + _SUNK_M:
-            # A wedge shows by sinking on.
+            # A wedge is detected if the peg sinks further.
             self._flat_from_m, self._flat_ticks = self._depth_m, 0
         self._flat_ticks += 1
         tx, ty, _ = measured.filtered_wrench_at_tip()[1]

@@ -1,4 +1,4 @@
-"""Insertions in six degrees of freedom as a kind of task, as the rest of palpate uses them."""
+"""Insertions in six degrees of freedom as a kind of task, the interface for the rest of palpate."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ class SpatialTask(InsertionTask):
 
 
 _MARGIN_DEG: Final = 2.0
-"""So much further than it is ever asked to, the supervisor lets the tool turn."""
+"""Margin of the supervisor over the largest commanded turn."""
 
 
 class Insertion6Dof(Insertion):
-    """A peg with corners, or one that leans, into a hole whose orientation is not known."""
+    """Insertion of a peg with corners, or of a tilted one, into a hole of unknown orientation."""
 
     preset: Mapping[str, Any] = {
         "part": {"depth_tolerance_mm": 0.5},
@@ -84,7 +84,7 @@ class Insertion6Dof(Insertion):
 
     @override
     def skills(self, task: TaskConfig) -> tuple[Action, ...]:
-        # A flat is told by other depths than corners are.
+        # A flat is recognised at other depths than corners.
         return () if options_of(SpatialOptions, task).flat_deg else SKILLS
 
     @override
@@ -98,7 +98,7 @@ class Insertion6Dof(Insertion):
     @override
     def make(self, parts: TaskParts) -> SpatialTask:
         learning = parts.perception, parts.policy, parts.reinforcement, PERIOD_S
-        # Who tells situations of corners apart chooses among skills, anyone else among steps.
+        # A perception of corner situations chooses among skills, any other among steps.
         told_apart = isinstance(parts.perception.extractor, TaskFacts)
         skills = Skills(options_of(SpatialOptions, parts.task), parts.task.area_half_width_mm * 1e-3)
         agent = SkillAgent(*learning, skills) if told_apart else Agent(*learning)

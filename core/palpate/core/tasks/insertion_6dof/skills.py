@@ -1,4 +1,4 @@
-"""The programmed skills that a learner chooses from: options, each with its own beginning and end."""
+"""Programmed skills for a learner: options, each with its initiation set and termination."""
 
 from dataclasses import replace
 from math import copysign, hypot, radians
@@ -16,14 +16,14 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _LEAN, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("lean", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
-"""A tool that is so far out, as a share of the area's half width, is pushed no further."""
+"""Largest distance of a pushed tool from the centre, over the area's half-width."""
 _LEANS: Final = (1.0, 1.2)
-"""Shares of the lean. Less lets a corner down so little that one in three or four slips out; more makes it a lever
-between its walls."""
+"""Shares of the tilt. With less, one corner in three or four slips out; with more, it becomes a lever between its
+walls."""
 _PUSHES: Final = (0.67, 1.0, 1.33)
 _STANDS: Final = (1.0, 1.6)
 _UNIT: Final = SpatialOptions()
-"""Skills are listed with the lean and the push of these."""
+"""Options with the tilt and the push for which skills are listed."""
 _LEAN_RAD: Final = radians(_UNIT.lean_deg)
 _STAND_RAD: Final = STAND_SHARE * _LEAN_RAD
 
@@ -39,30 +39,30 @@ SKILLS: Final = tuple(
         (_WITHDRAW, Spatial(Law.WITHDRAW)),
     )
 )
-"""What each is in numbers, the same for all shapes: of a corner in the direction of x; run as shares of the options."""
+"""Numbers of each skill, the same for all shapes, for a corner in the direction of x; scaled by the options."""
 
 _ANYWHERE: Final = ("upright", "leaning", "corner")
 _BEGINS: Final = {
     _LEAN: _ANYWHERE, _PUSH: ("leaning", "corner"), _DRIVE: ("corner",), _STAND: ("leaning", "corner"),
     _INSERT: ("upright in the hole",), _WITHDRAW: ("upright in the hole", "corner"),
 }  # fmt: skip
-"""How the names of the situations begin in which a skill may: elsewhere it does nothing, or harm."""
+"""Initiation sets, as prefixes of the names of the situations; elsewhere a skill is useless or harmful."""
 
 
 _BY_RULE: Final = {
     ("corner caught", _PUSH): _STAND, ("corner caught", _DRIVE): _STAND, ("corner wedged", _PUSH): _DRIVE,
     ("corner turning", _DRIVE): _PUSH, ("upright in the hole", _INSERT): _WITHDRAW,
 }  # fmt: skip
-"""What the policy corner-first does next, where that is not plain: by the situation, and by what was done before."""
+"""Next skill of the policy corner-first in special cases, by situation and previous skill."""
 
 
 def may_begin(skill: str, state: str) -> bool:
-    """Whether a skill is one for a state, both by name."""
+    """Return True if the initiation set of a skill contains a state, both by name."""
     return state.startswith(_BEGINS[skill.partition(" ")[0]])
 
 
 def by_rule(skill: str, state: str) -> bool:
-    """Whether a skill, of whatever size, is the one that corner-first would take in a state, both by name."""
+    """Return True if a skill, of any size, is the one that corner-first takes in a state, both by name."""
     situation, _, before = state.removesuffix(" at first").partition(" after ")
     upright = _INSERT if situation == "upright in the hole" else _LEAN
     otherwise = upright if situation.startswith("upright") else _PUSH if before == _LEAN else _LEAN
@@ -70,22 +70,22 @@ def by_rule(skill: str, state: str) -> bool:
 
 
 class Skills:
-    """The skill that runs, action by action.
+    """Runs a skill action by action.
 
     Args:
         options: Corners and weight of the peg.
-        half_width_m: Half the side of the area in which the tip may be.
+        half_width_m: Half the side of the area of the tip.
     """
 
     def __init__(self, options: SpatialOptions, half_width_m: float) -> None:
         self._options, self._far_m = options, _FAR_SHARE * half_width_m
 
     def begin_trial(self) -> None:
-        """No corner has been tried."""
+        """Reset the tried corners."""
         self._corner, self._kind, self._tried = Corner(self._options), "", False
 
     def begin(self, skill: Action, observation: Observation) -> None:
-        """This skill runs from now on."""
+        """Start this skill."""
         corner, spatial = self._corner, skill.spatial or Spatial()
         self._kind, self._spatial = skill.name.partition(" ")[0], spatial
         self._done = self._quiet = 0
@@ -98,11 +98,11 @@ class Skills:
             self._side = copysign(1.0, observation.turn_rad[2])
 
     def over(self, observation: Observation) -> bool:
-        """Whether the skill that runs has come to its end."""
+        """Return True if the running skill has terminated."""
         corner, lean_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
         self._done += 1
         if kind == _INSERT or self._done >= corner.longest_push:
-            # Whatever came to nothing in as many actions as the longest push has.
+            # Also after as many actions as the longest push, without success.
             return True
         if kind == _LEAN:
             return corner.over(observation)
@@ -118,10 +118,10 @@ class Skills:
         return self._quiet >= QUIET_ACTIONS or slipped
 
     def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """The next action of the skill: its displacement in m, (2,), and all else."""
+        """Return the next action of the skill: its displacement in m, (2,), and its other parameters."""
         corner, kind, none = self._corner, self._kind, (0.0, 0.0)
         if kind == _LEAN:
-            # What is in the hole is drawn out of it first; a lift would pull against what holds it.
+            # A tool in the hole is withdrawn first; a lift would pull against the walls.
             held = not corner.leaned and corner.facts(observation)[1] > 1.0
             return (none, corner.withdrawing(observation)) if held else corner.leaning(observation)
         if kind == _PUSH:
@@ -140,7 +140,7 @@ class Skills:
         return none, self._spatial
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
-        """Return the features of situations, as :data:`palpate.core.perception.FACTS` names them."""
+        """Return the features of situations, in the order of :data:`palpate.core.perception.FACTS`."""
         return self._corner.facts(observation)
 
     def _pushed(self, observation: Observation, upright: float = 0.0) -> tuple[tuple[float, float], Spatial]:
@@ -154,10 +154,10 @@ class Skills:
 
 
 class SkillAgent(Agent):
-    """Runs the chosen skill action by action; symbols, states and learning are of whole skills.
+    """Runs the chosen skill action by action; symbols, states and learning refer to whole skills.
 
     Args:
-        skills: Runs them.
+        skills: Runs the skills.
     """
 
     def __init__(
@@ -179,7 +179,7 @@ class SkillAgent(Agent):
         if self._running is not None and not self._skills.over(seen):
             return seen.state
         if self._pending is not None:
-            # An insertion that got stuck took its time though no action ran.
+            # A stuck insertion took time although no action ran.
             self._least_ticks = tick - self._began
         self._running, self.goes_on, self._began = None, False, tick
         return super()._learn_from(tick, seen)

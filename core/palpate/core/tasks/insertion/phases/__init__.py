@@ -1,4 +1,4 @@
-"""The phases of a trial, one class each: how it is entered, what it does in a tick, and whether it is over."""
+"""The phases of a trial, one class each: entry, one tick, and end."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The approach: straight down to the first contact."""
+"""The approach: a guarded move straight down to the first contact."""
 
 from typing_extensions import override
 
@@ -9,10 +9,10 @@ from palpate.core.trial import N_PER_KGF
 
 
 class Approach(RunningPhase):
-    """Presses down where it is until something pushes back.
+    """Presses straight down until there is a reaction force.
 
     Attributes:
-        touched: Whether the plate was touched; where it was not, and the phase is over, the tip is past it.
+        touched: True if the plate was touched; if the phase is over without, the tip is below the plate.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
@@ -23,7 +23,7 @@ class Approach(RunningPhase):
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 
     def enter(self) -> None:
-        """Begin, straight down from here."""
+        """Begin, straight down from the present position."""
         self.over = self.touched = False
         self._target_m = self._motion.reference_m
 
@@ -32,7 +32,7 @@ class Approach(RunningPhase):
         measured, state = self._measurement, self._state
         depth = measured.tip_depth_m
         if measured.position_m[2] < -self._slack_m:
-            # From where the plate may be on, a tool that feels nothing may press on it.
+            # From the highest possible plate on, a tool with a faulty sensor may press on it.
             self._monitor.free()
         if measured.filtered_force_z_N < -self._contact_N:
             state.explore_start = state.tick
@@ -45,7 +45,7 @@ class Approach(RunningPhase):
             state.explore_start = state.tick
             self.over = True
         if self.over and not self.touched:
-            # The surface was never touched, so its height is known only as well as the plate was set up.
+            # The surface was never touched, so its height is known only from the set-up of the plate.
             state.slack_m = self._slack_m
             state.event("no contact where the plate must be")
         return self._law.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)

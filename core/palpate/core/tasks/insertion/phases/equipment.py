@@ -1,4 +1,4 @@
-"""What the phases of a trial work with."""
+"""Objects shared by the phases of a trial."""
 
 from dataclasses import dataclass
 from typing import Final, Self
@@ -11,17 +11,17 @@ from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig
 
 _ACROSS_SPEED_M_S: Final = 0.005
 _DROP_M: Final = 3e-4
-"""A tip this far below the surface is in the hole, past a chamfer's or a worn edge."""
+"""A tip this far below the surface is in the hole, beyond a chamfer or a worn edge."""
 
 
 @dataclass(frozen=True, slots=True)
 class Laws:
-    """One law for each kind of motion.
+    """The controllers for each kind of motion.
 
     Attributes:
-        press: Across as if free, pressing along the tool axis.
-        along: The pressing alone.
-        inserting: Down a hole, with the lateral force regulated to zero; it ignores its target.
+        press: Position control across, pressing along the tool axis.
+        along: The pressing only.
+        inserting: Down a hole with the lateral force controlled to zero; it ignores its target.
     """
 
     free: ControlLaw
@@ -31,7 +31,7 @@ class Laws:
 
     @classmethod
     def of(cls, task: TaskConfig, control: ControlConfig) -> Self:
-        """The laws with these gains.
+        """Create the controllers with these gains.
 
         Raises:
             ConfigurationError: A gain is too high for the gripper's stiffness.
@@ -61,11 +61,11 @@ class Laws:
 
 @dataclass(frozen=True, slots=True)
 class Equipment:
-    """What the phases share.
+    """Objects that the phases share.
 
     Attributes:
         measurement: The newest tick in the task frame.
-        motion: Where the tip is commanded to be.
+        motion: The commanded tip.
     """
 
     task: TaskConfig
@@ -77,7 +77,7 @@ class Equipment:
 
     @property
     def drop_m(self) -> float:
-        """Least depth below the surface that is none of a tilted peg's, of noise or of the encoders' steps."""
+        """Return the smallest depth below the surface that neither tilt, noise nor encoder steps explain."""
         noise_m = self.state.noise[2] / self.measurement.axial_N_per_m
         tilted_m = 1.5e-3 * self.task.end_tilt_mm
         return max(_DROP_M, tilted_m + 4.0 * noise_m + 2.0 * self.measurement.depth_step_m)

@@ -1,4 +1,4 @@
-"""The exploration: pressed on the plate, action by action, until the reaction of the plate is lost."""
+"""The exploration: actions while pressing on the plate, until the plate's reaction force is lost."""
 
 from math import hypot
 from typing import Final
@@ -12,24 +12,24 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 
 _LOST_TICKS: Final = 4
-"""So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
+"""Consecutive unfiltered samples without contact until it is lost; the filtered force lags by 60 ms."""
 _SUNK_TICKS: Final = 2
-"""A dithering tool seems a little lower for a tick where encoders are behind the force."""
+"""Consecutive ticks below the surface; a dithering tool seems lower for a tick if encoders lag behind the force."""
 _CAUGHT_SHARE: Final = 1.5
-"""A force across the tool above this share of the pressing force is none of friction's: an edge of the hole holds the
-peg, and friction there may bear it so that neither loss of contact nor depth shows it."""
+"""A lateral force above this share of the pressing force cannot be friction: an edge of the hole holds the peg.
+Friction there may carry the peg, so that neither loss of contact nor depth reveals it."""
 _FRICTION_PEAK: Final = 1.3
 """Press at the peak of the dither, over the press."""
 _NOISE_SHARE: Final = 0.15
-"""Four standard deviations of the force over the press of a sensor as noisy as the press allows."""
+"""Four standard deviations of the force over the press, for the noisiest acceptable sensor."""
 _LAG_S: Final = 3.0 * PERIOD_S
-"""The arm stops later by the lag that the supervisor allows, supervision.tracking_lag_ticks."""
+"""Additional time to stop: the lag that the supervisor allows, supervision.tracking_lag_ticks."""
 _SURFACE_M: Final = 1e-4
-"""A height that differs by more than this from the surface's is not the surface's."""
+"""A height that differs from the surface by more than this is not the surface."""
 
 
 class Explore(RunningPhase):
-    """Actions across the plate, each a steady step and a rest.
+    """Actions across the plate, each a steady step and a pause.
 
     Args:
         monitor: Dithers the tool, and stops it until the force responds.
@@ -40,7 +40,7 @@ class Explore(RunningPhase):
         self._task, self._state, self._agent = task, equipment.state, equipment.agent
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
         press_N = task.press_kgf * N_PER_KGF
-        # Caught, the arm stops within the limit of the force, if friction alone is not as much.
+        # If the peg is caught, the arm stops within the force limit, unless friction alone reaches it.
         stop_N = monitor.lateral_N_per_m * task.travel_speed_mm_s * 1e-3 * _LAG_S
         sliding_N = (_FRICTION_PEAK * task.friction + _NOISE_SHARE) * press_N
         self._caught_N = min(_CAUGHT_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N))
@@ -49,19 +49,19 @@ class Explore(RunningPhase):
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, press_N
 
     def begin(self, start_m: tuple[float, float]) -> None:
-        """A trial begins that starts here, (x, y), task frame."""
+        """Reset for a trial that starts at (x, y), task frame."""
         self.area = ExplorationArea.of(self._task, start_m)
         self._rests_m = list[tuple[float, float]]()
-        # Where nothing was felt on the way down it is resumed without having been entered: with a choice.
+        # After an approach without contact it is resumed without being entered, with a choice.
         self.countdown = 0
 
     def enter(self) -> None:
-        """The plate was touched: the first action is to rest."""
+        """Begin with a pause after contact with the plate."""
         self.countdown = self._task.ticks_per_action
         self.resume()
 
     def resume(self) -> None:
-        """What seemed to be the hole was none: the running action goes on, at rest."""
+        """Continue the running action, in its pause, after a false detection of the hole."""
         self.over = False
         self._monitor.presses(self._press_N)
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
@@ -69,22 +69,22 @@ class Explore(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """On with the action; where one is over, ``state.observation`` is what the next one is to be chosen by."""
+        """Continue the action; when it is over, ``state.observation`` is the input of the next choice."""
         measured, state = self._measurement, self._state
         if self._out_of_time():
             return STILL
         x, y, z = measured.force_N
         self._agent.effort_N.append(measured.force_norm_N)
         lost = z > -self._contact_N
-        # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
-        # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
+        # Friction on the hole's wall can maintain the reaction while the peg sinks, so depth is checked too. Before the
+        # first action the surface is not known well: encoders on a slow bus lag behind the force.
         drop_m = self._equipment.drop_m if self._agent.decisions else PAST_PLATE_M
         deep = self._depth_m > drop_m
         self._deep_ticks = self._deep_ticks + 1 if deep else 0
         sunk = self._deep_ticks >= _SUNK_TICKS
         caught = hypot(x, y) > self._caught_N
         if lost or sunk or caught:
-            # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
+            # Moving across a hole while the peg drops would press it against the wall, so the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
@@ -96,7 +96,7 @@ class Explore(RunningPhase):
                 return self._wait()
             self.countdown -= 1
             if self.countdown <= 0:
-                # Where to go is known when the policy has chosen.
+                # The direction is known once the policy has chosen.
                 self._perceive()
                 return STILL
         velocity_m_s = self._way_on()
@@ -117,7 +117,7 @@ class Explore(RunningPhase):
         return True
 
     def choose(self) -> Vector3:
-        """Let the policy choose the next action by what was perceived; gives its first velocity.
+        """Let the policy choose the next action; return its first velocity.
 
         Raises:
             LifecycleError: Nothing was perceived since the last choice.
@@ -126,14 +126,14 @@ class Explore(RunningPhase):
         return self._way_on()
 
     def _begin(self, action: Action) -> None:
-        """The action is the one that runs from now on."""
+        """Start this action."""
         reference, (dx, dy) = self._motion.reference_m, action.displacement_m
         x, y = self.area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self.countdown = self._task.ticks_per_action
 
     def _way_on(self) -> Vector3:
-        """To where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
+        """Return the velocity of the running action in this tick: constant speed, then a pause for the torque."""
         share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0
@@ -143,7 +143,7 @@ class Explore(RunningPhase):
         return vx, vy, vz if self._lost_ticks else vz + self._monitor.dither_m_s()
 
     def _wait(self) -> Vector3:
-        """Press and dither on the spot until the force responds."""
+        """Press and dither in place until the force responds."""
         self._monitor.wait("to the dither on the plate", supported=True)
         reference_m = self._motion.reference_m
         _, _, vz = self._law.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
@@ -165,19 +165,19 @@ class Explore(RunningPhase):
         )
 
     def _refine_surface(self) -> None:
-        """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
+        """Correct the height of the surface, from which depth counts, while the peg presses steadily on it."""
         measured, state, (x, y, _) = self._measurement, self._state, self._motion.reference_m
         rise = measured.tip_depth_m - state.surface_m
         if measured.force_N[2] > -0.5 * self._press_N or (self._rests_m and rise > _SURFACE_M):
             return
-        # What bears the peg higher is the surface: before, it was in the mouth of the hole.
+        # A higher support is the surface: before, the peg was in the mouth of the hole.
         state.surface_m += 0.3 * rise if self._rests_m and rise > -_SURFACE_M else rise
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """How far the surface may lie higher: the filter shows a brief touch late, and a hole's edge lets the peg sink.
+        """Return by how much the surface may be higher, because of the filter's delay or the edge of a hole.
 
-        It is no higher than where the peg rested next to the hole's mouth.
+        It is not higher than where the peg rested next to the hole's mouth.
         """
         x, y, _ = self._motion.reference_m
         beside = any(hypot(x - at_x, y - at_y) > 2.0 * self._task.reach_m for at_x, at_y in self._rests_m)

@@ -1,4 +1,4 @@
-"""The insertion: down the hole until the peg rests on its floor, or is past its depth between walls that respond."""
+"""The insertion: down the hole until the peg rests on the floor, or is past its depth between walls that respond."""
 
 from enum import Enum
 from math import hypot, sqrt
@@ -13,42 +13,42 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import ControlConfig, Outcome
 
 _WALL_M: Final = 5e-4
-"""Depth at which a wall is looked for first; half the insertion depth where that is less."""
+"""Depth of the first search for a wall; half the insertion depth if that is less."""
 _WALL_SHARE: Final = 0.4
-"""The same as a share of the budget, with a stiff gripper: enough is left to find it."""
+"""Largest share of the budget spent before that search with a stiff gripper; the rest is left for the search."""
 _DUE_SHARE: Final = 0.5
-"""Share of the budget after which one is looked for again."""
+"""Share of the budget after which the search is repeated."""
 _PUSH_M_S: Final = 2e-3
-"""A wall is met with less than its push: 40 N/mm times the way of ten ticks of servo lag is 6 N."""
+"""Speed of a push. The force at contact with a wall is below the push: 40 N/mm times ten ticks of servo lag is 6 N."""
 _BEND_M: Final = 1e-4
-"""Bend of the gripper under the push, beyond the play."""
+"""Bend of the gripper under the push, in addition to the play."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
-"""An insertion that gains no more depth in that time has met something: at the slowest creep a tenth of a millimetre
-takes a third of it."""
+"""Depth that an insertion must gain in that time, or it has met an obstacle; at the slowest creep a tenth of a
+millimetre takes a third of the time."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""Six times the stall: the harder press and the looks lie between."""
+"""Six times the stall time, which includes the harder press and the checks."""
 _SLOWED: Final = 3.0
-"""Friction slows the way down to a third of what damping and press give."""
+"""Factor by which friction may slow the descent that damping and press give."""
 _REST_S: Final = 5.0
 """Time on the way for responses, stalls and harder presses."""
 _PAST_FLOOR_M: Final = 3e-4
-"""A tip this far below the floor's lowest place has none under it."""
+"""Distance below the lowest possible floor at which there is no floor."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
-"""At depth, until floor or wall responds: five of the longest windows."""
+"""Ticks at depth until floor or wall must respond: five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Of the harder press, or of the release."""
+"""Ticks of the harder press, or of the release."""
 _HARDER_SHARE: Final = 0.25
-"""Most of the force limit that is added to the press."""
+"""Largest increase of the press, over the force limit."""
 _RELEASE_SHARE: Final = 0.8
-"""Pull over press in a release: a peg that came down by the press comes up by more than its friction; one that not even
-the harder press moves is held by more."""
+"""Pull over press in a release. A peg that descended under the press is released by more than its friction; one that
+not even the harder press moves is held more firmly."""
 _DEVIATIONS: Final = 3.3
-"""Of the depth: one in two thousand is further off on one side."""
+"""Standard deviations of the depth; one in two thousand errors is larger on one side."""
 
 
 class Stage(Enum):
-    """What an insertion does at present."""
+    """Stages of an insertion."""
 
     SINK = "sink"
     LOOK = "look"
@@ -57,7 +57,7 @@ class Stage(Enum):
 
 
 class Insert(RunningPhase):
-    """Sinks until the peg is in, on an edge, or wedged. The trial ends here, unless the drop was on an edge."""
+    """Sinks until the peg is inserted, on an edge, or wedged. The trial ends here, unless the drop was on an edge."""
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
@@ -75,7 +75,7 @@ class Insert(RunningPhase):
         self._pull = DampingControl(damping, pull, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
 
     def enter(self) -> None:
-        """Begin where the reaction of the plate was lost."""
+        """Begin where the plate's reaction force was lost."""
         self.over, self._stage = False, Stage.SINK
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
@@ -97,14 +97,14 @@ class Insert(RunningPhase):
         if self._stage is Stage.RELEASE:
             return self._release()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
-        # A tool that may press no further cannot show a floor: it looks for a wall until that responds.
+        # A tool that must not press further cannot detect a floor: it searches for a wall until that responds.
         rests = self._pressed and not self._monitor.spent and depth_m >= self._full_m - unsure_m
         if self._stage is Stage.SINK and (rests or depth_m >= self._full_m + self._tolerance_m):
             self._begin_look()
         return self._look() if self._stage is Stage.LOOK else self._sink()
 
     def _sink(self) -> Vector3:
-        """Sink on, pushing to a wall until it responds, and again when half the budget is spent."""
+        """Sink, pushing against a wall until it responds, and again when half the budget is spent."""
         state, monitor = self._state, self._monitor
         stalled = state.tick - self._progress_tick
         if stalled > _STALL_TICKS and self._depth_m < self._equipment.drop_m:
@@ -128,22 +128,22 @@ class Insert(RunningPhase):
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
     def _wedged(self, text: str) -> None:
-        """No more depth is to be gained."""
+        """End the trial as wedged."""
         self._state.end(Outcome.WEDGED, text)
 
     def _pressing(self, *, push: bool) -> Vector3:
-        """Velocity of the pressing law, and across to a wall or to where no force is."""
+        """Return the velocity of the pressing controller, with a push against a wall or zero lateral force."""
         reference_m = self._motion.reference_m
         vx, vy, vz = self._law.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
         if push:
             (px, py), (ux, uy) = self._pushing(), self._monitor.direction or (0.0, 0.0)
-            # Across the push another wall may press: the law gives way to it.
+            # Another wall may press across the push: the controller complies with it.
             aside = vy * ux - vx * uy
             return px - aside * uy, py + aside * ux, vz
         return (0.0, 0.0, vz) if self._out_of_reach(vx, vy) else (vx, vy, vz)
 
     def _pushing(self) -> tuple[float, float]:
-        """Velocity to a wall: the nearest, by the force across."""
+        """Return the velocity towards a wall, the nearest one according to the lateral force."""
         monitor, (fx, fy, _) = self._monitor, self._measurement.force_N
         if monitor.direction is None:
             size_N = max(hypot(fx, fy), 1e-9)
@@ -157,7 +157,7 @@ class Insert(RunningPhase):
         return along * ux, along * uy
 
     def _out_of_reach(self, vx: float, vy: float) -> bool:
-        """Whether the tip is as far out as a wall can be, and this velocity leads further."""
+        """Return True if the tip is as far out as a wall can be, and this velocity leads further out."""
         x, y = self._motion.reference_m[0] - self._from_m[0], self._motion.reference_m[1] - self._from_m[1]
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
@@ -175,15 +175,15 @@ class Insert(RunningPhase):
         self._monitor.push(None)
 
     def _look(self) -> Vector3:
-        """At depth: the floor responds along the axis or, where there is none, a wall across it."""
+        """At depth, check that the floor responds or, without a floor, that a wall responds."""
         monitor, depth_m = self._monitor, self._depth_m
         self._depths_m.append(depth_m)
-        # A pull that a wrong scale makes larger would draw the tip deeper than the encoders say.
+        # A pull that a wrong scale exaggerates would suggest a deeper tip than the encoders do.
         least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
         past = least_m > self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
         free = past and not self._pressed
         if monitor.spent and not self._pressed and not past:
-            # The way used up what it could press with: a wall comes first.
+            # The descent has used the budget for pressing: a wall must respond first.
             self._begin(Stage.SINK)
             return self._sink()
         response = monitor.across if free else monitor.axial
@@ -194,7 +194,7 @@ class Insert(RunningPhase):
         elif len(self._depths_m) > _LOOK_TICKS:
             monitor.mismatch(f"no floor and no wall responds at {depth_m * 1e3:.2f} mm")
         else:
-            # A peg that still sinks against friction responds as no spring does.
+            # The response of a peg that still sinks against friction is not that of a spring.
             sinking = self._state.tick - self._progress_tick <= response.window
             monitor.wait(f"at {depth_m * 1e3:.2f} mm in the hole", supported=self._pressed and not sinking)
         vx, vy, vz = self._pressing(push=free)
@@ -202,7 +202,7 @@ class Insert(RunningPhase):
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
     def _judge(self, window: int) -> None:
-        """Is it deep enough, for all that is not known of its depth?"""
+        """Decide if the depth is sufficient, given its uncertainty."""
         state, seen_m = self._state, self._depths_m[-window:]
         depth_m, error_m = sum(seen_m) / len(seen_m), self._deviation_m(len(seen_m))
         tilt_m = 0.5e-3 * self._equipment.task.end_tilt_mm
@@ -212,7 +212,7 @@ class Insert(RunningPhase):
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
             state.end_inserted(depth_m)
         elif self._seated_m is None or depth_m > self._seated_m + max(4.0 * error_m, _STALL_M):
-            # It may still sink under a harder press.
+            # The peg may sink further under a harder press.
             self._seated_m = depth_m
             state.event("short", f"{text}: pressed harder")
             self._begin(Stage.SEAT)
@@ -223,15 +223,15 @@ class Insert(RunningPhase):
             self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
 
     def _deviation_m(self, samples: int) -> float:
-        """Standard deviation of the depth between floor and surface."""
+        """Return the standard deviation of the depth between floor and surface."""
         step_m, noise_m = self._measurement.depth_step_m, self._state.noise[2] / self._monitor.axial_N_per_m
         tilt_m = 1e-3 * self._equipment.task.end_tilt_mm
-        # Tilt and an untouched surface are uniform in their ranges.
+        # Tilt and the height of an untouched surface are uniformly distributed.
         uniform = (tilt_m * tilt_m + 4.0 * self._state.slack_m * self._state.slack_m) / 12.0
         return sqrt(2.0 * (step_m * step_m + noise_m * noise_m / samples) + uniform)
 
     def _seat(self) -> Vector3:
-        """Press harder, with a wobble, and then look or sink on."""
+        """Press harder with a wobble, then check again or continue sinking."""
         monitor, (vx, vy, vz) = self._monitor, self._pressing(push=False)
         self._ticks += 1
         if self._ticks > _SEAT_TICKS or monitor.contradicted:
@@ -242,12 +242,12 @@ class Insert(RunningPhase):
         return vx + monitor.push_dither_m_s(), vy, vz + self._harder_m_s + monitor.dither_m_s()
 
     def _release(self) -> Vector3:
-        """Pull gently: a peg on the floor comes up, one that is wedged does not. Then press and look again."""
+        """Pull gently: a peg on the floor is released, a wedged one is not. Then press and check again."""
         self._ticks += 1
         reference_m = self._motion.reference_m
         if self._seated_m is not None and self._depth_m < self._seated_m - 2.0 * _STALL_M:
             self._released = True
-            # It sinks back to the floor.
+            # The peg sinks back to the floor.
             self._best_m, self._progress_tick = self._depth_m, self._state.tick
             self._begin_look()
         elif self._ticks > _SEAT_TICKS:
