@@ -92,7 +92,7 @@ def test_a_training_run(palpate, run):
     assert page.cells["h2"] == ["In figures", "Trial by trial", "Policy", "Forces of single trials", "Settings"]
     assert (page.facts["Policy"], page.facts["Where"], page.facts["Trials"]) == ("q-learning", "simulator", "3")
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", page.facts["Date"])
-    assert page.alts[0].startswith("Learning curve. q-learning: ")
+    assert page.alts[0].startswith("Exploration time of each trial. q-learning: ")
     assert any(alt.startswith("Best action of each state. x- y-: ") for alt in page.alts)
     assert any("Trial 0 (first" in alt for alt in page.alts)
     # Results stay as they were, and the page is made again in equal bytes.
@@ -109,7 +109,7 @@ def test_a_claim_is_on_the_page(palpate):
     palpate.succeed("report", "out")
     page = Page(Path("out"))
     assert page.facts["Claim"] == "success >= 0.9: inconclusive"
-    assert "100 % [2.5%, 100.0%]" in page.cells["td"]
+    assert "100.0% [2.5%, 100.0%]" in page.cells["td"]
 
 
 def test_trips_are_counted_and_listed_with_their_reasons(palpate):

@@ -4,22 +4,21 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Final, get_args, get_origin
 
-from palpate.adapters.config import RunConfig, described, field_kind
+from palpate.adapters.config import Described, RunConfig, described
 from palpate.core.errors import UsageError
 from palpate.core.ports import optional_of, parts_of
 
 
-def _flags() -> dict[str, tuple[str, bool]]:
-    """The dotted name and the value of a switch, by flag; of other settings the value says nothing."""
-    found: dict[str, tuple[str, bool]] = {}
+def _flags() -> dict[str, tuple[Described, bool]]:
+    """Setting and value of each switch by its flag; of other settings the value says nothing."""
+    found: dict[str, tuple[Described, bool]] = {}
     for setting in described(RunConfig):
-        *path, last = setting.name.replace("_", "-").split(".")
-        if not path:
-            # Presets, arm and seed are options of the commands.
-            continue
-        found["--" + ".".join((*path, last))] = setting.name, True
-        if isinstance(setting.default, bool):
-            found["--" + ".".join((*path, f"no-{last}"))] = setting.name, False
+        table, _, last = setting.name.replace("_", "-").rpartition(".")
+        # Presets, arm and seed are options of the commands.
+        if table:
+            found[f"--{table}.{last}"] = setting, True
+            if isinstance(setting.default, bool):
+                found[f"--{table}.no-{last}"] = setting, False
     return found
 
 
@@ -40,11 +39,11 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
         flag = _ANY_CASE.get(word.replace("_", "-").lower(), "")
         if not flag:
             return tables, words[place]
-        name, switch = SETTING_FLAGS[flag]
+        setting, switch = SETTING_FLAGS[flag]
         end = next((n for n in range(place + 1, len(words)) if words[n].startswith("--")), len(words))
         values = [value] if equals else [*words[place + 1 : end]]
-        found, used = _value(flag, field_kind(RunConfig, name), values, switch)
-        *path, last = name.split(".")
+        found, used = _value(flag, setting.kind, values, switch)
+        *path, last = setting.name.split(".")
         table = tables
         for part in path:
             table = table.setdefault(part, {})

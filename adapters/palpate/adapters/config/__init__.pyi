@@ -13,7 +13,6 @@ from .compose import verdict_on as verdict_on
 from .compose import without_world as without_world
 from .described import Described as Described
 from .described import described as described
-from .described import field_kind as field_kind
 from .described import texts_of as texts_of
 from .emulation import ROS2 as ROS2
 from .emulation import UR as UR

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields
 from itertools import pairwise
 from textwrap import dedent
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 from palpate.core.ports import Settings, accepted_by, kinds_of, table_beside
 
@@ -25,17 +25,27 @@ class Described:
 
     Attributes:
         name: Dotted name.
-        accepted: Accepted values, in words.
-        unit: Empty for a number without one, and for what is no number.
+        kind: Its annotation.
         default: None where there is none.
         text: Help.
     """
 
     name: str
-    accepted: str
-    unit: str
+    kind: Any
     default: Any
     text: str
+
+    @property
+    def accepted(self) -> str:
+        """Accepted values, in words."""
+        return accepted_by(self.kind)
+
+    @property
+    def unit(self) -> str:
+        """Unit that ends the name; empty for none."""
+        words = self.name.rpartition(".")[2].split("_")
+        ends = ("_".join(words[place:]) for place in range(1, len(words)))
+        return next((_UNITS[end] for end in ends if end in _UNITS), "")
 
 
 def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
@@ -50,23 +60,7 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
         if isinstance(default, Settings) and table_beside(kind) is None:
             yield from described(type(default), f"{name}.")
         else:
-            yield Described(name, accepted_by(kind), unit_of(field.name), default, texts.get(field.name, ""))
-
-
-def field_kind(table: type[Settings], name: str) -> Any:
-    """Return the annotation of a field by its dotted name."""
-    *path, last = name.split(".")
-    for part in path:
-        kind = kinds_of(table)[part]
-        table = kind if isinstance(kind, type) else get_args(kind)[0]
-    return kinds_of(table)[last]
-
-
-def unit_of(name: str) -> str:
-    """Return the unit that ends a name; empty for none."""
-    words = name.split("_")
-    ends = ("_".join(words[place:]) for place in range(1, len(words)))
-    return next((_UNITS[end] for end in ends if end in _UNITS), "")
+            yield Described(name, kind, default, texts.get(field.name, ""))
 
 
 def texts_of(table: type) -> dict[str, str]:

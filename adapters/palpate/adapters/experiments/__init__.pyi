@@ -45,6 +45,8 @@ from .policies import perception_of as perception_of
 from .policies import perception_settings as perception_settings
 from .policies import policy_for as policy_for
 from .policies import pose_of as pose_of
+from .policies import tool_in as tool_in
+from .policies import tool_of as tool_of
 from .results import RunFolder as RunFolder
 from .results import RunResult as RunResult
 from .results import TrialRow as TrialRow
@@ -64,8 +66,6 @@ from .statistics import summary_of as summary_of
 from .statistics import t_half_width as t_half_width
 from .statistics import window_of as window_of
 from .tables import render_table as render_table
-from .tool import tool_in as tool_in
-from .tool import tool_of as tool_of
 from .training import Checkpoint as Checkpoint
 from .training import Trainer as Trainer
 from .training import run_toml as run_toml

@@ -10,14 +10,12 @@ from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
-from palpate.adapters.experiments.tool import require_same_tool, signal_in, tool_of
 from palpate.adapters.files import load_examples
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import FASTEST_TURN_RAD_S
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
-    Action,
     ExamplesPolicy,
     MixedPolicy,
     Policy,
@@ -32,7 +30,7 @@ from palpate.core.policy import (
     new_learner,
     policy_from,
 )
-from palpate.core.ports import CONTROL_RATE_HZ, Settings
+from palpate.core.ports import CONTROL_RATE_HZ, Settings, fitted
 from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
@@ -57,16 +55,7 @@ def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[s
 OUTSIDE: Final = "environment"
 """An agent outside chose, through an environment: of it nothing is known but its decisions."""
 
-_MAKERS: Final[dict[str, Callable[[RunConfig, Hole], Policy]]] = {
-    "oracle": lambda config, hole_m: Oracle(hole_m, OMNISCIENT_SPEED_M_S * _action_s(config)),
-    "torque": lambda config, _: TorqueFollowing(_plain_actions(config), _threshold_Nm(config)),
-    "spiral-10": lambda config, _: Spiral("spiral-10", _pitch_m(config), 0.010 * _action_s(config)),
-    "spiral-5": lambda config, _: Spiral("spiral-5", _pitch_m(config), 0.005 * _action_s(config)),
-    "random": lambda config, _: RandomWalkPolicy(_plain_actions(config)),
-    "corner-first": lambda config, _: CornerFirst(spatial_options(config)),
-    "oracle-pose": lambda config, pose: _oracle_pose(config, pose),
-}
-BASELINES: Final = tuple(_MAKERS)
+BASELINES: Final = ("oracle", "torque", "spiral-10", "spiral-5", "random", "corner-first", "oracle-pose")
 
 
 def baselines_of(config: RunConfig) -> list[str]:
@@ -106,36 +95,29 @@ def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     Raises:
         ConfigurationError: There is none of that name.
     """
-    if name == NO_POLICY:
-        return RandomWalkPolicy(task_actions(config))
-    if name not in _MAKERS:
-        raise ConfigurationError("policy", name, accepted_policies())
-    return _MAKERS[name](config, hole_m)
-
-
-def _plain_actions(config: RunConfig) -> tuple[Action, ...]:
-    """The task's own: a baseline has no skills."""
-    return task_kind(config.task.name).actions(config.task)
-
-
-def _pitch_m(config: RunConfig) -> float:
-    """Distance between the turns of a search, which follows from clearance and chamfer."""
-    return config.learning.belief.pitch_mm * 1e-3
-
-
-def _action_s(config: RunConfig) -> float:
-    return config.task.ticks_per_action / CONTROL_RATE_HZ
-
-
-def _oracle_pose(config: RunConfig, pose: Hole) -> OraclePose:
-    spatial_options(config, "oracle-pose")
-    cell, action_s, speed_m_s = config.cell, _action_s(config), config.task.travel_speed_mm_s * 1e-3
-    longest = speed_m_s * action_s, _TURN_SHARE * FASTEST_TURN_RAD_S * action_s
-    return OraclePose(pose, cell.tilt_mrad * 1e-3, cell.tilt_heading_deg, *longest)
-
-
-def _threshold_Nm(config: RunConfig) -> float:
-    return config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
+    task, action_s = config.task, config.task.ticks_per_action / CONTROL_RATE_HZ
+    # The task's own: a baseline has no skills.
+    actions = task_kind(task.name).actions(task)
+    match name:
+        case "none":
+            return RandomWalkPolicy(task_actions(config))
+        case "random":
+            return RandomWalkPolicy(actions)
+        case "torque":
+            return TorqueFollowing(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF)
+        case "spiral-10" | "spiral-5":
+            speed_m_s = 0.010 if name == "spiral-10" else 0.005
+            # The distance between turns follows from clearance and chamfer.
+            return Spiral(name, config.learning.belief.pitch_mm * 1e-3, speed_m_s * action_s)
+        case "oracle":
+            return Oracle(hole_m, OMNISCIENT_SPEED_M_S * action_s)
+        case "corner-first":
+            return CornerFirst(spatial_options(config))
+        case "oracle-pose":
+            spatial_options(config, "oracle-pose")
+            longest = task.travel_speed_mm_s * 1e-3 * action_s, _TURN_SHARE * FASTEST_TURN_RAD_S * action_s
+            return OraclePose(hole_m, config.cell.tilt_mrad * 1e-3, config.cell.tilt_heading_deg, *longest)
+    raise ConfigurationError("policy", name, accepted_policies())
 
 
 def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialOptions:
@@ -247,7 +229,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
     # Another tool has a remedy of its own.
-    for each, signal in ((mine, signal_in(document)), (theirs, theirs["signal"])):
+    for each, signal in ((mine, _signal_in(document)), (theirs, theirs["signal"])):
         each["signal"] = {name: value for name, value in signal.items() if name != "tool"}
     if mine != theirs:
         where, mine, wanted = first_difference(mine, theirs)
@@ -269,7 +251,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
             cannot be loaded.
         PolicyError: That code refuses what it had learned.
     """
-    require_same_tool(document, config)
+    _require_same_tool(document, config)
     if document.foreign is not None:
         document.check_matches(perception.states, task_actions(config))
         return foreign_policy(document.foreign, config, perception, frozen=frozen)
@@ -287,3 +269,47 @@ def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
             if a.get(key) != b.get(key):
                 return first_difference(a.get(key), b.get(key), f"{where}.{key}" if where else str(key))
     return where, a, b
+
+
+def _signal_in(document: PolicyDocument) -> Mapping[str, Any]:
+    """How a policy file's signal is made, and with which tool."""
+    found: Mapping[str, Any] = fitted(
+        "policy.perception.signal", document.perception.get("signal", {}), Mapping[str, Any]
+    )
+    return found
+
+
+def tool_of(config: RunConfig) -> dict[str, Any]:
+    """What of the peg decides which torque is felt where, by its settings. The clearance does not."""
+    peg = config.cell.peg
+    told = {"cross_section": peg.cross_section, "diameter_mm": peg.diameter_mm, "chamfer_mm": peg.chamfer_mm}
+    if peg.cross_section == "rounded-square":
+        told["corner_radius_mm"] = peg.corner_radius_mm
+    if peg.cross_section == "keyed":
+        told["flat_mm"] = peg.flat_mm
+    return {f"cell.peg.{name}": value for name, value in told.items()}
+
+
+def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
+    """The tool of a policy file's touch model; None where it has no such model, and in the policy of a log."""
+    tool = _signal_in(document).get("tool")
+    if tool is None or document.learner is None or document.learner.kind != "belief":
+        return None
+    return dict(fitted("policy.perception.signal.tool", tool, Mapping[str, Any]))
+
+
+def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
+    """Refuse a touch model of another tool, unless it is asked for as a beginning.
+
+    Raises:
+        ConfigurationError: The run has another peg than the policy file.
+    """
+    learned = tool_in(document)
+    if learned is None or config.learning.belief.other_tool:
+        return
+    for name, value in tool_of(config).items():
+        if learned.get(name) != value:
+            remedy = "or --learning.belief.other-tool, to begin with what another tool taught"
+            raise ConfigurationError(
+                name, value, f"{learned.get(name)!r}, of which the policy's touch model is ({remedy})"
+            )

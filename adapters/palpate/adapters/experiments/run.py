@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Final, Self, TypeAlias
 
 from palpate.adapters.config import RunConfig, configured
@@ -110,13 +109,11 @@ class Run:
         self._depth += 1
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         self._depth -= 1
         if self._depth == 0:
             self._rig = None
-            self._opened.__exit__(kind, error, trace)
+            self._opened.__exit__(*error)
 
     @property
     def rig(self) -> Rig:
@@ -150,15 +147,10 @@ class Run:
         return chosen
 
     def trials(self, chosen: ChosenPolicy, recording: Recording = NOT_RECORDED, **recorded: str) -> Trials:
-        """Put a policy to work on the rig: trials that do not train.
-
-        Args:
-            recorded: ``command`` and ``subfolder``, as :class:`Trials` takes them.
-        """
-        first = FIRST_EVALUATION_TRIAL
+        """Put a policy to work on the rig: trials that do not train; ``recorded`` as :class:`Trials` takes it."""
         return Trials(
             self.config, self.ready, self.rig, chosen.perception, chosen.on(self.rig), recording,
-            name=chosen.baseline, first=first, **recorded,
+            name=chosen.baseline, first=FIRST_EVALUATION_TRIAL, **recorded,
         )  # fmt: skip
 
     def trial(self, policy: Named | Policy = "", number: int = 0) -> ScoredTrial:
@@ -347,8 +339,8 @@ class Run:
     def _tell_troubles(self, troubles: Sequence[str]) -> None:
         for trouble in troubles[:_MOST_TROUBLES]:
             self.notify(f"recording: {trouble}")
-        if (more := len(troubles) - _MOST_TROUBLES) > 0:
-            self.notify(f"recording: and {more} more like these")
+        if len(troubles) > _MOST_TROUBLES:
+            self.notify(f"recording: and {len(troubles) - _MOST_TROUBLES} more like these")
 
 
 def note(line: str) -> None:

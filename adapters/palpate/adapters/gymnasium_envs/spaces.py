@@ -1,6 +1,6 @@
 """Actions and observations of an agent in the insertion task: the spaces of its actions and observations."""
 
-from math import hypot, isfinite, radians
+from math import hypot, radians
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -120,10 +120,10 @@ def index_of(action: Any, count: int) -> int:
         ActionRefusedError: It is not a whole number from 0 to ``count - 1``.
     """
     # Some agents wrap the number into an array.
-    number = action.item() if isinstance(action, np.ndarray) and action.size == 1 else action
-    if not isinstance(number, (int, np.integer)) or isinstance(number, bool) or not 0 <= number < count:
+    number = np.asarray(action)
+    if number.size != 1 or number.dtype.kind not in "iu" or not 0 <= number.item() < count:
         raise ActionRefusedError(f"action {action!r} is refused: a whole number from 0 to {count - 1}", action)
-    return int(number)
+    return int(number.item())
 
 
 class NumberedActions:
@@ -183,12 +183,13 @@ Actions: TypeAlias = NumberedActions | FreeSteps | Twists
 """An action space, and the core's decision that an action of it is; there is none for one that is refused."""
 
 
-def _shares(action: Any, count: int) -> tuple[float, ...]:
+def _shares(action: Any, count: int) -> list[float]:
     try:
-        shares = tuple(float(share) for share in action)
+        shares = np.array(action, np.float64)
     except (TypeError, ValueError):
-        shares = ()
-    if len(shares) != count or not all(isfinite(share) and abs(share) <= 1.0 for share in shares):
+        shares = np.empty(0)
+    if shares.shape != (count,) or not (np.abs(shares) <= 1.0).all():
         numbers = {2: "two", 6: "six"}[count]
         raise ActionRefusedError(f"action {action!r} is refused: {numbers} finite numbers from -1 to 1", action)
-    return shares
+    found: list[float] = shares.tolist()
+    return found

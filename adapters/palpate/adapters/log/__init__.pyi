@@ -16,8 +16,6 @@ from .json_text import dump_json as dump_json
 from .json_text import finite as finite
 from .json_text import json_in as json_in
 from .messages import encode as encode
-from .plot import force_panel as force_panel
-from .plot import phase_panel as phase_panel
 from .plot import timeline as timeline
 from .provenance import arm_sha256 as arm_sha256
 from .provenance import core_sha256 as core_sha256

@@ -49,7 +49,7 @@ def test_a_discrete_action_is_the_compass_step_of_that_number(kind):
     assert actions.space.n == 8
 
 
-@pytest.mark.parametrize("action", [-1, 8, 1.0, np.float32(1), nan, "1", None, True, [1], np.array([1, 2])])
+@pytest.mark.parametrize("action", [-1, 8, 1.0, np.float32(1), nan, "1", None, True, [1, 2], np.array([1, 2])])
 def test_a_discrete_action_out_of_range_or_of_another_kind_is_refused(action):
     with pytest.raises(ActionRefusedError, match="is refused: a whole number from 0 to 7"):
         NumberedActions(STEPS).decision(action)

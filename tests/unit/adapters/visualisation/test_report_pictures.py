@@ -3,10 +3,9 @@
 import io
 from dataclasses import replace
 
-import pytest
 from matplotlib.image import imread
 
-from palpate.adapters.visualisation.report.page import share, success_of
+from palpate.adapters.visualisation.report.page import success_of
 from palpate.adapters.visualisation.report.pictures import learning_picture, sweep_picture
 from palpate.adapters.visualisation.report.policy_picture import policy_picture
 from palpate.core.policy import (
@@ -81,12 +80,5 @@ def test_of_many_states_the_most_visited_are_drawn():
     assert "never" not in picture.alt
 
 
-@pytest.mark.parametrize(
-    ("value", "text"), [(0.0, "0 %"), (0.001, "< 1 %"), (0.5, "50 %"), (0.999, "> 99 %"), (1.0, "100 %")]
-)
-def test_a_share_is_never_rounded_to_all_or_nothing(value, text):
-    assert share(value) == text
-
-
 def test_success_has_its_exact_interval():
-    assert success_of(rows(1.0, 1.0, wins=[True, False])) == "50 % [1.3%, 98.7%]"
+    assert success_of(rows(1.0, 1.0, wins=[True, False])) == "50.0% [1.3%, 98.7%]"

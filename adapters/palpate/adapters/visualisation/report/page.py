@@ -3,9 +3,8 @@
 import base64
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from palpate.adapters.experiments import TrialRow, exact_interval
 from palpate.core.errors import OutputError
@@ -14,8 +13,7 @@ PAGE: Final = "report.html"
 _GENERATOR: Final = b'<meta name="generator" content="palpate report">'
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """A picture of the page."""
 
     alt: str
@@ -28,8 +26,7 @@ class Picture:
         return f"data:image/png;base64,{base64.b64encode(self.png).decode('ascii')}"
 
 
-@dataclass(frozen=True)
-class PageTable:
+class PageTable(NamedTuple):
     """A table of the page."""
 
     caption: str
@@ -37,8 +34,7 @@ class PageTable:
     rows: tuple[tuple[str, ...], ...]
 
 
-@dataclass(frozen=True)
-class PageSection:
+class PageSection(NamedTuple):
     """A part of the page; ``listing`` is a text that is shown folded."""
 
     title: str
@@ -48,8 +44,7 @@ class PageSection:
     listing: str = ""
 
 
-@dataclass(frozen=True)
-class Page:
+class Page(NamedTuple):
     """A report.
 
     Attributes:
@@ -91,15 +86,8 @@ def require_free(path: Path) -> None:
         raise OutputError(str(path), "was not made by palpate report", "move it away")
 
 
-def share(value: float) -> str:
-    """Return a share in per cent; never 100 % or 0 % when it is not quite."""
-    if 0.0 < value < 0.005:
-        return "< 1 %"
-    return "> 99 %" if 0.995 <= value < 1.0 else f"{value:.0%}".replace("%", " %")
-
-
 def success_of(rows: Sequence[TrialRow]) -> str:
     """Return the share of successes with its exact 95 % interval."""
     wins = sum(row.success for row in rows)
     low, high = exact_interval(wins, len(rows))
-    return f"{share(wins / len(rows))} [{low:.1%}, {high:.1%}]"
+    return f"{wins / len(rows):.1%} [{low:.1%}, {high:.1%}]"

@@ -1,4 +1,4 @@
-"""Pictures of reports: learning curves, success and time against a setting, and the forces of a trial."""
+"""Pictures of studies: learning curves, success and time against a setting."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -15,7 +15,7 @@ from palpate.adapters.experiments import (
     t_half_width,
     window_of,
 )
-from palpate.adapters.log import Canvas, TrialLog, drawing, force_panel, phase_panel, series_of
+from palpate.adapters.log import Canvas, drawing
 from palpate.adapters.visualisation.report.page import Picture
 
 # Colours that differ for any colour vision (Okabe and Ito).
@@ -60,11 +60,6 @@ def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[T
                     half = t_half_width(values)
                     axes.fill_between(trials, np.maximum(middle - half, 0.0), middle + half, color=colour, alpha=0.2)
                 axes.plot(trials, middle, color=colour, linewidth=1.8, label=name)
-            if len(runs) == 1:
-                upper.scatter(
-                    range(len(runs[0])), [row.exploration_time_s for row in runs[0]], s=14, alpha=0.4,
-                    color=[colour if row.success else GREY for row in runs[0]],
-                )  # fmt: skip
             ends.append(f"{name}: {times[:, 0].mean():.3g} s at first, {times[:, -1].mean():.3g} s at the end")
         for line, (name, rows) in zip(("--", "-.", ":") * len(levels), levels.items(), strict=False):
             upper.axhline(mean_s(rows), color=GREY, linestyle=line, linewidth=1.3, label=name)
@@ -76,7 +71,7 @@ def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[T
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
     caption = (
         f"{title}Lines: moving average over {WINDOW} trials, or single trials where there are fewer. Bands: 95 %"
-        " interval of the mean over seeds (Student's t). Failed trials count with their time; as dots they are grey."
+        " interval of the mean over seeds (Student's t). Failed trials count with their time."
     )
     return Picture(f"Learning curve. {title}{'; '.join(ends)}.", caption, canvas.content)
 
@@ -118,27 +113,3 @@ def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
     caption = "Bars: 95 % intervals, Student's t over seeds of times, exact over trials of success."
     return Picture(f"Mean time and success against {field}. {'; '.join(described)}.", caption, canvas.content)
-
-
-def force_picture(log: TrialLog, title: str) -> Picture:
-    """Draw the force on the tool and the depth of the tip over the time of a trial."""
-    series = series_of(log)
-    size_N = np.linalg.norm(series.wrench[:, :3], axis=1)
-    peak_N = float(np.nanmax(size_N)) if np.isfinite(size_N).any() else 0.0
-    with drawn(4.8) as canvas:
-        upper, lower, phases = canvas.figure.subplots(3, 1, sharex=True, height_ratios=(1.7, 1.0, 0.16))
-        force_panel(upper, series)
-        phase_panel(phases, log, series, WIDTH_IN * 0.8)
-        lower.plot(series.time_s, series.tip_mm[:, 2], color="black", linewidth=1.4)
-        upper.set_ylabel("force [N]")
-        lower.set(ylabel="depth [mm]", xlim=(0.0, max(float(series.time_s[-1]), 1e-3)))
-        phases.set(xlabel="time [s]", ylabel="")
-        # z points into the hole.
-        lower.invert_yaxis()
-        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=5, frameon=False)
-    outcome = "no end recorded" if log.end is None else str(log.end.error or log.end.outcome)
-    outcome += f", {log.trip.detail}" if log.trip is not None else ""
-    alt = f"Force on the tool and depth of the tip, {title}: {outcome}. The largest force is {peak_N:.1f} N."
-    caption = f"{title}: {outcome}. Force in the sensor's frame, tared; largest norm {peak_N:.1f} N."
-    caption += f" Bands: {', '.join(name for _, name in log.phases)}."
-    return Picture(alt, caption, canvas.content)

@@ -9,11 +9,19 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import read_toml, run_facts
-from palpate.adapters.experiments import RunFolder, TrialRow, render_table, shown_interval, summary_of
+from palpate.adapters.experiments import (
+    RunFolder,
+    TrialRow,
+    learning_curve,
+    render_table,
+    shown_interval,
+    summary_of,
+    trials_picture,
+)
 from palpate.adapters.files import load_policy, read_text
-from palpate.adapters.log import LOG_FOLDER, read_log, score_of
+from palpate.adapters.log import LOG_FOLDER, read_log, score_of, timeline
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
-from palpate.adapters.visualisation.report.pictures import force_picture, learning_picture, mean_s
+from palpate.adapters.visualisation.report.pictures import mean_s
 from palpate.adapters.visualisation.report.policy_picture import policy_picture, touch_pictures
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
@@ -83,8 +91,7 @@ class RunSource:
 def run_page(folder: Path, *, logs: bool) -> Page:
     """Put together the page of a run."""
     run = RunSource.read(folder)
-    curve = learning_picture({str(run.facts.get("policy", "")): [run.rows]}, {})
-    sections = [_figures(run), PageSection("Trial by trial", pictures=(curve,))]
+    sections = [_figures(run), PageSection("Trial by trial", pictures=(_curve(run),))]
     if (document := run.document) is not None:
         sections.append(_policy(document))
     if logs:
@@ -174,14 +181,23 @@ def _score(run: RunSource) -> str:
     return f"Score by the sheet of the AI for Industry Challenge: {mean:.1f} of 100, mean of {len(paths)} trials."
 
 
+def _curve(run: RunSource) -> Picture:
+    name, times_s = run.facts.get("policy", ""), [row.exploration_time_s for row in run.rows]
+    alt = f"Exploration time of each trial. {name}: {times_s[0]:.3g} s at first, {times_s[-1]:.3g} s at the end."
+    caption = "Failed trials count with their time."
+    return Picture(alt, caption, (learning_curve if run.learns else trials_picture)(run.rows, str(name)))
+
+
 def _forces(run: RunSource) -> list[Picture]:
-    """Return the forces of the first and the last trial, and of the one with the highest force."""
+    """Return the course of the first and the last trial, and of the one with the highest force."""
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
-    chosen = {run.rows[0].trial: "first"}
-    for row, words in ((run.rows[-1], "last"), (peak, "highest force")):
-        chosen[row.trial] = f"{chosen[row.trial]} and {words}" if row.trial in chosen else words
-    return [
-        force_picture(read_log(path), f"Trial {trial} ({words})")
-        for trial, words in chosen.items()
-        if (path := _log_of(run, trial)).exists()
-    ]
+    chosen: dict[int, tuple[TrialRow, str]] = {}
+    for row, words in ((run.rows[0], "first"), (run.rows[-1], "last"), (peak, "highest force")):
+        chosen[row.trial] = row, f"{chosen[row.trial][1]} and {words}" if row.trial in chosen else words
+    pictures = []
+    for row, words in chosen.values():
+        if (path := _log_of(run, row.trial)).exists():
+            caption = f"Trial {row.trial} ({words}): {', '.join(filter(None, (row.outcome, row.trip)))}."
+            caption += f" Largest measured force {row.measured_peak_force_N:.1f} N."
+            pictures.append(Picture(f"Force, torque, tip and decisions. {caption}", caption, timeline(read_log(path))))
+    return pictures
