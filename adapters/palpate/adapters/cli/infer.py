@@ -13,7 +13,7 @@ import tyro
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.files import load_automaton, new_file, new_folder, require_free_folder, require_no_file
 from palpate.adapters.log import aligned, strings_from
-from palpate.adapters.visualisation import hidden_picture, machine_picture
+from palpate.adapters.visualisation import machine_picture
 from palpate.core.automata import (
     Inference,
     InferenceSettings,
@@ -101,7 +101,6 @@ def _save(found: Inference, folder: Path) -> None:
     (folder / "automaton.svg").write_bytes(machine_picture(machine, f"q = {found.chosen.intervals}"))
     (folder / "network.json").write_text(network_text(found.network.network), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
-    (folder / "hidden.png").write_bytes(hidden_picture(found))
 
 
 def _report(found: Inference) -> dict[str, object]:

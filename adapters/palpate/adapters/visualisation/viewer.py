@@ -18,14 +18,11 @@ from palpate.core.ports import Clock
 from palpate.simulation.work_cell import WorkCell
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
-_PATIENCE_S: Final = 10.0
-_DISTANCE_M: Final = 0.4
-_INSTEAD: Final = "palpate render makes films of recorded trials without a display"
 _BEHIND_S: Final = 0.1
 """A longer delay, as after a pause, is not made up for."""
 
 
-class ViewedClock(Clock):
+class _ViewedClock(Clock):
     """The simulator's clock, held back to real time; each tick is shown. Closing the window ends the run."""
 
     def __init__(self, clock: Clock, window: Any, cell: WorkCell) -> None:
@@ -41,9 +38,8 @@ class ViewedClock(Clock):
     def sleep_until(self, deadline_ns: int) -> None:
         self._clock.sleep_until(deadline_ns)
         early_s = self._ahead_s() - self._lead_s
-        if early_s > 0.0:
-            time.sleep(early_s)
-        elif early_s < -_BEHIND_S:
+        time.sleep(max(early_s, 0.0))
+        if early_s < -_BEHIND_S:
             self._lead_s += early_s
         if not self._window.is_running():
             signal.raise_signal(signal.SIGINT)
@@ -65,21 +61,22 @@ def viewed(rig: SimulatedRig) -> Iterator[None]:
         UsageError: There is no display.
     """
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in DISPLAYS):
-        raise UsageError(f"there is no display ({' and '.join(DISPLAYS)} are not set); {_INSTEAD}")
+        instead = "palpate render makes films of recorded trials without a display"
+        raise UsageError(f"there is no display ({' and '.join(DISPLAYS)} are not set); {instead}")
     import mujoco.viewer
 
     before, ports = set(threading.enumerate()), rig.ports
     window = mujoco.viewer.launch_passive(rig.cell.model, rig.cell.data, show_left_ui=False, show_right_ui=False)
-    drawing = [thread for thread in threading.enumerate() if thread not in before]
+    drawing = set(threading.enumerate()) - before
     try:
         with window.lock():
             window.cam.lookat[:] = rig.cell.data.site("tip").xpos
-            window.cam.distance, window.cam.azimuth, window.cam.elevation = _DISTANCE_M, 90.0, -20.0
-        rig.ports = replace(ports, clock=ViewedClock(ports.clock, window, rig.cell))
+            window.cam.distance, window.cam.azimuth, window.cam.elevation = 0.4, 90.0, -20.0
+        rig.ports = replace(ports, clock=_ViewedClock(ports.clock, window, rig.cell))
         yield
     finally:
         rig.ports = ports
         window.close()
         # Until the window is gone its thread reads the model.
         for thread in drawing:
-            thread.join(_PATIENCE_S)
+            thread.join(10.0)

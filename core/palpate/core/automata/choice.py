@@ -120,7 +120,6 @@ def accepting_extract(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree | None = None
 ) -> Extract:
     """The automaton of the smallest q that is right about every training string; if none is, of the best q."""
-    network.require_alphabet(training.alphabet)
     judged: list[tuple[float, Partition]] = []
     for cells in settings.partitions(network):
         judged.append((_wrong(cells, training), cells))
@@ -157,8 +156,6 @@ def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
     """Automata of all q in order, each with its loss and price; the one of the lowest cost is to be taken."""
-    for tree in (training, held_out):
-        network.require_alphabet(tree.alphabet)
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)

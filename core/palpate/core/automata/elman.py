@@ -7,13 +7,13 @@ symbols share ``W``, which is the network of Elman; in a second-order one (Giles
 import enum
 import json
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Final, TypeAlias
+from typing import Annotated, ClassVar, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from palpate.core.automata.prefix_tree import Integers, PrefixTree
+from palpate.core.automata.prefix_tree import Integers
 from palpate.core.automata.strings import END
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
@@ -96,14 +96,7 @@ class Network:
 
     def __post_init__(self) -> None:
         for name, shape in self.architecture.shapes.items():
-            given = getattr(self, name)
-            try:
-                values = np.array(given, dtype=np.float64)
-            except (TypeError, ValueError) as error:
-                raise ConfigurationError(f"network.{name}", given, f"finite numbers, shape {shape}") from error
-            if values.shape != shape or not np.isfinite(values).all():
-                found = f"shape {values.shape}" if values.shape != shape else "a number that is not finite"
-                raise ConfigurationError(f"network.{name}", found, f"finite numbers, shape {shape}")
+            values = np.array(getattr(self, name), dtype=np.float64).reshape(shape)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
 
@@ -120,10 +113,6 @@ class Network:
             drives[rows] = (self._weights(symbol) @ hidden[rows, :, np.newaxis])[:, :, 0] + self.inputs[symbol]
         return self._activated(drives)
 
-    def advance(self, hidden: Array, symbol: int) -> Array:
-        """Hidden states after one symbol: (n, h) to (n, h)."""
-        return self._activated(hidden @ self._weights(symbol).T + self.inputs[symbol])
-
     def read(self, hidden: Array) -> Array:
         """Probabilities of the outcomes: (n, h) to (n, k). Those of prediction sum to 1."""
         drives = hidden @ self.output.T + self.bias
@@ -132,23 +121,6 @@ class Network:
         raised = np.exp(drives - drives.max(axis=1, keepdims=True))
         shares: Array = raised / raised.sum(axis=1, keepdims=True)
         return shares
-
-    def hidden_states(self, tree: PrefixTree) -> Array:
-        """Hidden state at each node of a prefix tree, (n, h)."""
-        self.require_alphabet(tree.alphabet)
-        hidden = np.empty((len(tree.parents), self.architecture.hidden))
-        hidden[0] = self.start_state
-        for level in tree.blocks():
-            for symbol, first, last in level:
-                hidden[first:last] = self.advance(hidden[tree.parents[first:last]], symbol)
-        return hidden
-
-    def require_alphabet(self, alphabet: tuple[str, ...]) -> None:
-        """Refuse another alphabet than that of the network: the numbers of its symbols would mean other things."""
-        if tuple(alphabet) != self.architecture.alphabet:
-            raise ConfigurationError(
-                "network.alphabet", tuple(alphabet), f"the network's own: {', '.join(self.architecture.alphabet)}"
-            )
 
     def _weights(self, symbol: int) -> Array:
         weights: Array = self.recurrent[symbol if self.architecture.order == 2 else 0]
@@ -170,14 +142,10 @@ def _sigmoid(drives: Array) -> Array:
 SCHEMA: Final = "palpate.elman/1"
 
 
-def network_to_dict(network: Network) -> dict[str, Any]:
-    """Write a network as plain JSON values."""
-    shape = network.architecture
-    about = {"alphabet": list(shape.alphabet), "reading": shape.reading.value, "hidden": shape.hidden}
-    about |= {"activation": shape.activation, "order": shape.order}
-    return {"schema": SCHEMA, **about, **{name: getattr(network, name).tolist() for name in shape.shapes}}
-
-
 def network_text(network: Network) -> str:
     """Return the text of a network file."""
-    return json.dumps(network_to_dict(network), indent=1, allow_nan=False) + "\n"
+    shape = network.architecture
+    about = {"schema": SCHEMA, "alphabet": list(shape.alphabet), "reading": shape.reading.value, "hidden": shape.hidden}
+    about |= {"activation": shape.activation, "order": shape.order}
+    values = {name: getattr(network, name).tolist() for name in shape.shapes}
+    return json.dumps({**about, **values}, indent=1, allow_nan=False) + "\n"

@@ -22,9 +22,9 @@ from palpate.core.automata.choice import (
     model_loss,
     predicting_extracts,
 )
-from palpate.core.automata.elman import MOST_HIDDEN, RANGES, Architecture, Array, Readout
+from palpate.core.automata.elman import MOST_HIDDEN, RANGES, Architecture, Readout
 from palpate.core.automata.machine import Machine
-from palpate.core.automata.prefix_tree import Integers, PrefixTree
+from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import OnProgress, TrainedNetwork, Training, TrainingSettings, train
 from palpate.core.errors import ConfigurationError
@@ -64,8 +64,6 @@ class Inference:
             of all strings that were not given to hold out, after those that were split off had chosen its q.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
         beside: For prediction, what the last none, one, two and three symbols lose on the held-out strings, by name.
-        hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).
-        cells: State, before minimisation, of the automaton at the same prefixes, (n,).
     """
 
     chosen: Extract
@@ -75,8 +73,6 @@ class Inference:
     strings: int
     held_out: int
     beside: dict[str, float]
-    hidden: Array
-    cells: Integers
 
     @property
     def machine(self) -> Machine:
@@ -155,8 +151,6 @@ def infer(
         strings=len(strings.words),
         held_out=0 if held_out is None else len(held_out.words),
         beside=beside,
-        hidden=network.network.hidden_states(tree),
-        cells=tree.states(chosen.partition.transitions),
     )
 
 

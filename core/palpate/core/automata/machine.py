@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.errors import ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
 """An output: accepted or not, a name, or a set of names in the order of the alphabet."""
@@ -65,29 +65,13 @@ class Machine:
         """Names of the states: the labels, or ``s0`` and so on."""
         return self.labels or self._numbered()
 
-    def symbol(self, name: str) -> int:
-        """Number of a symbol.
-
-        Raises:
-            CommandError: It is not in the alphabet.
-        """
-        try:
-            return self.alphabet.index(name)
-        except ValueError as error:
-            raise CommandError(f"a symbol must be one of {', '.join(self.alphabet)}", name) from error
-
-    def state_after(self, word: Sequence[int]) -> int | None:
-        """State at the end of a word of symbol numbers; None if it leaves what is known."""
+    def output_of(self, word: Sequence[int]) -> Output | None:
+        """The output at the end of a word of symbol numbers; None if it leaves what is known."""
         state: int | None = self.start
         for symbol in word:
             if state is None:
                 return None
             state = self.transitions[state][symbol]
-        return state
-
-    def output_of(self, word: Sequence[int]) -> Output | None:
-        """The output at the end of a word; None if it leaves what is known."""
-        state = self.state_after(word)
         return None if state is None else self.state_outputs[state]
 
     def reachable(self) -> tuple[int, ...]:

@@ -91,7 +91,7 @@ class AutomatonState(Settings):
             accepted = f"all symbols of the machine and no others: {', '.join(machine.alphabet)}"
             raise ConfigurationError(f"{_FIELD}.symbols", given, accepted)
         taken = _taken(machine, PrefixTree.of(strings) if isinstance(strings, Strings) else strings)
-        order = [machine.symbol(name) for name in given]
+        order = [machine.alphabet.index(name) for name in given]
         rows = tuple(
             tuple(row[symbol] if taken[state, symbol] else None for symbol in order)
             for state, row in enumerate(machine.transitions)

@@ -16,7 +16,6 @@ from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, TrainingTask
 from palpate.core.automata.strings import Strings
-from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Range, Settings
 
 if TYPE_CHECKING:
@@ -137,11 +136,6 @@ def train(
         held_out: For prediction, what says when a network is at its best; None takes the training strings.
     """
     settings = settings or TrainingSettings()
-    if architecture.alphabet != strings.alphabet:
-        raise ConfigurationError("network.alphabet", architecture.alphabet, f"that of the strings, {strings.alphabet}")
-    if strings.labelled is not (architecture.reading is Readout.ACCEPTANCE):
-        accepted = "acceptance" if strings.labelled else "prediction"
-        raise ConfigurationError("network.reading", architecture.reading.value, f"{accepted} for such strings")
     task = TrainingTask(PrefixTree.of(strings), architecture)
     judged = TrainingTask(held_out, architecture) if held_out is not None and not strings.labelled else None
     found: list[TrainedNetwork] = []

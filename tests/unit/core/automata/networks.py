@@ -1,5 +1,9 @@
 """Networks by hand, whose automata are known."""
 
+from itertools import pairwise
+
+import numpy as np
+
 from palpate.core.automata.elman import Architecture, Network, Readout
 
 LARGE = 20.0
@@ -42,3 +46,12 @@ def drift():
         output=[[0.0], [0.0], [4.0]],
         bias=[0.0, 0.0, 0.0],
     )
+
+
+def hidden_states(network, tree):
+    """Hidden state at each node of a prefix tree."""
+    hidden = np.empty((len(tree.parents), network.architecture.hidden))
+    hidden[0] = network.start_state
+    for first, last in pairwise(tree.levels[1:].tolist()):
+        hidden[first:last] = network.after(hidden[tree.parents[first:last]], tree.symbols[first:last])
+    return hidden

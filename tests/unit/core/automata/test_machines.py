@@ -13,7 +13,7 @@ from palpate.core.automata.document import from_json_text
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference, equivalent_states, minimised
 from palpate.core.automata.texts import shown_names, shown_output, to_dot_text
-from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, machines, words
 from tests.unit.core.json_changes import put, require_refused
 
@@ -23,12 +23,8 @@ TWO_OUTPUTS = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
 
 class TestMachine:
     def test_word_leads_to_a_state_and_an_output(self):
-        assert [PARITY.state_after(word) for word in [(), (0,), (0, 1), (0, 0)]] == [0, 1, 1, 0]
         assert [PARITY.output_of(word) for word in [(), (0,), (0, 1), (0, 0)]] == [True, False, False, True]
         assert TWO_OUTPUTS.output_of((0,)) == ("y", "z")
-        assert PARITY.symbol("b") == 1
-        with pytest.raises(CommandError, match="one of a, b: 'c'"):
-            PARITY.symbol("c")
 
     @pytest.mark.parametrize(
         ("machine", "changes"),
