@@ -10,8 +10,7 @@ from typing import Final
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, overlay
-from palpate.adapters.experiments import BASELINES, accepted_policies, foreign_code, foreign_entry
-from palpate.adapters.files import load_policy
+from palpate.adapters.experiments import BASELINES, foreign_entry, policy_named
 from palpate.adapters.log import aligned, find_logs
 from palpate.adapters.replay import (
     Changes,
@@ -69,10 +68,8 @@ def read_changes(options: ReplayOptions) -> Changes:
     if options.policy in BASELINES:
         policy = options.policy
     elif options.policy:
-        code = "" if os.path.exists(options.policy) else foreign_code(options.policy)
-        if not code and not os.path.exists(options.policy):
-            raise ConfigurationError("policy", options.policy, accepted_policies())
-        policy = foreign_entry(code) if code else load_policy(Path(options.policy))
+        document, code = policy_named(options.policy)
+        policy = document or foreign_entry(code)
     changes = Changes(options.set, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"

@@ -29,14 +29,12 @@ from .figure import trials_picture as trials_picture
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
 from .fitting import simulated_perception as simulated_perception
-from .foreign import foreign_code as foreign_code
 from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
 from .planning import simulate as simulate
 from .planning import untrue as untrue
 from .policies import BASELINES as BASELINES
 from .policies import OUTSIDE as OUTSIDE
-from .policies import accepted_policies as accepted_policies
 from .policies import baseline as baseline
 from .policies import baselines_of as baselines_of
 from .policies import learning_policy as learning_policy
@@ -44,6 +42,7 @@ from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of
 from .policies import perception_settings as perception_settings
 from .policies import policy_for as policy_for
+from .policies import policy_named as policy_named
 from .policies import pose_of as pose_of
 from .policies import tool_in as tool_in
 from .policies import tool_of as tool_of
@@ -51,7 +50,6 @@ from .results import RunFolder as RunFolder
 from .results import RunResult as RunResult
 from .results import TrialRow as TrialRow
 from .results import next_free_folder as next_free_folder
-from .results import rows_of as rows_of
 from .run import MakeRig as MakeRig
 from .run import Run as Run
 from .run import note as note

@@ -45,10 +45,8 @@ def run_blocks(
         try:
             for done, lost, problem in blocks:
                 with interrupts_wait():
-                    for scored in done:
-                        rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
-                        if folder is not None:
-                            folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+                    keep = TrialRow.of if folder is None else folder.append_trial
+                    rows += [keep(scored, FIRST_EVALUATION_TRIAL) for scored in done]
                     troubles += lost
                 if problem:
                     raise PalpateError(problem)

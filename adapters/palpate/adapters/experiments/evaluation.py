@@ -9,23 +9,22 @@ from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments.build import plain_perception
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import (
     BASELINES,
     NO_POLICY,
     Hole,
-    accepted_policies,
     baseline,
     foreign_document,
     loaded_policy,
     perception_of,
     policy_for,
+    policy_named,
     pose_of,
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import Claim, policy_summary
 from palpate.adapters.experiments.trials import Trials
-from palpate.adapters.files import load_policy, save_policy
+from palpate.adapters.files import save_policy
 from palpate.adapters.log import core_sha256, made_with, processor
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError
@@ -45,7 +44,7 @@ class ChosenPolicy:
     """A policy, checked before anything is built.
 
     Args:
-        policy: A baseline's name, the path of a policy file, what :func:`foreign_code` finds, or a policy as it is.
+        policy: A baseline's name, the path of a policy file, code, ``package.module:Name``, or a policy as it is.
 
     Attributes:
         document: The policy file; None for a baseline and for a policy as it is.
@@ -66,11 +65,9 @@ class ChosenPolicy:
             self._made(tuple)
             return
         self.label = Path(name).parent.name or Path(name).stem
-        configured, code = configured_perception(config), foreign_code(name)
-        if os.path.exists(name) or not code:
-            if not os.path.exists(name):
-                raise ConfigurationError("policy", name, accepted_policies())
-            self.document = load_policy(Path(name))
+        configured = configured_perception(config)
+        self.document, code = policy_named(name)
+        if self.document is not None:
             self.perception = perception_of(self.document, config, configured)
             self._made(tuple)
         elif configured is None:

@@ -1,5 +1,6 @@
 """Policies by name or from a file: learners, programmed and example states beside them, and baselines."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -9,8 +10,8 @@ from typing import Any, Final
 from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
-from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
-from palpate.adapters.files import load_examples
+from palpate.adapters.experiments.foreign import GROUP, foreign_code, foreign_entry, foreign_policy
+from palpate.adapters.files import load_examples, load_policy
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import FASTEST_TURN_RAD_S
@@ -200,6 +201,19 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
 def accepted_policies() -> str:
     """What may be named as a policy, for a message."""
     return f"a policy file, or one of {', '.join((*BASELINES, *sorted(entries(GROUP))))}, or package.module:Name"
+
+
+def policy_named(name: str) -> tuple[PolicyDocument | None, str]:
+    """Return the policy file of that name, or the code.
+
+    Raises:
+        ConfigurationError: There is neither, or the file cannot be read.
+    """
+    if os.path.exists(name):
+        return load_policy(Path(name)), ""
+    if not (code := foreign_code(name)):
+        raise ConfigurationError("policy", name, accepted_policies())
+    return None, code
 
 
 def foreign_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:

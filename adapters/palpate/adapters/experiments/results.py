@@ -147,20 +147,6 @@ class RunResult:
         return self.folder.path / name
 
 
-def rows_of(scored: ScoredTrial, first: int = 0) -> dict[str, tuple[tuple[str, ...], list[tuple[Any, ...]]]]:
-    """What a finished trial adds to each table: its columns and rows; ``first`` as in ``TrialRow.of``."""
-    row, report = TrialRow.of(scored, first), scored.report
-    cells = row.cells()
-    decisions = [
-        (row.trial, *(getattr(decision, name) for name in _OF_DECISION), report.temperature)
-        for decision in report.decisions
-    ]
-    return {
-        "trials.csv": (tuple(cells), [tuple(cells.values())]),
-        "decisions.csv": (("trial", *_OF_DECISION, "temperature"), decisions),
-    }
-
-
 def next_free_folder(stem: str) -> RunFolder:
     """The first folder ``stem-001``, ``stem-002``, ... that is not there yet."""
     number = 1
@@ -247,10 +233,17 @@ class RunFolder:
         """Write or replace a JSON file, as :meth:`write` does."""
         self.write(name, json.dumps(content, indent=1) + "\n", durable=durable)
 
-    def append_trial(self, scored: ScoredTrial, first: int = 0) -> None:
+    def append_trial(self, scored: ScoredTrial, first: int = 0) -> TrialRow:
         """Add a finished trial to ``trials.csv`` and ``decisions.csv``; ``first`` as in ``TrialRow.of``."""
-        for name, (columns, rows) in rows_of(scored, first).items():
-            self._append(name, columns, rows)
+        row, report = TrialRow.of(scored, first), scored.report
+        cells = row.cells()
+        self._append("trials.csv", tuple(cells), [tuple(cells.values())])
+        decisions = [
+            (row.trial, *(getattr(decision, name) for name in _OF_DECISION), report.temperature)
+            for decision in report.decisions
+        ]
+        self._append("decisions.csv", ("trial", *_OF_DECISION, "temperature"), decisions)
+        return row
 
     def read_trials(self) -> list[TrialRow]:
         """The finished trials.

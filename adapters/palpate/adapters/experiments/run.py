@@ -233,9 +233,8 @@ class Run:
         rows: list[TrialRow] = []
 
         def done(scored: ScoredTrial) -> None:
-            rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
-            if folder is not None:
-                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+            keep = TrialRow.of if folder is None else folder.append_trial
+            rows.append(keep(scored, FIRST_EVALUATION_TRIAL))
             on_trial(1)
 
         first = FIRST_EVALUATION_TRIAL

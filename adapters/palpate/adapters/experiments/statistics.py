@@ -151,10 +151,11 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_s": _rounded(times, 0.95),
         "p95_95_s": _ends(quantile_interval(times, 0.95)),
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
-        "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
-        "trips": _counted(row.trip for row in rows),
+        "outcomes": _counted(row.outcome for row in rows),
+        "trips": _counted(row.trip.partition(":")[0] for row in rows if row.trip),
         "marked": sum(bool(row.marked) for row in rows),
-        "marked_why": _reasons(rows),
+        # A trial may have several objections to its timing.
+        "marked_why": _counted(why.partition(" (")[0] for row in rows for why in row.marked.split("; ") if why),
     }
 
 
@@ -175,6 +176,7 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
     """Figures of a training run of which so many trials were asked."""
+    inside = reachable_share(config.task, config.cell.hole_uncertainty_mm, config.cell.conditions.hole_shift_mm)
     return {
         "scenario": config.scenario,
         "arm": str(config.arm),
@@ -182,7 +184,7 @@ def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -
         "finished": len(rows) >= trials,
         **summary_of(rows),
         "learning": learning_summary(rows),
-        "holes_inside_area": round(_inside_area(config), 4),
+        "holes_inside_area": round(inside, 4),
     }
 
 
@@ -197,18 +199,7 @@ def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], tri
     }
 
 
-def _inside_area(config: RunConfig) -> float:
-    return reachable_share(config.task, config.cell.hole_uncertainty_mm, config.cell.conditions.hole_shift_mm)
-
-
-def _counted(trips: Iterable[str]) -> dict[str, int]:
-    """How often each reason of a trip occurred, by its name."""
-    return dict(sorted(Counter(trip.partition(":")[0] for trip in trips if trip).items()))
-
-
-def _reasons(rows: Sequence[TrialRow]) -> dict[str, int]:
-    """How many trials each objection to their timing fell on; a trial may have several."""
-    reasons = (reason.partition(" (")[0] for row in rows for reason in row.marked.split("; ") if reason)
+def _counted(reasons: Iterable[str]) -> dict[str, int]:
     return dict(sorted(Counter(reasons).items()))
 
 

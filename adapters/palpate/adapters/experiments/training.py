@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from typing_extensions import override
@@ -14,19 +12,20 @@ from typing_extensions import override
 from palpate.adapters.config import LEARNERS, RUN_FORMAT, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.foreign import foreign_code, foreign_entry
+from palpate.adapters.experiments.foreign import foreign_entry
 from palpate.adapters.experiments.policies import (
     first_difference,
     learning_policy,
     loaded_policy,
     perception_of,
     perception_settings,
+    policy_named,
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import training_summary
 from palpate.adapters.experiments.trial import OVERLOADS, ScoredTrial, require_sound, rest_reinforcement
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
-from palpate.adapters.files import json_of_file, load_policy, save_policy
+from palpate.adapters.files import json_of_file, save_policy
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import ConfigurationError, OutputError
@@ -164,8 +163,7 @@ class Subject:
         name = config.learner if policy in ("", *LEARNERS) else policy
         asks = task_kind(config.task.name).asks_policy
         config.task.require("name", asks, "a task that lets a policy choose; this one asks none")
-        code = "" if name == config.learner or os.path.exists(name) else foreign_code(name)
-        document = None if code or name == config.learner else load_policy(Path(name))
+        document, code = (None, "") if name == config.learner else policy_named(name)
         brought = config.learning.programmed or config.learning.examples
         if (document is not None or code) and brought:
             accepted = (

@@ -23,13 +23,11 @@ def only_writer(folder: Path) -> Iterator[str]:
     path = folder / LOCK
     descriptor = _locked(path)
     try:
-        before = os.pread(descriptor, 4096, 0).decode("utf-8", "replace").strip()
-        host = _host_of(before)
-        if host not in ("", socket.gethostname()):
-            remedy = f"if that process runs no more, take away {path}; else name another folder with --out"
-            raise OutputError(str(folder), f"was left by {before}, which cannot be asked from here", remedy)
+        before = _written(descriptor)
         os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, _ourselves().encode(), 0)
+        since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+        who = f"process {os.getpid()} on {socket.gethostname()} since {since}: {shlex.join(sys.argv)}\n"
+        os.pwrite(descriptor, who.encode(), 0)
         try:
             yield before
         finally:
@@ -45,7 +43,7 @@ def _locked(path: Path) -> int:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            who = os.pread(descriptor, 4096, 0).decode("utf-8", "replace").strip() or "another process"
+            who = _written(descriptor) or "another process"
             os.close(descriptor)
             remedy = "wait for its end, or name another folder with --out"
             raise OutputError(str(path.parent), f"is being written by {who}", remedy) from error
@@ -54,11 +52,5 @@ def _locked(path: Path) -> int:
         os.close(descriptor)
 
 
-def _ourselves() -> str:
-    since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-    return f"process {os.getpid()} on {socket.gethostname()} since {since}: {shlex.join(sys.argv)}\n"
-
-
-def _host_of(told: str) -> str:
-    words = told.split()
-    return words[3] if words[:1] == ["process"] and len(words) > 3 else ""
+def _written(descriptor: int) -> str:
+    return os.pread(descriptor, 4096, 0).decode("utf-8", "replace").strip()

@@ -22,7 +22,6 @@ from palpate.adapters.experiments import (
     OUTSIDE,
     Run,
     RunFolder,
-    ScoredTrial,
     TrialRow,
     Trials,
     build_reinforcement,
@@ -243,18 +242,14 @@ class Episodes:
             self._trials.first = trial - self._begun
             self._begun += 1
             scored = self._trials.run(trial, (self._agent,))
-            self._keep(scored)
+            if self.folder is not None:
+                self._rows.append(self.folder.append_trial(scored, self._trials.first))
             require_sound(self.rig, scored, self._trials.first)
             shown = self._look(success=scored.success)
         except BaseException as error:
             # Whatever it is, the agent's side has to raise it.
             shown = error
         self._agent.shown.put(shown)
-
-    def _keep(self, scored: ScoredTrial) -> None:
-        if self.folder is not None:
-            self.folder.append_trial(scored, self._trials.first)
-            self._rows.append(TrialRow.of(scored, self._trials.first))
 
     def _look(self, *, success: bool = False) -> tuple[Any, dict[str, Any]]:
         """What the agent is shown: the observation, and what is known of the trial.

@@ -7,7 +7,7 @@ from typing import TypeAlias
 from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import HMM, TRIALS, GridLearning
-from palpate.core.errors import ConfigurationError, require_whole
+from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.core.policy import HmmLearner, TabularLearner, tabular_learner
 from palpate.simulation.grid import GridMap, Walk, grid_actions, run_trial
@@ -56,9 +56,8 @@ def learn(
     """Learn from scratch. Start and choices of a trial follow from the seed and its index, and from nothing else.
 
     Raises:
-        ConfigurationError: The states are over other symbols, or there are too many or too few trials.
+        ConfigurationError: The states are over other symbols.
     """
-    require_whole("trials", trials, 1, 1_000_000)
     learner = new_grid_learner(learning, identifier)
     walks, temperatures = [], []
     # Sums depend on how they are split, and threads would wait for each other over such small products.
