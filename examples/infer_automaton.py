@@ -26,8 +26,7 @@ from palpate.adapters.experiments.grid import (
     learning_figure,
 )
 from palpate.adapters.files import new_folder, require_free_folder
-from palpate.adapters.visualisation import machine_picture
-from palpate.core.automata import AutomatonState, InferenceSettings, TrainingSettings, infer, to_json_text
+from palpate.core.automata import AutomatonState, InferenceSettings, TrainingSettings, infer, to_dot_text, to_json_text
 from palpate.core.errors import PalpateError
 from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.simulation.grid import walk_strings
@@ -62,11 +61,11 @@ def main() -> None:
         print(f"best possible without knowing the place: {bounds.belief:.2f}; random walk: {bounds.random_walk:.1f}")
         with new_folder(options.out) as folder:
             (folder / "automaton.json").write_text(to_json_text(found.machine), encoding="utf-8")
-            (folder / "automaton.svg").write_bytes(machine_picture(found.machine, "map 2"))
+            (folder / "automaton.dot").write_text(to_dot_text(found.machine), encoding="utf-8")
             (folder / "learning.png").write_bytes(learning_figure([panels], "png"))
     except (PalpateError, OSError) as error:
         parser.error(str(error))
-    print(f"look at {options.out}/automaton.svg and {options.out}/learning.png")
+    print(f"look at {options.out}/automaton.dot and {options.out}/learning.png")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +12,6 @@ import tyro
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.files import load_automaton, new_file, new_folder, require_free_folder, require_no_file
 from palpate.adapters.log import aligned, strings_from
-from palpate.adapters.visualisation import machine_picture
 from palpate.core.automata import (
     Inference,
     InferenceSettings,
@@ -42,8 +40,7 @@ class InferOptions(Settings):
     files: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     """A text file; or logs, and folders with logs; with --show or --compare automata, JSON files."""
     out: str = ""
-    """New or empty folder for automaton, network, report and pictures; with --show a new file, by its ending .dot,
-    .svg, .png, .pdf or .json."""
+    """New or empty folder for automaton, network and report; with --show a new file for Graphviz, .dot."""
     show: bool = False
     """Instead: print an automaton, or write it to --out."""
     compare: bool = False
@@ -98,7 +95,6 @@ def _save(found: Inference, folder: Path) -> None:
     machine = found.machine
     (folder / "automaton.json").write_text(to_json_text(machine), encoding="utf-8")
     (folder / "automaton.dot").write_text(to_dot_text(machine), encoding="utf-8")
-    (folder / "automaton.svg").write_bytes(machine_picture(machine, f"q = {found.chosen.intervals}"))
     (folder / "network.json").write_text(network_text(found.network.network), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
 
@@ -124,8 +120,12 @@ def _figures(extract: Any) -> dict[str, object]:
 def _show(options: InferOptions) -> int:
     (machine,) = _automata(options.files, 1, "--show")
     if options.out:
-        _write(machine, Path(options.out))
-        sys.stdout.write(f"{_size(machine)}; saved in {options.out}\n")
+        out = Path(options.out)
+        options.require("out", out.suffix == ".dot", "with --show a name that ends in .dot")
+        require_no_file(out)
+        with new_file(out) as passing:
+            passing.write_text(to_dot_text(machine), encoding="utf-8")
+        sys.stdout.write(f"{_size(machine)}; saved in {out}\n")
     else:
         sys.stdout.write(f"{_size(machine)}\n\n{_table(machine)}")
     return 0
@@ -151,23 +151,6 @@ def _automata(files: tuple[str, ...], count: int, flag: str) -> list[Machine]:
             accepted = "the automaton's .json file: DOT is written for Graphviz and not read back"
             raise ConfigurationError("automaton", path, accepted)
     return [load_automaton(path) for path in files]
-
-
-def _write(machine: Machine, path: Path) -> None:
-    """Write an automaton, or draw it, by the ending of the file's name."""
-    makers: dict[str, Callable[[], bytes]] = {
-        ".json": lambda: to_json_text(machine).encode(),
-        ".dot": lambda: to_dot_text(machine).encode(),
-        ".svg": lambda: machine_picture(machine, path.stem, "svg"),
-        ".png": lambda: machine_picture(machine, path.stem, "png"),
-        ".pdf": lambda: machine_picture(machine, path.stem, "pdf"),
-    }
-    if path.suffix not in makers:
-        raise ConfigurationError("out", str(path), f"a name that ends in one of {', '.join(makers)}")
-    require_no_file(path)
-    content = makers[path.suffix]()
-    with new_file(path) as passing:
-        passing.write_bytes(content)
 
 
 def _table(machine: Machine) -> str:

@@ -1,4 +1,4 @@
-"""Pictures and pages of what was recorded: films, reports, automata, and the live viewer."""
+"""Pictures and pages of what was recorded: films, reports, and viewers."""
 
 import lazy_loader
 

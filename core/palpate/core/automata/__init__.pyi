@@ -1,4 +1,5 @@
 from .document import from_json_text as from_json_text
+from .document import to_dot_text as to_dot_text
 from .document import to_json_text as to_json_text
 from .elman import MOST_HIDDEN as MOST_HIDDEN
 from .elman import Architecture as Architecture
@@ -10,6 +11,7 @@ from .infer import InferenceSettings as InferenceSettings
 from .infer import infer as infer
 from .machine import Kind as Kind
 from .machine import Machine as Machine
+from .machine import shown_output as shown_output
 from .minimise import difference as difference
 from .minimise import minimised as minimised
 from .partition import NONE as NONE
@@ -17,11 +19,6 @@ from .partition import Partition as Partition
 from .partition import bounded_partition as bounded_partition
 from .prefix_tree import PrefixTree as PrefixTree
 from .strings import Strings as Strings
-from .texts import Edge as Edge
-from .texts import edges as edges
-from .texts import shown_name as shown_name
-from .texts import shown_output as shown_output
-from .texts import to_dot_text as to_dot_text
 from .tracker import AutomatonState as AutomatonState
 from .training import Progress as Progress
 from .training import TrainingSettings as TrainingSettings

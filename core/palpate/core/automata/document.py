@@ -24,8 +24,7 @@ import json
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final
 
-from palpate.core.automata.machine import Kind, Machine, Output
-from palpate.core.automata.texts import shown_name
+from palpate.core.automata.machine import Kind, Machine, Output, shown_name, shown_names, shown_output
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import (
     Holds,
@@ -129,3 +128,33 @@ def _number(where: str, name: str, number: dict[str, int]) -> int:
 def _output(value: Any) -> Output:
     output: Output = tuple(value) if isinstance(value, list) else value
     return output
+
+
+def to_dot_text(machine: Machine) -> str:
+    """The text of a DOT file; equal machines give equal texts."""
+    lines = [
+        "digraph automaton {",
+        f"  kind={_quoted(machine.kind.value)};",
+        f"  alphabet={_quoted(shown_names(machine.alphabet))};",
+        "  rankdir=LR;",
+        '  start [shape=point, label=""];',
+    ]
+    for state, name in enumerate(machine.names):
+        shape, label = "circle", shown_name(name)
+        if machine.kind is Kind.DFA and machine.state_outputs[state]:
+            shape = "doublecircle"
+        if machine.kind is Kind.MOORE:
+            label = f"{label}\n{shown_output(machine.state_outputs[state])}"
+        lines.append(f"  q{state} [shape={shape}, label={_quoted(label)}];")
+    lines.append(f"  start -> q{machine.start};")
+    for source, row in enumerate(machine.transitions):
+        for target in (to for to in dict.fromkeys(row) if to is not None):
+            names = (name for name, to in zip(machine.alphabet, row, strict=True) if to == target)
+            lines.append(f"  q{source} -> q{target} [label={_quoted(shown_names(names))}];")
+    return "\n".join([*lines, "}", ""])
+
+
+def _quoted(text: str) -> str:
+    # Graphviz replaces \N and the like, and entities such as &lt;, in labels.
+    escaped = text.replace("&", "&amp;").replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import enum
+import json
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from palpate.core.errors import ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
 """An output: accepted or not, a name, or a set of names in the order of the alphabet."""
+
+
+_MARKS: Final = frozenset('",{}/\\')
+_TRUTH: Final = ("true", "false")
 
 
 class Kind(enum.Enum):
@@ -86,3 +91,23 @@ class Machine:
 
     def _numbered(self) -> tuple[str, ...]:
         return tuple(f"s{number}" for number in range(len(self.transitions)))
+
+
+def shown_name(name: str) -> str:
+    """A name, in quotes where it might be misread."""
+    plain = name.isprintable() and name.strip() == name != "" and not _MARKS.intersection(name)
+    return name if plain else json.dumps(name, ensure_ascii=not name.isprintable())
+
+
+def shown_names(names: Iterable[str]) -> str:
+    """Several names."""
+    return ", ".join(map(shown_name, names))
+
+
+def shown_output(output: Output) -> str:
+    """An output; a name that reads like a truth value is in quotes."""
+    if isinstance(output, bool):
+        return "true" if output else "false"
+    if isinstance(output, tuple):
+        return f"{{{shown_names(output)}}}"
+    return json.dumps(output) if output in _TRUTH else shown_name(output)

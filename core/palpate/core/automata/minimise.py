@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeAlias
 
-from palpate.core.automata.machine import Machine, Output
-from palpate.core.automata.texts import shown_name, shown_output
+from palpate.core.automata.machine import Machine, Output, shown_name, shown_output
 from palpate.core.errors import ConfigurationError
 
 Classes: TypeAlias = tuple[tuple[int, ...], ...]

@@ -99,12 +99,3 @@ def test_a_writer_that_was_killed_blocks_nobody_and_is_told_of(tmp_path):
     assert not (tmp_path / LOCK).exists()
     with only_writer(tmp_path) as before:
         assert before == ""
-
-
-def test_a_lock_of_another_host_is_a_persons_affair(tmp_path):
-    (tmp_path / LOCK).write_text("process 7 on elsewhere since 2026-01-01 00:00:00 UTC: palpate train\n")
-    with pytest.raises(OutputError, match=r"process 7 on elsewhere since 2026-01-01.*take away"), only_writer(tmp_path):
-        pass
-    (tmp_path / LOCK).unlink()
-    with only_writer(tmp_path):
-        pass

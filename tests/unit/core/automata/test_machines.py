@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.automata import document, to_json_text
-from palpate.core.automata.document import from_json_text
-from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.document import from_json_text, to_dot_text
+from palpate.core.automata.machine import Kind, Machine, shown_names, shown_output
 from palpate.core.automata.minimise import difference, equivalent_states, minimised
-from palpate.core.automata.texts import shown_names, shown_output, to_dot_text
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, machines, words
 from tests.unit.core.json_changes import put, require_refused
