@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import gymnasium
+import mujoco
+import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import Tables, configured, without_world
+from palpate.adapters.config import RunConfig, Tables, configured, without_world
 from palpate.adapters.experiments import Run, rest_reinforcement, task_actions
 from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError
 from palpate.adapters.gymnasium_envs.spaces import (
@@ -26,17 +29,35 @@ from palpate.adapters.gymnasium_envs.spaces import (
     Twists,
     spatial_of,
 )
-from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.mujoco import DrawnCell, SimulatedRig, Stage
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
 from palpate.core.ports import PERIOD_S, Rig
 from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import WorkCell
 
-if TYPE_CHECKING:
-    from palpate.adapters.gymnasium_envs.picture import Camera
-
 _NAME: Final = "palpate/PegInsertion-v0"
 _MOST_TRIALS: Final = 1_000_000_000
+_SIZE: Final = (640, 480)
+"""Width and height of a picture in pixels."""
+
+
+class _RunningCell(DrawnCell):
+    """The simulated cell itself, as it is. Drawn from a copy of its model, which colours and cuts may change."""
+
+    def __init__(self, config: RunConfig, cell: WorkCell) -> None:
+        self._source, self._plate = cell, cell.model.body("plate").id
+        self.model = deepcopy(cell.model)
+        self.data = mujoco.MjData(self.model)
+        self.hole_known, self.joints = True, cell.joints
+        self.peg, self.contour = config.cell.peg, config.cell.contour.shape != "none"
+        self.peg_diameter_m = self.peg.diameter_mm * 1e-3
+        self.plate_depth_m = self.peg.hole_depth_mm * 1e-3 + 0.005
+        self.follow()
+
+    def follow(self) -> None:
+        """Stand as the simulated cell does now."""
+        self._source.pose(self.model, self.data)
+        self.mouth_m = self.model.body_pos[self._plate].copy()
 
 
 class PegInsertionEnv(gymnasium.Env[Any, Any]):
@@ -122,7 +143,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         if rig and render_mode is not None:
             raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
         self.render_mode = render_mode
-        self._camera: Camera | None = None
+        self._drawn: tuple[_RunningCell, Stage] | None = None
         settings = configured(job, rig=rig, scenario=scenario, arm=arm, task=task, settings=config)
         run = Run(
             without_world(settings) if rig else settings,
@@ -210,12 +231,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """
         if self.render_mode is None or self._closed:
             return None
-        if self._camera is None:
-            # Here, because few episodes are looked at, and graphics take long to load.
-            from palpate.adapters.gymnasium_envs.picture import Camera
-
-            self._camera = Camera(self._episodes.config, self.cell)
-        return self._camera.picture()
+        if self._drawn is None:
+            drawn = _RunningCell(self._episodes.config, self.cell)
+            self._drawn = drawn, Stage(drawn, _SIZE)
+        cell, stage = self._drawn
+        cell.follow()
+        return np.ascontiguousarray(stage.picture(cell.close_up(), *_SIZE))
 
     @property
     def cell(self) -> WorkCell:
@@ -252,6 +273,6 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Stop the arm and close the work cell."""
         if not self._closed:
             self._closed = True
-            if self._camera is not None:
-                self._camera.close()
+            if self._drawn is not None:
+                self._drawn[1].close()
             self._episodes.close()

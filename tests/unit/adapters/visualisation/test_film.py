@@ -9,9 +9,10 @@ from PIL import Image
 
 from palpate.adapters.log import DecisionEntry, EventEntry, read_log
 from palpate.adapters.mujoco import ACTION, FORCE, Moment
-from palpate.adapters.visualisation.film import Painter, captions, require_video, write_gif, write_mp4
+from palpate.adapters.visualisation.film import Painter, require_video, write_gif, write_mp4
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, course_of
 from palpate.adapters.visualisation.film.film import HOLD_S
+from palpate.adapters.visualisation.film.picture import now_text, write
 from palpate.core.errors import UsageError
 from palpate.core.ports import JointSample, Validity, WrenchSample
 from tests.support.graphics import INSERTION, require_graphics
@@ -22,7 +23,7 @@ MOMENT = Moment(7, 1.234, POSTURE, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), "explore",
 
 
 def test_picture_shows_time_phase_symbol_state_action_and_force():
-    assert captions.now_text(MOMENT, (0.04, -0.04, -5.06)).splitlines() == [
+    assert now_text(MOMENT, (0.04, -0.04, -5.06)).splitlines() == [
         "time   1.23 s", "phase  explore", "symbol x+ y0", "state  seen", "action -x (learned)", "force  5.1 N",
         "x y z  +0.0 +0.0 -5.1 N",
     ]  # fmt: skip
@@ -32,7 +33,7 @@ def test_picture_shows_time_phase_symbol_state_action_and_force():
 def test_text_fits_into_a_picture_of_any_size(size):
     picture = Image.new("RGB", size, (0, 0, 0))
     longest = Moment(7, 99.99, POSTURE, None, None, "approach", DECISION)
-    captions.write(picture, (0.03, 0.03), captions.now_text(longest, (-11.1, -22.2, -33.3)), "la")
+    write(picture, (0.03, 0.03), now_text(longest, (-11.1, -22.2, -33.3)), "la")
     pixels = np.array(picture).sum(axis=2)
     assert pixels[2:, 2:].any()
     assert not pixels[-1].any()

@@ -13,7 +13,7 @@ from palpate.adapters.experiments import Run
 from palpate.adapters.log import read_log, series_of
 from palpate.adapters.mujoco import DrawnCell
 from palpate.adapters.visualisation.live import LiveView
-from palpate.adapters.visualisation.live.cell_shapes import CellShapes
+from palpate.adapters.visualisation.live.view import CellShapes
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import SIDES
 from tests.golden.record import HERE as GOLDEN

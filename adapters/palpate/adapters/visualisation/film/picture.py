@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from math import dist
+from collections.abc import Sequence
+from functools import cache
+from math import dist, hypot
+from pathlib import Path
 from typing import Final
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageOps
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from palpate.adapters.log import TrialLog
 from palpate.adapters.mujoco import (
@@ -22,7 +25,6 @@ from palpate.adapters.mujoco import (
     metres_per_N,
     reference_N,
 )
-from palpate.adapters.visualisation.film import captions
 from palpate.adapters.visualisation.film.course import Course
 from palpate.core.policy import compass_actions
 
@@ -38,6 +40,11 @@ _STEPS: Final = {action.name: action.displacement_m for action in compass_action
 """What the arrow of each action looks like, in diameters of the peg; steps themselves would be too small to see."""
 _FINE: Final = 2
 """Arrows and lines are drawn so much larger and made smaller then, which smooths them."""
+_LINES: Final = 30
+"""This many lines of text would fill a picture from top to bottom."""
+_SMALLEST_PX: Final = 7
+_INK: Final = (24, 32, 42)
+_PAPER: Final = (255, 255, 255, 190)
 
 
 class Painter:
@@ -57,12 +64,12 @@ class Painter:
         self._cell.pose(course.moments[0])
         self._close, self._arm = self._cell.views()
         self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in course.moments if m.force_N is not None)
-        self._outcome = captions.outcome_of(log)
+        self._outcome = outcome_of(log)
         self._last = course.moments[-1].tick
         part = "contour" if self._cell.contour else "hole"
         known = self._cell.hole_known
-        notes = captions.notes_of(tared=course.tared, hole_known=known, world=log.start.world, part=part)
-        self._notes = [captions.title_of(log), *notes]
+        notes = notes_of(tared=course.tared, hole_known=known, world=log.start.world, part=part)
+        self._notes = [title_of(log), *notes]
         self._to_task: Array = self._cell.goal_in_base.rotation.T
         self._stage = Stage(self._cell, size)
 
@@ -115,14 +122,70 @@ class Painter:
 
     def _write(self, picture: Image.Image, moment: Moment, force: Array | None) -> None:
         in_task = None if force is None else (self._to_task @ force).tolist()
-        captions.write(picture, (0.03, 0.03), captions.now_text(moment, in_task), "la")
-        captions.write(picture, (_SCALE_AT[0], _SCALE_AT[1] - 0.03), f"{self._reference_N:g} N on the tool", "ls")
+        write(picture, (0.03, 0.03), now_text(moment, in_task), "la")
+        write(picture, (_SCALE_AT[0], _SCALE_AT[1] - 0.03), f"{self._reference_N:g} N on the tool", "ls")
         # The outcome comes last in time and stands above, so that nothing moves when it appears.
         remarks = [self._outcome] if self._outcome and moment.tick == self._last else []
-        captions.write(picture, (0.97, 0.97), "\n".join((*remarks, *self._notes)), "rd")
+        write(picture, (0.97, 0.97), "\n".join((*remarks, *self._notes)), "rd")
 
     def __enter__(self) -> Painter:
         return self
 
     def __exit__(self, *exception: object) -> None:
         self._stage.close()
+
+
+@cache
+def _font(size_px: int) -> ImageFont.FreeTypeFont:
+    """DejaVu Sans Mono as Matplotlib brings it along: the same letters on every machine."""
+    from matplotlib import get_data_path
+
+    return ImageFont.truetype(str(Path(get_data_path(), "fonts", "ttf", "DejaVuSansMono.ttf")), size_px)
+
+
+def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
+    """Return the caption of a moment: names and values, a line each.
+
+    Args:
+        force_N: The measured force in the task frame, (3,); None where none was measured.
+    """
+    decision, force, parts = moment.decision, "not measured", "-"
+    if force_N is not None:
+        x, y, z = (round(value, 1) + 0.0 for value in force_N)
+        force, parts = f"{hypot(*force_N):.1f} N", f"{x:+.1f} {y:+.1f} {z:+.1f} N"
+    named = {
+        "time": f"{moment.time_s:.2f} s", "phase": moment.phase, "symbol": decision.symbol if decision else "-",
+        "state": decision.state if decision else "-",
+        "action": f"{decision.action} ({decision.source})" if decision else "-", "force": force, "x y z": parts,
+    }  # fmt: skip
+    return "\n".join(f"{name:<7}{value}" for name, value in named.items())
+
+
+def title_of(log: TrialLog) -> str:
+    """Return which trial this is."""
+    start = log.start
+    return f"{Path(log.path).stem}: {start.arm}, {'learned policy' if start.policy == 'document' else start.policy}"
+
+
+def outcome_of(log: TrialLog) -> str:
+    """Return the outcome of a trial; empty where the log does not hold it."""
+    if log.end is None:
+        return ""
+    return f"ended: {log.end.error}" if log.end.error else log.end.outcome
+
+
+def notes_of(*, tared: bool, hole_known: bool, world: str, part: str = "hole") -> list[str]:
+    """Return limits of the picture that a viewer must see: what is drawn from assumptions."""
+    place = f"{part}: where the {world} had it" if hole_known else f"{part}: where it is believed to be"
+    return [place] if tared else [place, "force: raw, weight included"]
+
+
+def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
+    """Write lines on a light ground; place as shares of width and height, ``anchor`` as Pillow has it."""
+    width, height = picture.size
+    size_px = max(round(min(height, width * 0.75) / _LINES), _SMALLEST_PX)
+    corner, pad, draw = (place[0] * width, place[1] * height), size_px * 0.4, ImageDraw.Draw(picture, "RGBA")
+    align = "right" if anchor[0] == "r" else "left"
+    box = draw.multiline_textbbox(corner, text, _font(size_px), anchor, align=align)
+    draw.rounded_rectangle((box[0] - pad, box[1] - pad, box[2] + pad, box[3] + pad), pad, fill=_PAPER)
+    draw.multiline_text(corner, text, _INK, _font(size_px), anchor, align=align)
