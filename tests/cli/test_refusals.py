@@ -106,7 +106,7 @@ def desk(palpate, trained, tmp_path):
         ("study small.toml --out full", "full: holds something already, and no study"),
         ("explore --figure there.svg", "is never overwritten"),
         ("explore --figure out.jpg", "figure = 'out.jpg' is refused: "),
-        ("infer --show even.json --out even.jpg", ".svg"),
+        ("infer --show even.json --out even.jpg", ".dot"),
         ("log export sound.mcap --to csv --out full", "a new or an empty folder"),
         ("emulate --rig-file .", "is there already"),
         # Adapters.

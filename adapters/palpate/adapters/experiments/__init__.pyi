@@ -1,4 +1,3 @@
-from .blocks import BLOCK as BLOCK
 from .build import build_perception as build_perception
 from .build import build_reinforcement as build_reinforcement
 from .build import build_supervisor as build_supervisor
@@ -31,6 +30,7 @@ from .fitting import fitted_perception as fitted_perception
 from .fitting import simulated_perception as simulated_perception
 from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
+from .planning import BLOCK as BLOCK
 from .planning import simulate as simulate
 from .planning import untrue as untrue
 from .policies import BASELINES as BASELINES

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Final, Self, TypeAlias
 
 from palpate.adapters.config import RunConfig, configured
-from palpate.adapters.experiments.blocks import run_blocks
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
 from palpate.adapters.experiments.evaluation import (
     FIRST_EVALUATION_TRIAL,
@@ -20,6 +19,7 @@ from palpate.adapters.experiments.evaluation import (
     write_evaluation,
 )
 from palpate.adapters.experiments.fitting import fitted_perception
+from palpate.adapters.experiments.planning import run_blocks
 from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, next_free_folder
 from palpate.adapters.experiments.statistics import Claim, policy_summary
 from palpate.adapters.experiments.training import (

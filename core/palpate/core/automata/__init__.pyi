@@ -17,7 +17,7 @@ from .minimise import minimised as minimised
 from .partition import NONE as NONE
 from .partition import Partition as Partition
 from .partition import bounded_partition as bounded_partition
-from .prefix_tree import PrefixTree as PrefixTree
+from .strings import PrefixTree as PrefixTree
 from .strings import Strings as Strings
 from .tracker import AutomatonState as AutomatonState
 from .training import Progress as Progress

@@ -23,8 +23,7 @@ from palpate.core.automata.elman import Array, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import different
 from palpate.core.automata.partition import LEAST_SHARE, MOST_STATES, Partition, bounded_partition
-from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
-from palpate.core.automata.strings import END
+from palpate.core.automata.strings import END, UNLABELLED, PrefixTree
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.ports import Range, Settings

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from palpate.core.automata.prefix_tree import Integers
-from palpate.core.automata.strings import END
+from palpate.core.automata.strings import END, Integers
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 

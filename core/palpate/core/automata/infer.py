@@ -24,8 +24,7 @@ from palpate.core.automata.choice import (
 )
 from palpate.core.automata.elman import MOST_HIDDEN, RANGES, Architecture, Readout
 from palpate.core.automata.machine import Machine
-from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.strings import Strings
+from palpate.core.automata.strings import PrefixTree, Strings
 from palpate.core.automata.training import OnProgress, TrainedNetwork, Training, TrainingSettings, train
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings

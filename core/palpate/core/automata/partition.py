@@ -17,8 +17,7 @@ import numpy as np
 from palpate.core.automata.elman import RANGES, Array, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
-from palpate.core.automata.prefix_tree import Integers, PrefixTree
-from palpate.core.automata.strings import END
+from palpate.core.automata.strings import END, Integers, PrefixTree
 from palpate.core.errors import require_in, require_whole
 
 LEAST_SHARE: Final = 0.02

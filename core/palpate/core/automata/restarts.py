@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from palpate.core.automata.elman import Architecture, Network, Readout
-from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
+from palpate.core.automata.strings import UNLABELLED, PrefixTree
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -10,8 +10,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.automata.machine import Machine
-from palpate.core.automata.prefix_tree import Integers, PrefixTree
-from palpate.core.automata.strings import Strings
+from palpate.core.automata.strings import Integers, PrefixTree, Strings
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.ports import Names, Settings, fitted, register_stage
 

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, TypeAlias
 
 from palpate.core.automata.elman import Architecture, Network, Readout
-from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, TrainingTask
-from palpate.core.automata.strings import Strings
+from palpate.core.automata.strings import PrefixTree, Strings
 from palpate.core.ports import Range, Settings
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from palpate.adapters.cli import interrupts, main
+from palpate.adapters.cli import main
 from palpate.adapters.cli.commands import COMMANDS, Command
-from palpate.adapters.cli.interrupts import QUIET_S, Interrupts
+from palpate.adapters.cli.main import QUIET_S, Interrupts
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import BLOCK, RunFolder
 from palpate.adapters.log import TrialRecorder
@@ -24,7 +24,7 @@ def press(times=1, number=signal.SIGINT):
 def now(monkeypatch):
     """The clock's reading in s, to be set by a test."""
     reading = [1000.0]
-    monkeypatch.setattr(interrupts, "monotonic", lambda: reading[0])
+    monkeypatch.setattr(main, "monotonic", lambda: reading[0])
     return reading
 
 

@@ -11,7 +11,7 @@ from contextlib import closing
 import pytest
 
 from palpate.adapters.experiments.executor import LocalWorkers, completed, in_processes, interrupts_wait
-from palpate.adapters.experiments.writer_lock import LOCK, only_writer
+from palpate.adapters.experiments.results import LOCK, only_writer
 from palpate.core.errors import OutputError
 
 KILLED = """
@@ -62,7 +62,7 @@ def test_results_come_in_the_order_of_the_calls():
 HOLDER = """
 import sys, time
 from pathlib import Path
-from palpate.adapters.experiments.writer_lock import only_writer
+from palpate.adapters.experiments.results import only_writer
 with only_writer(Path(sys.argv[1])):
     print("mine", flush=True)
     time.sleep(60)

@@ -11,8 +11,7 @@ from dataclasses import asdict, dataclass
 from statistics import fmean
 from typing import Any, Final
 
-from palpate.adapters.experiments.grid.learning import LearningRun
-from palpate.adapters.experiments.grid.worlds import Bounds
+from palpate.adapters.experiments.grid.learning import Bounds, LearningRun
 from palpate.adapters.experiments.statistics import mean_with_interval, moving_average, window_of
 from palpate.adapters.log import aligned, csv_text, drawing
 from palpate.simulation.grid import GridMap

@@ -1,9 +1,9 @@
 from .cluster import LOCAL as LOCAL
 from .cluster import DaskWorkers as DaskWorkers
-from .condition import SUMMARY as SUMMARY
-from .condition import Condition as Condition
-from .condition import make as make
+from .document import SUMMARY as SUMMARY
+from .document import Condition as Condition
 from .document import Study as Study
+from .document import make as make
 from .document import setting_of as setting_of
 from .folder import STUDY_FILE as STUDY_FILE
 from .folder import StudyFolder as StudyFolder

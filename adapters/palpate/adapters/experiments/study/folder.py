@@ -10,10 +10,8 @@ from typing import Any, Final
 
 import tomlkit
 
-from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.study.condition import SUMMARY, Condition
-from palpate.adapters.experiments.study.document import Study, setting_of
-from palpate.adapters.experiments.writer_lock import LOCK, only_writer
+from palpate.adapters.experiments.results import LOCK, RunFolder, only_writer
+from palpate.adapters.experiments.study.document import SUMMARY, Condition, Study, setting_of
 from palpate.adapters.files import whole_text
 from palpate.adapters.log import csv_text
 from palpate.core.errors import OutputError

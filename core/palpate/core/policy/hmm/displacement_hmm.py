@@ -15,10 +15,8 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
-from palpate.core.policy.hmm.baum_welch import Shifts, expected_counts
-from palpate.core.policy.hmm.finite_pomdp import FinitePomdp, rounded
-from palpate.core.policy.hmm.point_based import PointBasedPlan, perseus
-from palpate.core.policy.hmm.recorded import Batch, Numbers, RecordedTrial
+from palpate.core.policy.hmm.baum_welch import Batch, Numbers, RecordedTrial, Shifts, expected_counts
+from palpate.core.policy.hmm.point_based import FinitePomdp, PointBasedPlan, perseus, rounded
 
 Offset = tuple[int, int]
 

@@ -17,10 +17,9 @@ from palpate.core.policy.base import (
     check_names,
     drawing_from,
 )
+from palpate.core.policy.hmm.baum_welch import RecordedTrial
 from palpate.core.policy.hmm.displacement_hmm import DisplacementHmm, fit_displacement_hmm, lattice_steps
-from palpate.core.policy.hmm.finite_pomdp import StateBelief, require_room
-from palpate.core.policy.hmm.point_based import PointBasedPlan
-from palpate.core.policy.hmm.recorded import RecordedTrial
+from palpate.core.policy.hmm.point_based import PointBasedPlan, StateBelief, require_room
 from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 

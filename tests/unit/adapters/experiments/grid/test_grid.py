@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figure, score_table, summary
-from palpate.adapters.experiments.grid.worlds import Bounds, bounds_of, grid_named, states_named
+from palpate.adapters.experiments.grid.learning import Bounds, bounds_of, grid_named, states_named
 from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
@@ -44,7 +44,7 @@ def test_where_the_belief_state_optimum_takes_too_long_there_is_none(monkeypatch
     def refuse(grid):
         raise ConfigurationError("grid.map", "it", "another")
 
-    monkeypatch.setattr("palpate.adapters.experiments.grid.worlds.belief_optimum", refuse)
+    monkeypatch.setattr("palpate.adapters.experiments.grid.learning.belief_optimum", refuse)
     assert bounds_of(grid_named("twin", 9)).belief is None
 
 

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate.adapters.config import RunConfig, configured
 from palpate.adapters.experiments.study import Condition, Study, StudyFolder, make
-from palpate.adapters.experiments.study.condition import _one_thread
+from palpate.adapters.experiments.study.document import _one_thread
 from palpate.core.errors import OutputError, PalpateError
 
 TEXT = """[study]

@@ -20,11 +20,10 @@ from palpate.core.policy import (
     compass_actions,
 )
 from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
+from palpate.core.policy.hmm.baum_welch import Batch
 from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
-from palpate.core.policy.hmm.finite_pomdp import StateBelief
 from palpate.core.policy.hmm.learner import PATIENCE
-from palpate.core.policy.hmm.point_based import perseus, qmdp
-from palpate.core.policy.hmm.recorded import Batch
+from palpate.core.policy.hmm.point_based import StateBelief, perseus, qmdp
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walks_from_all_cells
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2
 from tests.unit.core.policy.bench import observation
