@@ -60,7 +60,7 @@ class ChosenPolicy:
             return
         name = self.name = policy_for(config, os.fspath(policy))
         if self.name in (*BASELINES, NO_POLICY):
-            self.label = _who(config, self.name)
+            self.label = config.task.name if self.name == NO_POLICY else self.name
             self.perception = plain_perception(config)
             self._made(tuple)
             return
@@ -115,15 +115,11 @@ def write_evaluation(
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))
         summary |= {"claim": str(claim), "verdict": verdict}
     folder.write_json("summary.json", summary)
-    folder.write("trials.png", trials_picture(rows, f"{_who(config, name)}, {config.scenario}"))
+    who = config.task.name if name == NO_POLICY else name
+    folder.write("trials.png", trials_picture(rows, f"{who}, {config.scenario}"))
     if document is not None:
         save_policy(document, folder.path / "policy.json")
     return summary
-
-
-def _who(config: RunConfig, policy: str) -> str:
-    """What ran: a policy, or the task by itself."""
-    return config.task.name if policy == NO_POLICY else policy
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:

@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, from_here, imported
-from palpate.adapters.experiments.build import plain_perception, task_actions, task_reach
+from palpate.adapters.experiments.build import task_actions, task_reach
 from palpate.core.errors import ConfigurationError, told
 from palpate.core.perception import Perception
 from palpate.core.policy import ForeignEntry, ForeignPolicy, PolicyContext
@@ -64,16 +64,6 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
         raise ConfigurationError("policy", entry.code, accepted) from error
     now = replace(foreign_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
     return ForeignPolicy(made, now, context, frozen=frozen)
-
-
-def foreign_learns(code: str, config: RunConfig) -> bool:
-    """Whether the code makes a policy that offers what it has learned, so that it can be trained.
-
-    Raises:
-        ConfigurationError: The code cannot be loaded, or makes no policy.
-    """
-    perception = plain_perception(config)
-    return foreign_policy(foreign_entry(code), config, perception, frozen=True).learns
 
 
 def _maker(code: str) -> Callable[..., Any]:

@@ -61,13 +61,12 @@ BASELINES: Final = ("oracle", "torque", "spiral-10", "spiral-5", "random", "corn
 
 def baselines_of(config: RunConfig) -> list[str]:
     """The baselines that the task has."""
-
-    def had(name: str) -> bool:
+    found = []
+    for name in BASELINES:
         with suppress(ConfigurationError):
-            return baseline(name, config, tuple) is not None
-        return False
-
-    return [name for name in BASELINES if had(name)]
+            baseline(name, config, tuple)
+            found.append(name)
+    return found
 
 
 NO_POLICY: Final = "none"

@@ -15,7 +15,7 @@ import os
 import shlex
 import socket
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -138,22 +138,18 @@ class TrialRow:
     @classmethod
     def read(cls, cells: dict[str, str]) -> TrialRow:
         """The line back from its cells."""
-        values: dict[str, Any] = {}
         others = dict(cells)
-        for f in _COLUMNS:
-            text = others.pop(f.name)
-            if f.type == "str":
-                values[f.name] = text
-            elif f.type == "bool":
-                values[f.name] = text == "True"
-            elif f.type == "int":
-                values[f.name] = int(text)
-            else:
-                values[f.name] = float(text) if text else None
+        values = {f.name: _READ.get(str(f.type), _number)(others.pop(f.name)) for f in _COLUMNS}
         return cls(**values, drawn={name: float(text) for name, text in others.items()})
 
 
+def _number(text: str) -> float | None:
+    return float(text) if text else None
+
+
 _COLUMNS: Final = dataclasses.fields(TrialRow)[:-1]
+_READ: Final[Mapping[str, Callable[[str], Any]]] = {"str": str, "int": int, "bool": lambda text: text == "True"}
+"""How a cell is read, by the type of its column; other columns hold numbers, or nothing."""
 
 
 @dataclasses.dataclass(frozen=True)

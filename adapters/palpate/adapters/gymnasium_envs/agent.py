@@ -13,7 +13,6 @@ from math import inf
 from queue import Empty, SimpleQueue
 from typing import Any, Final
 
-import numpy as np
 from typing_extensions import override
 
 from palpate.core.control_loop import LoopObserver
@@ -77,10 +76,6 @@ class Agent(FixedPolicy, LoopObserver):
         """Have the loop wait no more. In the simulator the trial ends; on a rig it rests until the arm is stopped."""
         self.left = True
         self._given.put(REST)
-
-    @override
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """There is nothing to prepare."""
 
     def choose(self, observation: Observation) -> Decision:
         """Return the agent's decision; a rest where there is none in time."""

@@ -18,7 +18,6 @@ from palpate.core.automata.elman import RANGES, Array, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.strings import END, Integers, PrefixTree
-from palpate.core.errors import require_in, require_whole
 
 LEAST_SHARE: Final = 0.02
 """Probability above which a successor is held to be possible."""
@@ -26,7 +25,6 @@ LEAST_SHARE: Final = 0.02
 ACCEPTED_FROM: Final = 0.5
 """Probability above which a string is held to be accepted."""
 
-MOST_INTERVALS: Final = 1000
 MOST_STATES: Final = 100_000
 NONE: Final = -1
 """Where there is no state, or no symbol before the first."""
@@ -60,7 +58,6 @@ class Partition:
                 with a higher probability than this, and it is a Moore machine. For acceptance it does not matter: the
                 output is whether the string is accepted, and it is an acceptor.
         """
-        require_in("automaton.least_share", least_share, 0.0, 0.999)
         shape = self.network.architecture
         shares = self.network.read(self.vectors)
         rows = tuple(tuple(None if to == NONE else to for to in row) for row in self.transitions.tolist())
@@ -106,7 +103,6 @@ def bounded_partition(
             policy has without any automaton.
         tree: The strings; None for all there are.
     """
-    require_whole("automaton.intervals", intervals, 1, MOST_INTERVALS)
     search = _Search(network, intervals, by_symbol)
     if tree is None:
         known = 0

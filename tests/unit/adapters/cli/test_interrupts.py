@@ -116,7 +116,7 @@ def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(palpate, tmp
 
     def append(self, *scored):
         press()
-        append_once(self, *scored)
+        return append_once(self, *scored)
 
     monkeypatch.setattr(RunFolder, "append_trial", append)
     words = ("--task.time-limit-s", 0.5, "--policy", "random", "--jobs", 2, "--trials", BLOCK + 1)

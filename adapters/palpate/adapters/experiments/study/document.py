@@ -28,8 +28,9 @@ from palpate.adapters.config import (
     overlay,
     read_toml,
 )
+from palpate.adapters.experiments.build import plain_perception
 from palpate.adapters.experiments.fitting import configured_perception, needs_fitting
-from palpate.adapters.experiments.foreign import foreign_code, foreign_learns
+from palpate.adapters.experiments.foreign import foreign_code, foreign_entry, foreign_policy
 from palpate.adapters.experiments.policies import BASELINES
 from palpate.adapters.experiments.run import Run
 from palpate.adapters.experiments.training import Subject, run_toml
@@ -68,8 +69,10 @@ class Condition:
     @property
     def learns(self) -> bool:
         """Whether the policy is trained."""
-        code = "" if self.file else foreign_code(self.policy)
-        return self.policy in LEARNERS or bool(code and foreign_learns(code, self.config))
+        if self.policy in LEARNERS or self.file or not (code := foreign_code(self.policy)):
+            return self.policy in LEARNERS
+        perception = plain_perception(self.config)
+        return foreign_policy(foreign_entry(code), self.config, perception, frozen=True).learns
 
     def record(self) -> str:
         """Return the text of ``run.toml``."""

@@ -18,7 +18,7 @@ import rerun_cli
 from rerun import blueprint
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, to_toml, with_options
+from palpate.adapters.config import to_toml, with_options
 from palpate.adapters.experiments import Trials, TrialsObserver
 from palpate.adapters.log import SCHEMA, EventEntry, StartRecord, Tare, TrialLog, dump_json, tare_of, world_of
 from palpate.adapters.mujoco import DrawnCell, Moment
@@ -310,13 +310,10 @@ def _as_log(trials: Trials, report: TrialReport) -> TrialLog:
 
 def _layout() -> blueprint.Blueprint:
     """Which views the viewer shows where."""
-    goal = RunConfig().task.goal
-    x_m, y_m, z_m = goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3 + 0.1
-    eye = blueprint.EyeControls3D(position=(x_m + 0.5, y_m + 0.7, z_m + 0.25), look_target=(x_m - 0.1, y_m, z_m))
     return blueprint.Blueprint(
         blueprint.Horizontal(
             blueprint.Vertical(
-                blueprint.Spatial3DView(name="Cell", origin="/cell", eye_controls=eye),
+                blueprint.Spatial3DView(name="Cell", origin="/cell"),
                 blueprint.TextLogView(name="Events", origin="/log"),
                 row_shares=[3, 1],
             ),

@@ -1,9 +1,8 @@
 """The page of a study: figures, success and time against each swept setting, and learning curves."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from palpate.adapters.experiments import TrialRow, mean_with_interval, shown_interval
 from palpate.adapters.experiments.study import STUDY_FILE, SUMMARY, Study, StudyFolder, setting_of
@@ -16,8 +15,7 @@ Setting = tuple[tuple[str, str], ...]
 """Names and values of the swept settings."""
 
 
-@dataclass(frozen=True)
-class ReportedCondition:
+class ReportedCondition(NamedTuple):
     """A finished run of the study: one policy, one seed and one choice of settings."""
 
     fields: Mapping[str, Any]
@@ -61,11 +59,9 @@ def study_page(folder: Path) -> Page:
     facts += [("Policies", ", ".join(_distinct(run.policy for run in runs)))]
     facts += [("Seeds", ", ".join(_distinct(run.seed for run in runs)))]
     facts += [("Trials in all", str(sum(len(run.source.rows) for run in runs)))]
-    return Page(folder.resolve().name, "study", tuple(facts), sections, _notices(study.count - len(runs), study.count))
-
-
-def _notices(missing: int, asked: int) -> tuple[str, ...]:
-    return (f"This study is unfinished: {missing} of {asked} conditions are missing.",) if missing else ()
+    missing = study.count - len(runs)
+    notices = (f"This study is unfinished: {missing} of {study.count} conditions are missing.",) if missing else ()
+    return Page(folder.resolve().name, "study", tuple(facts), sections, notices)
 
 
 def _figures(groups: Mapping[tuple[Setting, str], Sequence[ReportedCondition]]) -> PageTable:

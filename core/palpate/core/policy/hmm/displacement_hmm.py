@@ -16,7 +16,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats, exponential
 from palpate.core.policy.hmm.baum_welch import Batch, Numbers, RecordedTrial, Shifts, expected_counts
-from palpate.core.policy.hmm.point_based import FinitePomdp, PointBasedPlan, perseus, rounded
+from palpate.core.policy.hmm.point_based import FinitePomdp, PointBasedPlan, perseus
 
 Offset = tuple[int, int]
 
@@ -133,7 +133,8 @@ class DisplacementHmm:
 
     def rounded(self) -> Self:
         """With probabilities to six decimals."""
-        return type(self)(self.steps, self.offsets, rounded(self.start), rounded(self.blocked), rounded(self.emissions))
+        start, blocked, emissions = (np.round(each, 6) for each in (self.start, self.blocked, self.emissions))
+        return type(self)(self.steps, self.offsets, start, blocked, emissions)
 
 
 def fit_displacement_hmm(

@@ -18,7 +18,6 @@ from palpate.core.policy.belief import Floats
 from palpate.core.policy.hmm.baum_welch import Numbers
 
 _MOST_BYTES: Final = 512 * 2**20  # of the transitions of a model
-_DECIMALS: Final = 6
 IMPOSSIBLE: Final = 1e-7
 """A reading less likely than this refutes the belief: it restarts with that reading."""
 
@@ -35,12 +34,6 @@ def require_room(where: str, states: int, actions: int) -> None:
             f"at most {most} with {actions} actions: more than {_MOST_BYTES // 2**20} MB are not set aside for one"
         )
         raise ConfigurationError(where, f"{states} hidden states", accepted)
-
-
-def rounded(probabilities: Floats) -> Floats:
-    """Probabilities without what is as good as nothing, so that few states follow on each."""
-    result: Floats = np.round(probabilities, _DECIMALS)
-    return result
 
 
 @dataclass(frozen=True, eq=False)
