@@ -7,7 +7,7 @@ from palpate.adapters.hardware.plugins import RigContext, arm_maker
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.motors.plant import DirectMotors
+from palpate.simulation.emulators.motors.plant import DirectGears, JointPlant
 from tests.contracts.bus_bench import DIVIDER, LONG_NS, BusBench
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
@@ -19,7 +19,7 @@ LOWER, UPPER = (-0.1, -0.5, 0.0), (0.3, 0.1, 0.4)
 SCALE = (30_000.0, -20_000.0, 10_000.0)
 
 
-class Following(DirectMotors):
+class Following(JointPlant):
     """Motors whose joints stand at their set-points at once."""
 
     def set_motor_counts(self, axis, counts):
@@ -35,7 +35,7 @@ class Following(DirectMotors):
 class Bench(BusBench):
     def __init__(self, timeout_ns=LONG_NS):
         super().__init__()
-        self.motors = Following(SCALE, HOME)
+        self.motors = Following(HOME, DirectGears(SCALE))
         self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
         self.cable = Cable(self.clock, self.desk.can("can0", *self.drives), 0.3)
         self.clock.sleep(0.05)  # the drives boot

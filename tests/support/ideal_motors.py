@@ -1,9 +1,9 @@
 """Six motors that are where their servos want them."""
 
-from palpate.simulation.emulators.motors.plant import AXES, HOME_RAD, ArmGears, Plant
+from palpate.simulation.emulators.motors.plant import AXES, HOME_RAD, ArmGears
 
 
-class IdealPlant(Plant):
+class IdealPlant:
     """Six motors that are where their servos want them."""
 
     def __init__(self):

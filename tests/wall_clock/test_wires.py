@@ -13,7 +13,7 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Life
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanAdapter
-from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
+from palpate.simulation.emulators.motors import HOME_RAD, DirectGears, JointPlant
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.wall_clock.late import late_if, wait_for
@@ -26,7 +26,7 @@ LATE = "silent|missing|does not answer|answers|unanswered|too late|kept the driv
 """What a driver says of a device that comes late."""
 
 
-class Following(DirectMotors):
+class Following(JointPlant):
     """Motors whose joints stand at their set-points at once."""
 
     def set_motor_counts(self, axis, counts):
@@ -37,7 +37,7 @@ class Following(DirectMotors):
 @pytest.mark.usefixtures("real_time")
 @pytest.mark.parametrize("line", [b"t181501234567zz\r", None], ids=["ends receiving", "unplugged"])
 def test_serial_adapter_that_fails_is_noticed(line):
-    motors = Following(SCALE, HOME_RAD)
+    motors = Following(HOME_RAD, DirectGears(SCALE))
     context = RigContext(MonotonicClock(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
     bus = EmulatedCanBus([CanopenDrive(axis + 1, motors, axis) for axis in range(6)])
     with PtyServer(SlcanAdapter(bus), paced=False) as server:

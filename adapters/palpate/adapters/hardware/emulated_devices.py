@@ -15,7 +15,7 @@ from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import Jr3CanNode
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanAdapter
-from palpate.simulation.emulators.motors import DirectMotors, JointPlant
+from palpate.simulation.emulators.motors import DirectGears, JointPlant
 from palpate.simulation.emulators.nmc import NmcChain
 from palpate.simulation.emulators.ros2 import WRENCH, Ros2Robot, Ros2Server
 from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolForce, UrController, UrServer
@@ -122,7 +122,7 @@ def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, co
 
 def _cia402(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs) -> EmulatedArm:
     scale = (_COUNTS_PER_RAD,) * len(start)
-    motors = DirectMotors(scale, start)
+    motors = JointPlant(start, DirectGears(scale))
     drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
     server = PtyServer(SlcanAdapter(EmulatedCanBus(drives)), clock_ns, paced=False)
     arm = EmulatedArm(server, lambda: {

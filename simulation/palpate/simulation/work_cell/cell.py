@@ -135,11 +135,6 @@ class WorkCell:
         """The models that physics may go on with."""
         return (self.model,) if self.contacts is None else self.contacts.models
 
-    @property
-    def stepped(self) -> mujoco.MjModel:
-        """The one that the newest tick went on with."""
-        return self.model if self.contacts is None else self.contacts.models[self.contacts.level]
-
     def place(self, position_rad: JointVector | Array) -> None:
         """Put the arm somewhere, (n,) rad, at rest."""
         self.data.qpos[: self.joints] = position_rad

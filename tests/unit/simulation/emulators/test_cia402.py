@@ -4,7 +4,7 @@ import pytest
 
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerMachine, PowerState
-from palpate.simulation.emulators.motors import DirectMotors
+from palpate.simulation.emulators.motors import DirectGears, JointPlant
 from tests.support import cia402_vectors as golden
 
 S = PowerState
@@ -60,7 +60,7 @@ def test_fault_reset_acts_on_the_rising_edge_only():
 
 @pytest.fixture
 def drive():
-    drive = CanopenDrive(1, DirectMotors((1000.0,), (0.0,)), 0)
+    drive = CanopenDrive(1, JointPlant((0.0,), DirectGears((1000.0,))), 0)
     drive.advance(0)
     (boot,) = drive.advance(10_000_000)
     assert (boot.arbitration_id, boot.data) == (0x701, b"\x00")

@@ -15,8 +15,9 @@ from canopen.sdo import SdoServer
 from typing_extensions import override
 
 from palpate.simulation.emulators.cia402 import objects as od
-from palpate.simulation.emulators.cia402.servo import POWERED, DrivenMotors, DriveServo, PowerMachine, PowerState
+from palpate.simulation.emulators.cia402.servo import POWERED, DriveServo, PowerMachine, PowerState
 from palpate.simulation.emulators.lines import BusFrame, CanNode
+from palpate.simulation.emulators.motors import JointPlant
 
 EMCY_FOLLOWING_ERROR: Final = 0x8611
 EMCY_HEARTBEAT_LOST: Final = 0x8130
@@ -54,7 +55,7 @@ class CanopenDrive(CanNode):
         outgoing: The frames that leave the drive; set it to lose, keep, change or repeat some.
     """
 
-    def __init__(self, node: int, motors: DrivenMotors, axis: int) -> None:
+    def __init__(self, node: int, motors: JointPlant, axis: int) -> None:
         self.node = node
         self.outgoing: Callable[[list[BusFrame]], list[BusFrame]] = lambda frames: frames
         self._motors, self._axis = motors, axis

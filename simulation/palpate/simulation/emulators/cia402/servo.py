@@ -2,7 +2,7 @@
 
 import enum
 from math import copysign
-from typing import Final, Protocol
+from typing import Final
 
 from palpate.simulation.emulators.cia402.objects import (
     CSP,
@@ -13,6 +13,7 @@ from palpate.simulation.emulators.cia402.objects import (
     TARGET_POSITION,
     ObjectDictionary,
 )
+from palpate.simulation.emulators.motors import JointPlant
 
 
 class PowerState(enum.Enum):
@@ -115,16 +116,6 @@ _NS: Final = 1e-9
 _NO_WINDOW: Final = 0xFFFF_FFFF
 
 
-class DrivenMotors(Protocol):
-    """What the drives turn; any ``Plant`` of this package is one."""
-
-    def set_motor_counts(self, axis: int, counts: float) -> None:
-        """The servo of an axis now holds this position, in counts."""
-
-    def motor_counts(self, axis: int) -> int:
-        """What the encoder on the motor's shaft counts now."""
-
-
 class DriveServo:
     """Position demand of one axis over time.
 
@@ -132,7 +123,7 @@ class DriveServo:
     stop decelerates from the speed of that moment. In no mode at all the demand stays.
     """
 
-    def __init__(self, motors: DrivenMotors, axis: int, objects: ObjectDictionary) -> None:
+    def __init__(self, motors: JointPlant, axis: int, objects: ObjectDictionary) -> None:
         self._motors, self._axis, self._objects = motors, axis, objects
         self._demand = 0.0
         self._goal = 0.0

@@ -1,11 +1,11 @@
 """What the emulated servos move: the motors and, behind the gears, the arm."""
 
+from collections.abc import Sequence
 from math import pi
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import override
 
 from palpate.core.ports import JointVector
 
@@ -64,24 +64,25 @@ def _product(row: tuple[tuple[int, float], ...], values: list[float]) -> float:
     return sum(factor * values[i] for i, factor in row)
 
 
-class Plant(Protocol):
-    """The motors as the servo modules control them. Counts are absolute: zero is the home pose, whatever is preset.
+class DirectGears:
+    """A motor for each joint; zero counts are angle zero."""
 
-    All methods are called from the thread that runs the modules. A motor is held at a set-point, or free.
-    """
+    def __init__(self, counts_per_rad: Sequence[float]) -> None:
+        self._scale = counts_per_rad
 
-    def set_motor_counts(self, axis: int, counts: float) -> None:
-        """The servo of an axis (0 to 5) now holds this position, in counts."""
+    def counts(self, joints_rad: JointVector) -> tuple[float, ...]:
+        """Encoder counts, (n,), unrounded."""
+        return tuple(q * k for q, k in zip(joints_rad, self._scale, strict=True))
 
-    def release(self, axis: int) -> None:
-        """Nothing holds the motor of an axis any more."""
-
-    def motor_counts(self, axis: int) -> int:
-        """What the encoder on the motor's shaft counts now."""
+    def joints_rad(self, counts: tuple[float, ...]) -> JointVector:
+        """Joint angles, (n,) rad."""
+        return tuple(count / k for count, k in zip(counts, self._scale, strict=True))
 
 
-class JointPlant(Plant):
-    """Motors that drive an arm simulated elsewhere, for instance in MuJoCo.
+class JointPlant:
+    """Motors as emulated servos and drives control them, before an arm simulated elsewhere, for instance in MuJoCo.
+
+    A motor is held at a set-point, or free. All methods are called from the thread that runs the servos.
 
     Each control tick of that simulation: command its joint servos with `targets_rad()`, step it, and hand its exact
     joint angles to `measured_rad()`. Encoders then show these angles, so between two control ticks they stand still
@@ -89,63 +90,35 @@ class JointPlant(Plant):
     item has the same steps.
 
     Args:
-        joints_rad: Where the arm is, (6,) rad.
+        joints_rad: Where the arm is, (n,) rad.
+        gears: Between motors and joints; those of the Zebra Zero if not given.
     """
 
-    def __init__(self, joints_rad: JointVector = HOME_RAD) -> None:
-        self._gears = ArmGears()
+    def __init__(self, joints_rad: JointVector = HOME_RAD, gears: ArmGears | DirectGears | None = None) -> None:
+        self._gears = gears or ArmGears()
         self._motors = list(self._gears.counts(joints_rad))
-        self._driven, self._held = list(self._motors), [False] * AXES
+        self._driven, self._held = list(self._motors), [False] * len(joints_rad)
 
-    @override
     def set_motor_counts(self, axis: int, counts: float) -> None:
+        """The servo of an axis, from 0, now holds this position, in counts."""
         self._driven[axis], self._held[axis] = counts, True
 
-    @override
     def release(self, axis: int) -> None:
+        """Nothing holds the motor of an axis any more."""
         if self._held[axis]:
             self._driven[axis], self._held[axis] = self._motors[axis], False
 
-    @override
     def motor_counts(self, axis: int) -> int:
+        """What the encoder on the motor's shaft counts now."""
         return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:
-        """Joint set-points that the motors hold now, (6,) rad.
+        """Joint set-points that the motors hold now, (n,) rad.
 
         A free motor holds where it was released: gears of this ratio do not run backwards (INFERENCE).
         """
         return self._gears.joints_rad(tuple(self._driven))
 
     def measured_rad(self, joints_rad: JointVector) -> None:
-        """Feed back where the joints really are, (6,) rad."""
+        """Feed back where the joints really are, (n,) rad."""
         self._motors = list(self._gears.counts(joints_rad))
-
-
-class DirectMotors:
-    """Motors as emulated drives control them, in counts, in front of an arm that another simulation moves in radians.
-
-    Args:
-        joints_rad: Where the arm is, (n,) rad; zero counts are angle zero.
-    """
-
-    def __init__(self, counts_per_rad: tuple[float, ...], joints_rad: JointVector) -> None:
-        self._scale = counts_per_rad
-        self._targets = [q * k for q, k in zip(joints_rad, counts_per_rad, strict=True)]
-        self._measured = [round(counts) for counts in self._targets]
-
-    def set_motor_counts(self, axis: int, counts: float) -> None:
-        """The servo of this axis now holds this position."""
-        self._targets[axis] = counts
-
-    def motor_counts(self, axis: int) -> int:
-        """What the encoder of this axis counts."""
-        return self._measured[axis]
-
-    def targets_rad(self) -> JointVector:
-        """Joint set-points that the motors hold now, (n,) rad."""
-        return tuple(counts / k for counts, k in zip(self._targets, self._scale, strict=True))
-
-    def measured_rad(self, joints_rad: JointVector) -> None:
-        """Feed back where the joints are, (n,) rad."""
-        self._measured = [round(q * k) for q, k in zip(joints_rad, self._scale, strict=True)]

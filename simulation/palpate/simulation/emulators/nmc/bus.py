@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import reduce
 from itertools import zip_longest
 
-from palpate.simulation.emulators.motors import AXES, Plant
+from palpate.simulation.emulators.motors import AXES, JointPlant
 from palpate.simulation.emulators.nmc.frames import TICK_NS, CommandCode, Frame, FrameParser
 from palpate.simulation.emulators.nmc.module import NmcModule
 
@@ -19,7 +19,7 @@ class NmcChain:
     Axis i of the plant belongs to the i-th module of the chain.
     """
 
-    def __init__(self, plant: Plant, modules: int = AXES) -> None:
+    def __init__(self, plant: JointPlant, modules: int = AXES) -> None:
         self.plant = plant
         self.modules: Sequence[NmcModule] = tuple(NmcModule(axis, plant) for axis in range(modules))
         self._receiving = [index == 0 for index in range(modules)]

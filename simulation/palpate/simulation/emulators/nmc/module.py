@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
-from palpate.simulation.emulators.motors import Plant
+from palpate.simulation.emulators.motors import JointPlant
 from palpate.simulation.emulators.nmc.frames import (
     POWER_UP_BAUD,
     Auxiliary,
@@ -43,7 +43,7 @@ class NmcModule:
             once; neither homing nor outputs are.
     """
 
-    def __init__(self, axis: int, plant: Plant) -> None:
+    def __init__(self, axis: int, plant: JointPlant) -> None:
         self._axis, self._plant = axis, plant
         self.servo = PicServo(axis, plant)
         self.rejected = self.analog = 0

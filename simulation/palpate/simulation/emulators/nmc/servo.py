@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.simulation.emulators.motors import Plant
+from palpate.simulation.emulators.motors import JointPlant
 from palpate.simulation.emulators.nmc.frames import StopMotorBits
 from palpate.simulation.emulators.nmc.motion import Profile
 from palpate.simulation.emulators.nmc.settings import GainParameters
@@ -34,7 +34,7 @@ class PicServo:
     incremental).
     """
 
-    def __init__(self, axis: int, plant: Plant, *, powered: bool = True) -> None:
+    def __init__(self, axis: int, plant: JointPlant, *, powered: bool = True) -> None:
         self.profile = Profile()
         self.gains, self.buffer = GainParameters(), Trajectory()
         self.amplifier = self.on = False
