@@ -163,15 +163,6 @@ def frames(dataset, folder, ticks, fps, **more):
     return dataset.frames_of(read_log(write_log(folder / "a.mcap", ticks, **more)), fps)
 
 
-def test_fewer_frames_take_the_newest_tick_and_interpolate_nothing(dataset, tmp_path):
-    found = frames(dataset, tmp_path, [exact(k) for k in range(141)], 30)
-    assert found["tick"].tolist() == [k * 140 // 30 for k in range(31)]
-    assert found["observation.wrench"][:, 0] == pytest.approx(0.1 * found["tick"])
-    ages_s = np.array([k / 30 - (k * 140 // 30) / 140 for k in range(31)])
-    assert found["observation.state_age_s"] == pytest.approx(ages_s, abs=1e-8)
-    assert found["observation.wrench_age_s"] == pytest.approx(ages_s + 0.002, abs=1e-8)
-
-
 def test_an_invalid_sample_leaves_the_one_before(dataset, tmp_path):
     bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)
     silent = replace(exact(0), wrench=None, asked_rad=None, applied=None)

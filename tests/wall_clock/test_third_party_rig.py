@@ -5,15 +5,13 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.gymnasium_envs.agent import LateAgentError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
-from palpate.core.errors import DeviceError, FaultLatchedError
+from palpate.core.errors import DeviceError
 from palpate.core.ports import Life
 from tests.command_line import wait_until
 from tests.wall_clock.late import TooLateError, late_if
@@ -58,25 +56,13 @@ def rig(tmp_path, installed):
         process.communicate()
 
 
-def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(palpate, rig):
+def test_doctor_a_trial_and_an_agent(palpate, rig):
     with late_if(LATE, DeviceError):
         done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")
         assert "which gives angles only when it is switched on: add --move" in done.stdout
         assert "samples are saturated" in done.stdout
-        done = palpate(
-            "run",
-            "--rig",
-            rig,
-            "--confirm",
-            "bench by the window",
-            "--policy",
-            "torque",
-            "--trials",
-            1,
-            "--out",
-            "run",
-            *PATIENT[:-1],
-        )
+        words = ("--confirm", "bench by the window", "--policy", "torque", "--trials", 1, "--out", "run")
+        done = palpate("run", "--rig", rig, *words, *PATIENT[:-1])
         if done.code and re.search(LATE, done.stderr.splitlines()[-1]):
             raise TooLateError(done.stderr)
         assert done.code == 0, done.stderr
@@ -84,19 +70,11 @@ def test_doctor_a_trial_and_an_agent_that_finds_it_latched_when_it_hangs(palpate
         env = PegInsertionEnv(rig=str(rig), out="agent", config="run/run.toml")
         try:
             env.reset(seed=4)
-            # One that is left in its middle is recorded up to there.
-            env.reset()
             for action in (0, 4):
                 env.step(action)
-            time.sleep(0.4)
-            with pytest.raises(LateAgentError, match=r"0\.3 s are allowed"):
-                env.step(0)
-            with pytest.raises(FaultLatchedError, match="agent: no decision"):
-                env.reset()
         finally:
             env.close()
     assert env.rig.ports.arm.life is Life.CLOSED
-    assert [path.name for path in sorted(Path("agent/logs").iterdir())] == ["trial-00000.mcap", "trial-00001.mcap"]
+    # A trial that is left in its middle is recorded up to there.
     assert "stopped from outside" in Path("agent/trials.csv").read_text(encoding="utf-8")
-    assert Path("agent/trials.png").exists()
-    assert "3 of 3 equal in every bit" in palpate.succeed("replay", "run", "agent", "--jobs", 1)
+    assert "2 of 2 equal in every bit" in palpate.succeed("replay", "run", "agent", "--jobs", 1)
