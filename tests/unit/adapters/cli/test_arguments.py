@@ -51,18 +51,10 @@ def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp
     assert config("--config", str(file)).learner == "sarsa"
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("--resume", "--resume is not an option of palpate run, but of palpate train"),
-        ("--strict", "--strict is not an option of palpate run, but of palpate replay"),
-        ("--fps 3", "--fps is not an option of palpate run, but of palpate render"),
-    ],
-)
-def test_a_setting_of_another_command_is_told_where_it_belongs(words, message):
-    with pytest.raises(UsageError) as caught:
-        parse(RunOptions, "run", words.split())
-    assert str(caught.value).startswith(message)
+@pytest.mark.parametrize(("flag", "command"), [("--resume", "train"), ("--strict", "replay")])
+def test_a_setting_of_another_command_is_told_where_it_belongs(flag, command):
+    with pytest.raises(UsageError, match=f"^{flag} is not an option of palpate run, but of palpate {command}"):
+        parse(RunOptions, "run", [flag])
 
 
 @pytest.mark.parametrize("kind", [TrainOptions, ReplayOptions, ExploreOptions])
@@ -94,13 +86,10 @@ def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path):
     [
         (["--trails", "3"], "--trails is not an option of palpate train; did you mean --trials?"),
         (["--task.step_m", "3"], "did you mean --task.step-mm?"),
-        (["--zzzzzz"], "--zzzzzz is not an option of palpate train; see --help"),
-        (["extra"], "extra is not an option"),
         (["--seed", "many"], "--seed"),
         (["--task.step-mm", "wide"], "task.step_mm = 'wide' is refused: a number from 0.01 to 5"),
         (["--task.step-mm"], "--task.step-mm needs a value"),
         (["--learning.programmed", "x+"], "--learning.programmed needs pairs of a name and a value (got x+)"),
-        (["--trials"], "--trials"),
     ],
 )
 def test_words_that_make_no_sense_are_named_in_one_line(words, message):

@@ -10,7 +10,7 @@ from contextlib import closing
 
 import pytest
 
-from palpate.adapters.experiments.executor import LocalWorkers, completed, in_processes, interrupts_wait
+from palpate.adapters.experiments.executor import LocalWorkers, completed, interrupts_wait
 from palpate.adapters.experiments.results import LOCK, only_writer
 from palpate.core.errors import OutputError
 
@@ -53,10 +53,6 @@ def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_p
         ends = {number: future.exception() for number, future in completed(workers, die, calls)}
     assert isinstance(ends.pop(0), BrokenExecutor)
     assert ends == {1: None, 2: None, 3: None}
-
-
-def test_results_come_in_the_order_of_the_calls():
-    assert list(in_processes(pow, [(n, 2) for n in range(7)], 2)) == [n * n for n in range(7)]
 
 
 HOLDER = """

@@ -178,12 +178,3 @@ def test_a_folder_that_holds_a_run_is_not_free(folder, name):
     (folder.path / name).write_text("")
     with pytest.raises(OutputError, match=f"already holds a run .{name}"):
         folder.require_free()
-
-
-def test_a_folder_for_logs_without_any_is_not_in_the_way(folder):
-    logs = folder.path / "logs"
-    logs.mkdir()
-    folder.create()
-    (logs / "trial-00000.mcap").touch()
-    with pytest.raises(OutputError, match=r"already holds a run \(logs\)"):
-        folder.create()

@@ -8,7 +8,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import Run, build_perception, build_task, supervisor_of, task_actions, trial_setup
 from palpate.adapters.gymnasium_envs import episode
 from palpate.adapters.gymnasium_envs.agent import LATE, Agent, LateAgentError
-from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError
+from palpate.adapters.gymnasium_envs.episode import Episodes
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
@@ -33,17 +33,6 @@ def episodes():
 def stopped(episodes):
     here = episodes.rig.cell.joint_angles()
     return episodes.rig.ports.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
-
-
-def test_at_its_end_the_arm_is_stopped_and_nothing_can_be_decided(episodes):
-    episodes.begin(3, 0)
-    while episodes.running:
-        assert not stopped(episodes)
-        assert episodes.decide(EAST) == -1.0
-    assert episodes.outcome is Outcome.TIME_LIMIT
-    assert stopped(episodes)
-    with pytest.raises(NotRunningError):
-        episodes.decide(EAST)
 
 
 def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(episodes, monkeypatch):

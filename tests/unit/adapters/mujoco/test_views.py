@@ -1,10 +1,13 @@
-"""Where points and arrows of forces come to lie in a picture."""
+"""Where points and arrows of forces come to lie in a picture, and the library that draws it."""
+
+import subprocess
 
 import numpy as np
 import pytest
 
-from palpate.adapters.mujoco import arrow_pixels, metres_per_N, reference_N
+from palpate.adapters.mujoco import arrow_pixels, graphics, metres_per_N, reference_N
 from palpate.adapters.mujoco.views import View, close_up, whole_arm
+from palpate.core.errors import UsageError
 
 MOUTH = np.array([0.4, 0.01, 0.02])
 
@@ -58,3 +61,44 @@ def test_an_arrow_is_as_long_as_its_force_and_points_along_it():
     assert begin == pytest.approx((320.0, 240.0))
     assert up == pytest.approx((320.0, 240.0 - 0.2 * 480))
     assert aside == pytest.approx((320.0 + 0.1 * 480, 240.0))
+
+
+def only(*working):
+    return lambda library: "" if library in working else f"no {library} here"
+
+
+@pytest.mark.parametrize(
+    ("named", "working", "taken"),
+    [
+        ("", ("egl", "osmesa"), "egl"),
+        ("", ("osmesa",), "osmesa"),
+        ("osmesa", ("egl", "osmesa"), "osmesa"),
+        ("EGL", ("egl", "osmesa"), "egl"),
+        ("glfw", ("egl", "osmesa"), "egl"),
+    ],
+)
+def test_the_first_library_that_works_is_taken_unless_the_environment_names_one(monkeypatch, named, working, taken):
+    monkeypatch.setattr(graphics, "problem_with", only(*working))
+    monkeypatch.setenv("MUJOCO_GL", named)
+    assert graphics.working_library() == taken
+
+
+def test_without_any_the_packages_are_named(monkeypatch):
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    monkeypatch.setattr(graphics, "problem_with", only())
+    with pytest.raises(UsageError, match=r"no egl here.*no osmesa here.*libegl1 and libgl1-mesa-dri.*libosmesa6"):
+        graphics.working_library()
+
+
+def test_a_library_is_tried_in_a_process_of_its_own():
+    assert "No module named 'mujoco.nothing'" in graphics.problem_with("nothing")
+
+
+def test_a_library_that_hangs_or_crashes_is_no_library(monkeypatch):
+    def hang(*words, **more):
+        raise subprocess.TimeoutExpired("python", 1.0)
+
+    monkeypatch.setattr(subprocess, "run", hang)
+    assert graphics.problem_with("egl") == "does not answer"
+    monkeypatch.setattr(subprocess, "run", lambda *words, **more: subprocess.CompletedProcess([], -11, "", ""))
+    assert graphics.problem_with("egl") == "ended with -11"

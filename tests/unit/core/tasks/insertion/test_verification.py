@@ -6,9 +6,10 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from palpate.adapters.config import RunConfig, overlay, scenario, task_kind
+from palpate.adapters.config import RunConfig, compose, overlay, scenario, task_kind
 from palpate.adapters.experiments import ChosenPolicy, ready_pose, trial_setup
 from palpate.adapters.experiments import build_task as build_trial_task
+from palpate.adapters.experiments.planning import run_series
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.trial import Outcome, Phase, TaskConfig, TrialSetup
@@ -182,3 +183,27 @@ def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(phase, seed, fau
     [[run]] = run_cases(config, [Case(chosen, phase, seed)], "torque")
     assert run.latched
     assert run.peak_force_N < limit_N
+
+
+JOB = {
+    "part": {
+        "peg_mm": 46.8, "hole_mm": 46.824, "depth_mm": 12.0, "chamfer_mm": 0.5, "friction_max": 0.2,
+        "depth_tolerance_mm": 0.2,
+    },
+    "tool": {
+        "mass_kg": 1.25, "rigid_mass_kg": 0.05, "axial_N_per_mm": 8.0, "lateral_N_per_mm": 64.0,
+        "tilt_Nm_per_rad": 80.0, "torsion_Nm_per_rad": 80.0,
+    },
+    "arm": {"name": "ur3"},
+    "place": {"position_uncertainty_mm": 0.6, "tilt_uncertainty_mrad": 4.8},
+    "cell": {
+        "peg": {"friction": 0.11}, "tilt_mrad": 4.8,
+        "sensor": {"force_noise_N": 0.36, "torque_noise_Nm": 0.0144},
+    },
+}  # fmt: skip
+
+
+def test_a_peg_on_the_floor_comes_up_and_counts():
+    config = compose("job", "belief", job=JOB, task="insertion")
+    outcomes = [(each.outcome, each.success) for each in run_series(config, "", range(4))]
+    assert outcomes == [("inserted", True)] * 4
