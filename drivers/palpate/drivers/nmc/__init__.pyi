@@ -10,12 +10,12 @@ from .commands import velocity_word as velocity_word
 from .device import NmcBus as NmcBus
 from .frames import STICKY_STATUS as STICKY_STATUS
 from .frames import Aux as Aux
-from .frames import ModuleType as ModuleType
 from .frames import NmcCommand as NmcCommand
 from .frames import NmcStatus as NmcStatus
 from .frames import StatusItem as StatusItem
 from .frames import StopControl as StopControl
 from .frames import TrajectoryControl as TrajectoryControl
+from .replies import SERVO as SERVO
 from .replies import Reply as Reply
 from .replies import reply_size_bytes as reply_size_bytes
 from .settings import BAUD_DIVISORS as BAUD_DIVISORS

@@ -7,26 +7,19 @@ import enum
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.errors import RefusedError
-
 
 class Code(enum.IntEnum):
-    """Command codes, the low nibble of a frame's third byte."""
+    """Command codes in use, the low nibble of a frame's third byte."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1
     DEF_STAT = 0x2
     READ_STAT = 0x3
     LOAD_TRAJ = 0x4
-    START_MOVE = 0x5
     SET_GAIN = 0x6
     STOP_MOTOR = 0x7
-    IO_CTRL = 0x8
-    SET_HOMING = 0x9
     SET_BAUD = 0xA
     CLEAR_BITS = 0xB
-    SAVE_AS_HOME = 0xC
-    ADD_PATHPOINT = 0xD
     NOP = 0xE
     HARD_RESET = 0xF
 
@@ -45,19 +38,14 @@ class NmcStatus(enum.IntFlag):
     POS_ERROR = 0x10
     LIMIT1 = 0x20
     LIMIT2 = 0x40
-    HOME_IN_PROGRESS = 0x80
 
 
 class Aux(enum.IntFlag):
     """Auxiliary status byte; ``POS_WRAP`` and ``SERVO_OVERRUN`` stay set until CLEAR_BITS."""
 
-    INDEX = 0x01
     POS_WRAP = 0x02
     SERVO_ON = 0x04
-    ACCEL_DONE = 0x08
-    SLEW_DONE = 0x10
     SERVO_OVERRUN = 0x20
-    PATH_MODE = 0x40
 
 
 class StatusItem(enum.IntFlag):
@@ -74,15 +62,12 @@ class StatusItem(enum.IntFlag):
 
 
 class TrajectoryControl(enum.IntFlag):
-    """Control byte of LOAD_TRAJ; the fields follow it in the order position, velocity, acceleration, PWM."""
+    """Control byte of LOAD_TRAJ; the fields follow it in the order position, velocity, acceleration."""
 
     POSITION = 0x01
     VELOCITY = 0x02
     ACCELERATION = 0x04
-    PWM = 0x08
     SERVO = 0x10
-    VELOCITY_PROFILE = 0x20
-    REVERSE_OR_RELATIVE = 0x40
     START_NOW = 0x80
 
 
@@ -94,16 +79,6 @@ class StopControl(enum.IntFlag):
     ABRUPT = 0x04
     SMOOTH = 0x08
     HERE = 0x10
-    ADVANCED = 0x20
-
-
-class ModuleType(enum.IntEnum):
-    """Type byte of the identity item."""
-
-    SERVO = 0
-    ADC = 1
-    IO = 2
-    STEP = 3
 
 
 STICKY_STATUS: Final = NmcStatus.OVERCURRENT | NmcStatus.POS_ERROR
@@ -115,7 +90,6 @@ FRAME_OVERHEAD_BYTES: Final = 4
 MAX_DATA_BYTES: Final = 15
 EVERYBODY: Final = 0xFF
 """Group address to which every module listens after power-up."""
-GROUP_BIT: Final = 0x80
 
 
 def checksum(data: bytes) -> int:
@@ -123,28 +97,12 @@ def checksum(data: bytes) -> int:
     return sum(data) & 0xFF
 
 
-def refused(problem: str) -> RefusedError:
-    """The error for a command that this protocol cannot carry or no motor should get."""
-    return RefusedError("NMC bus", problem, "correct the caller; nothing was sent")
-
-
 @dataclass(frozen=True, slots=True)
 class NmcCommand:
-    """What one frame asks a module, without the address.
-
-    Attributes:
-        data: Its data bytes, 15 at most.
-
-    Raises:
-        RefusedError: Too many data bytes.
-    """
+    """What one frame asks a module, without the address; up to 15 data bytes."""
 
     code: Code
     data: bytes = b""
-
-    def __post_init__(self) -> None:
-        if len(self.data) > MAX_DATA_BYTES:
-            raise refused(f"{self.code.name} with {len(self.data)} data bytes, {MAX_DATA_BYTES} at most")
 
     @property
     def size_bytes(self) -> int:
@@ -152,12 +110,6 @@ class NmcCommand:
         return FRAME_OVERHEAD_BYTES + len(self.data)
 
     def frame(self, address: int) -> bytes:
-        """The frame for that address.
-
-        Raises:
-            RefusedError: The address is not one byte.
-        """
-        if not 0 <= address <= 0xFF:
-            raise refused(f"address {address} is not one byte")
+        """The frame for that address."""
         body = bytes((address, len(self.data) << 4 | self.code)) + self.data
         return bytes((HEADER,)) + body + bytes((checksum(body),))

@@ -10,20 +10,23 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.nmc.frames import Aux, ModuleType, NmcStatus, StatusItem, checksum
+from palpate.drivers.nmc.frames import Aux, NmcStatus, StatusItem, checksum
 
 REPLY_OVERHEAD_BYTES: Final = 2
 
+SERVO: Final = 0
+"""Type of a module that moves a motor."""
 _LAYOUT: Final = (
     (StatusItem.POSITION, "i", "position_counts"),
-    (StatusItem.ANALOG, "B", "analog"),
-    (StatusItem.VELOCITY, "h", "velocity_counts_per_tick"),
+    (StatusItem.ANALOG, "x", ""),
+    (StatusItem.VELOCITY, "2x", ""),
     (StatusItem.AUX, "B", "aux"),
-    (StatusItem.HOME, "i", "home_counts"),
+    (StatusItem.HOME, "4x", ""),
     (StatusItem.IDENTITY, "2s", "identity"),
-    (StatusItem.POSITION_ERROR, "h", "position_error_counts"),
-    (StatusItem.PATH_POINTS, "B", "path_points"),
+    (StatusItem.POSITION_ERROR, "2x", ""),
+    (StatusItem.PATH_POINTS, "x", ""),
 )
+"""Items in their order; what has no name is not looked at."""
 
 
 class Discarded(enum.Enum):
@@ -50,38 +53,23 @@ class ModuleIdentity:
     @property
     def name(self) -> str:
         """Type and version for a person."""
-        known = {kind.value for kind in ModuleType}
-        kind = ModuleType(self.type_code).name.lower() if self.type_code in known else f"type {self.type_code}"
+        kind = "servo" if self.type_code == SERVO else f"type {self.type_code}"
         return f"{kind}, firmware {self.version}"
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """One accepted reply; an item that the mask does not name is None.
-
-    Attributes:
-        position_counts: Encoder position, s32.
-        analog: A/D value, u8.
-        velocity_counts_per_tick: Velocity without fraction, s16.
-        home_counts: Stored home position, s32.
-        position_error_counts: Servo position error, s16.
-        path_points: Points left in the path buffer, u8.
-    """
+    """One accepted reply; an item that the mask does not name is None."""
 
     status: NmcStatus
     position_counts: int | None = None
-    analog: int | None = None
-    velocity_counts_per_tick: int | None = None
     aux: Aux | None = None
-    home_counts: int | None = None
     identity: ModuleIdentity | None = None
-    position_error_counts: int | None = None
-    path_points: int | None = None
 
 
 def _items(mask: int) -> tuple[struct.Struct, tuple[str, ...]]:
     named = [(layout, name) for item, layout, name in _LAYOUT if int(item) & mask]
-    return struct.Struct("<" + "".join(layout for layout, _ in named)), tuple(name for _, name in named)
+    return struct.Struct("<" + "".join(layout for layout, _ in named)), tuple(name for _, name in named if name)
 
 
 _ITEMS: Final = tuple(_items(mask) for mask in range(256))

@@ -8,10 +8,10 @@ from palpate.drivers.errors import DriverError, SilentError, WiringError
 from palpate.drivers.nmc import (
     NOP,
     RESET_POS,
+    SERVO,
     STICKY_STATUS,
     Aux,
     Module,
-    ModuleType,
     NmcBus,
     NmcCommand,
     NmcStatus,
@@ -128,7 +128,7 @@ _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
     """The modules, if they are six servos."""
     kinds = [module.identity.name for module in modules]
-    if len(modules) != JOINTS or any(module.identity.type_code != ModuleType.SERVO for module in modules):
+    if len(modules) != JOINTS or any(module.identity.type_code != SERVO for module in modules):
         raise WiringError(
             DEVICE, f"found {len(modules)} modules ({'; '.join(kinds)})", f"connect {JOINTS} servo modules"
         )
@@ -144,7 +144,7 @@ def streaming_for(modules: tuple[Module, ...]) -> Streaming:
 def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
     """The command that takes a motor to a position, nine bytes either way."""
     if streaming is Streaming.TRAPEZOID:
-        return load_traj(_STREAMED, position_counts=counts)
+        return load_traj(_STREAMED, counts)
     return stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, counts)
 
 
@@ -254,12 +254,8 @@ class Servos:
         settings, limits = self._settings, self._settings.limits
         speeds = settings.transmission.motor_rates((PROFILE_MARGIN * limits.velocity_rad_per_s,) * JOINTS)
         rates = settings.transmission.motor_rates((PROFILE_MARGIN * limits.acceleration_rad_per_s2,) * JOINTS)
-        return load_traj(
-            _STREAMED,
-            position_counts=position_counts,
-            velocity_word=velocity_word(speeds[axis - 1]),
-            acceleration_word=acceleration_word(rates[axis - 1]),
-        )
+        words = velocity_word(speeds[axis - 1]), acceleration_word(rates[axis - 1])
+        return load_traj(_STREAMED, position_counts, *words)
 
 
 def _position(reply: Reply) -> int:

@@ -110,11 +110,8 @@ STOP_TIMEOUT_S: Final = 1.0
 
 ERROR_LIMIT_COUNTS: Final = 4000
 """Position error at which the firmware switches a servo off."""
-GAINS: Final = set_gain(
-    kp=100, kd=1000, ki=0, integration_limit=0, output_limit=255, current_limit=0,
-    error_limit_counts=ERROR_LIMIT_COUNTS, servo_rate_divisor=1, deadband=0,
-)  # fmt: skip
-"""Servo filter. FACT: the port sends these defaults to the real arm."""
+GAINS: Final = set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
+"""Servo filter: kp 100, kd 1000, output up to 255. FACT: the port sends these defaults to the real arm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
