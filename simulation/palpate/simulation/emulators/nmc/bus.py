@@ -71,14 +71,14 @@ class NmcChain:
             reply = module.execute(frame)
             if answers and reply:
                 replies.append(reply)
-            if frame.intact and frame.command is CommandCode.SET_ADDR and index + 1 < len(self.modules):
+            if frame.intact and frame.command == CommandCode.SET_ADDR and index + 1 < len(self.modules):
                 self._receiving[index + 1] = True
         self._forget_chain_after_reset(frame)
         return _collided(replies) if len(replies) > 1 else b"".join(replies)
 
     def _forget_chain_after_reset(self, frame: Frame) -> None:
         """When the whole chain is as after power-up, only its first module listens."""
-        if frame.intact and frame.command is CommandCode.HARD_RESET:
+        if frame.intact and frame.command == CommandCode.HARD_RESET:
             receivers = [module for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
             if all(module.address == 0 for module in receivers):
                 self._receiving = [index == 0 for index in range(len(self.modules))]

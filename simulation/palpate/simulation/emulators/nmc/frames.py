@@ -19,37 +19,19 @@ _DIVISORS: Final = {63: 19_200, 64: 19_200, 20: 57_600, 21: 57_600, 10: 115_200,
 
 
 class CommandCode(enum.IntEnum):
-    """Low nibble of the command byte (FACT, libnmc)."""
+    """Low nibble of the command byte of what is emulated (FACT, libnmc)."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1
     DEF_STAT = 0x2
     READ_STAT = 0x3
     LOAD_TRAJ = 0x4
-    START_MOVE = 0x5
     SET_GAIN = 0x6
     STOP_MOTOR = 0x7
-    IO_CTRL = 0x8
-    SET_HOMING = 0x9
     SET_BAUD = 0xA
     CLEAR_BITS = 0xB
-    SAVE_AS_HOME = 0xC
-    ADD_PATHPOINT = 0xD
     NOP = 0xE
     HARD_RESET = 0xF
-
-
-class ItemBits(enum.IntFlag):
-    """Status items in the order in which they are sent; the mask of DEF_STAT and READ_STAT (FACT, libnmc)."""
-
-    POSITION = 0x01
-    ANALOG = 0x02
-    VELOCITY = 0x04
-    AUXILIARY = 0x08
-    HOME = 0x10
-    IDENTITY = 0x20
-    POSITION_ERROR = 0x40
-    PATH_POINTS = 0x80
 
 
 class StatusBits(enum.IntFlag):
@@ -62,19 +44,16 @@ class StatusBits(enum.IntFlag):
     POSITION_ERROR = 0x10
     LIMIT1 = 0x20
     LIMIT2 = 0x40
-    HOMING = 0x80
 
 
 class Auxiliary(enum.IntFlag):
     """Bits of the auxiliary status byte (FACT, libnmc)."""
 
-    INDEX = 0x01
     POSITION_WRAP = 0x02
     SERVO_ON = 0x04
     ACCELERATED = 0x08
     SLEWED = 0x10
     SERVO_OVERRUN = 0x20
-    PATH_MODE = 0x40
 
 
 class Load(enum.IntFlag):
@@ -83,10 +62,7 @@ class Load(enum.IntFlag):
     POSITION = 0x01
     VELOCITY = 0x02
     ACCELERATION = 0x04
-    PWM = 0x08
     SERVO = 0x10
-    VELOCITY_PROFILE = 0x20
-    REVERSE = 0x40
     NOW = 0x80
 
 
@@ -98,7 +74,6 @@ class StopMotorBits(enum.IntFlag):
     ABRUPT = 0x04
     SMOOTH = 0x08
     HERE = 0x10
-    ADVANCED = 0x20
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +86,7 @@ class Frame:
     """
 
     address: int
-    command: CommandCode
+    command: int
     data: bytes
     intact: bool
 
@@ -137,7 +112,7 @@ class FrameParser:
             return None
         frame = Frame(
             address=pending[1],
-            command=CommandCode(pending[2] & 0x0F),
+            command=pending[2] & 0x0F,
             data=bytes(pending[3:-1]),
             intact=sum(pending[1:-1]) & 0xFF == pending[-1],
         )

@@ -11,7 +11,6 @@ from palpate.simulation.emulators.nmc.frames import (
     Auxiliary,
     CommandCode,
     Frame,
-    ItemBits,
     Load,
     StatusBits,
     StopMotorBits,
@@ -72,11 +71,11 @@ class NmcModule:
         """Carry out a command that is addressed to this module and return the reply that it would send."""
         once = self.mask
         if frame.intact:
-            if frame.command is CommandCode.HARD_RESET:
+            if frame.command == CommandCode.HARD_RESET:
                 self.power_up()
                 return b""
-            if frame.command is CommandCode.READ_STAT and len(frame.data) == 1:
-                once = ItemBits(frame.data[0])
+            if frame.command == CommandCode.READ_STAT and len(frame.data) == 1:
+                once = frame.data[0]
             elif not self._carry_out(frame):
                 self.rejected += 1
             else:
@@ -86,7 +85,7 @@ class NmcModule:
     def _power_up(self) -> None:
         self.address, self.group, self.leader = 0, 0xFF, False
         self.baud = POWER_UP_BAUD
-        self.mask = ItemBits(0)
+        self.mask = 0
 
     def _carry_out(self, frame: Frame) -> bool:
         data, servo = frame.data, self.servo
@@ -99,7 +98,7 @@ class NmcModule:
                 self.address, self.group = data[0], data[1] | _GROUP_BIT
                 self.leader = not data[1] & _GROUP_BIT
             case CommandCode.DEF_STAT, 1:
-                self.mask = ItemBits(data[0])
+                self.mask = data[0]
             case CommandCode.LOAD_TRAJ, n if n:
                 return self._load(data)
             case CommandCode.SET_GAIN, 14 | 15:
@@ -130,7 +129,7 @@ class NmcModule:
         self.servo.start()
         return True
 
-    def _reply(self, mask: ItemBits, *, intact: bool) -> bytes:
+    def _reply(self, mask: int, *, intact: bool) -> bytes:
         """Status byte, items in the order of the mask's bits, checksum (FACT, libnmc)."""
         servo = self.servo
         items: tuple[Callable[[], bytes], ...] = (
@@ -143,8 +142,7 @@ class NmcModule:
             lambda: _int16(servo.error_counts),
             lambda: bytes(1),
         )
-        bits = int(mask)
-        told = b"".join(data() for place, data in enumerate(items) if bits >> place & 1)
+        told = b"".join(data() for place, data in enumerate(items) if mask >> place & 1)
         return sealed(bytes([self._status(intact=intact)]) + told)
 
     def _status(self, *, intact: bool) -> int:
