@@ -1,4 +1,4 @@
-"""What only a process of its own can show: the installed script, start-up imports, a closed pipe, Ctrl-C, SIGKILL."""
+"""What only a process of its own can show: the installed script, start-up imports, a closed pipe, Ctrl-C."""
 
 import json
 import shlex

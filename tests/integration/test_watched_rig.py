@@ -140,6 +140,16 @@ def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_o
     assert seen == [{loops_cpu}]
 
 
+def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of):
+    rig, devices = rig_of(WatchdogTable(), NO_KEYS)
+    with rig:
+        rig.ports.force_sensor.read()
+        devices.sensor.silent = True
+        with pytest.raises(DeviceError, match="SAMPLE_STALE: age of the force sample"):
+            rig.prepare(0)
+        assert "SAMPLE_STALE" in rig.latch.cause
+
+
 def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS, facts=replace(FACTS, noise_N=None))
     with (
