@@ -21,7 +21,7 @@ class AdapterArm(ServedArm):
 
     def __init__(self, adapter: ArmAdapter, context: RigContext) -> None:
         self.name = str(getattr(adapter.arm, "name", "arm"))
-        self.limits = context.limits
+        self.limiter = context.limiter
         self._adapter = adapter
         devices: tuple[Device, ...] = (adapter.encoder, adapter.arm)
         self._devices = tuple({id(device): device for device in devices}.values())

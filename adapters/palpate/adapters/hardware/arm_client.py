@@ -21,7 +21,6 @@ from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
     Clock,
-    CommandLimiter,
     CommandReason,
     JointCommand,
     JointEncoder,
@@ -68,8 +67,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         super().__init__(arm.name)
         self._arm, self._start, self._clock = arm, start, clock
         self._silence_ns, self._tell, self.listens = timeout_ns + _HANGS_NS, tell, False
-        limits = arm.limits
-        self._limiter = CommandLimiter(limits.lower_rad, limits.upper_rad, limits.velocity_rad_s, CONTROL_RATE_HZ)
+        self._limiter = arm.limiter
         self._host: ArmProcess | None = None
         self._stand_by: StandBy | None = None
         self._held_beat_ns = 0

@@ -67,4 +67,4 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
         clock = context.clock
         return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)
 
-    return DriverArm(_NAME, open_bus, context.clock, context.limits, table)
+    return DriverArm(_NAME, open_bus, context.clock, context.limiter, table)

@@ -13,11 +13,21 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 from palpate.adapters.config import entries, from_here, imported, overlay
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.served_arm import JointLimits, ServedArm
+from palpate.adapters.hardware.served_arm import ServedArm
 from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, Holds, JointEncoder, JointVector, Settings
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    ArmCommand,
+    Clock,
+    CommandLimiter,
+    ForceSensor,
+    Holds,
+    JointEncoder,
+    JointVector,
+    Settings,
+)
 
 GROUP: Final = "palpate.adapters"
 T = TypeVar("T")
@@ -69,9 +79,9 @@ class RigContext:
         return cls(clock, description, lower, upper, velocity)
 
     @property
-    def limits(self) -> JointLimits:
-        """Limits of the arm's joints."""
-        return JointLimits(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s)
+    def limiter(self) -> CommandLimiter:
+        """Holds commands to the limits of the arm's joints."""
+        return CommandLimiter(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, CONTROL_RATE_HZ)
 
     @property
     def real_time_factor(self) -> float:

@@ -11,7 +11,7 @@ from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor, SensorTable
-from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, JointLimits, OpenArm, StandBy
+from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, OpenArm, StandBy
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, ToolGeometry
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, JointVector, OneOf, Range, Settings
@@ -89,14 +89,15 @@ class Ros2DriverArm(DriverArm):
     """
 
     def __init__(
-        self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], clock: Clock
+        self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], context: RigContext
     ) -> None:
+        clock = context.clock
+
         def open_bus() -> OpenArm:
             way = link()
             return OpenArm(Ros2Arm(way, settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
 
-        limits = JointLimits(settings.lower_rad, settings.upper_rad, settings.velocity_rad_s)
-        super().__init__(_NAME, open_bus, clock, limits, table)
+        super().__init__(_NAME, open_bus, clock, context.limiter, table)
         self._link, self._velocities = link, settings.velocities
 
     @override
@@ -134,7 +135,7 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
         velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ, velocities=velocities,
         start_s=table.start_timeout_s, silence_s=0.1 * table.patience,
     )  # fmt: skip
-    return Ros2DriverArm(table, settings, link, context.clock)
+    return Ros2DriverArm(table, settings, link, context)
 
 
 class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):

@@ -9,22 +9,9 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import DeviceError
-from palpate.core.ports import AppliedCommand, Clock, JointSample, JointVector, Range, Settings
+from palpate.core.ports import AppliedCommand, Clock, CommandLimiter, JointSample, JointVector, Range, Settings
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
-
-
-@dataclass(frozen=True, slots=True)
-class JointLimits:
-    """What a command is held to before the arm's process gets it.
-
-    Attributes:
-        lower_rad: Lower ends, (n,). upper_rad: Upper ends, (n,). velocity_rad_s: Highest velocities, (n,).
-    """
-
-    lower_rad: JointVector
-    upper_rad: JointVector
-    velocity_rad_s: JointVector
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +31,7 @@ class ServedArm(ABC):
     """One thread uses it, one call at a time. Making it opens nothing.
 
     Attributes:
+        limiter: What commands are held to before the arm's process gets them.
         divider: Control ticks per cycle.
         max_age_ns: Age above which a sample of the joints is stale; 0 where the arm says so itself.
         answers: Whether what a cycle makes of a set-point is known at once, and only there.
@@ -51,7 +39,7 @@ class ServedArm(ABC):
     """
 
     name: str
-    limits: JointLimits
+    limiter: CommandLimiter
     divider: int = 1
     max_age_ns: int = 0
     answers: bool = False
@@ -141,11 +129,11 @@ class DriverArm(ServedArm):
         name: str,
         open_bus: Callable[[], OpenArm],
         clock: Clock,
-        limits: JointLimits,
+        limiter: CommandLimiter,
         table: ArmTable,
         judge: Callable[[ArmDriver], Sequence[str]] = lambda driver: (),
     ) -> None:
-        self.name, self.limits = name, limits
+        self.name, self.limiter = name, limiter
         self.divider, self.max_age_ns = table.divider, round(table.max_age_ms * 1e6)
         self._open_bus, self._clock, self._judge = open_bus, clock, judge
         self._opened: OpenArm | None = None

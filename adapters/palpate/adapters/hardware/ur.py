@@ -76,14 +76,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
         way, clock = link(), context.clock
         return OpenArm(UrArm(way, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
 
-    return DriverArm(
-        _NAME,
-        open_bus,
-        context.clock,
-        context.limits,
-        table,
-        lambda driver: judged(driver, context),
-    )
+    return DriverArm(_NAME, open_bus, context.clock, context.limiter, table, lambda driver: judged(driver, context))
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:

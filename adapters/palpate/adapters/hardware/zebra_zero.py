@@ -16,9 +16,8 @@ from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, OpenArm
-from palpate.adapters.hardware.served_arm import JointLimits as CommandLimits
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
+from palpate.core.ports import CONTROL_RATE_HZ, CommandLimiter, OneOf, Range
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import BAUD_DIVISORS, POWER_UP_BAUD, BusSettings
 from palpate.drivers.serial_port import close_serial, open_serial
@@ -121,5 +120,5 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
         return OpenArm(arm, lambda: close_serial(port))
 
     limits = arm_settings.limits
-    within = CommandLimits(limits.lower_rad, limits.upper_rad, (limits.velocity_rad_per_s,) * _JOINTS)
+    within = CommandLimiter(limits.lower_rad, limits.upper_rad, (limits.velocity_rad_per_s,) * _JOINTS, CONTROL_RATE_HZ)
     return DriverArm(_NAME, open_bus, context.clock, within, table)

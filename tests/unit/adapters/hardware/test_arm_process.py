@@ -11,11 +11,11 @@ from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.adapters.hardware.arm_client import ArmClient
 from palpate.adapters.hardware.arm_memory import _SLOT_BYTES, _WORDS_BYTES, ArmMemory, Setpoint
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
-from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
+from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
 from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.errors import FaultLatchedError
 from palpate.core.motion import arm_named
-from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
+from palpate.core.ports import AppliedCommand, CommandLimiter, CommandReason, JointCommand, Life
 from palpate.drivers.device import ArmDriver, Measured
 from palpate.drivers.errors import SilentError
 from tests.contracts import test_cia402, test_zebra
@@ -62,9 +62,9 @@ class Desk:
         self.clock = VirtualTime()
         self.driver = SlowDriver(self.clock)
         self.closed = 0
-        limits = JointLimits((-1.0,), (1.0,), (1.0,))
+        limiter = CommandLimiter((-1.0,), (1.0,), (1.0,), 140.0)
         table = ZebraTable(divider=divider)
-        arm = DriverArm("slow arm", lambda: OpenArm(self.driver, self.close), self.clock, limits, table)
+        arm = DriverArm("slow arm", lambda: OpenArm(self.driver, self.close), self.clock, limiter, table)
         self.arm = arm_in_thread(arm, self.clock, LONG_NS)
         self.arm.configure()
         self.arm.activate()

@@ -6,9 +6,9 @@ from palpate.adapters.config import DeviceEntry, RigFile, RunConfig, SensorFacts
 from palpate.adapters.hardware import ArmAdapter, DryRig
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.served_arm import DriverArm, JointLimits, OpenArm
+from palpate.adapters.hardware.served_arm import DriverArm, OpenArm
 from palpate.adapters.hardware.zebra_zero import ZebraTable
-from palpate.core.ports import CommandReason, JointCommand, JointSample, Life
+from palpate.core.ports import CommandLimiter, CommandReason, JointCommand, JointSample, Life
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
 from tests.unit.adapters.hardware.test_arm_process import SlowDriver
@@ -71,8 +71,8 @@ def test_arm_on_a_bus_that_listens_gets_no_power_and_no_set_point():
 
     clock = VirtualTime()
     driver = Mute(clock)
-    limits = JointLimits((-1.0,), (1.0,), (1.0,))
-    served = DriverArm("arm", lambda: OpenArm(driver, str), clock, limits, ZebraTable(divider=1))
+    limiter = CommandLimiter((-1.0,), (1.0,), (1.0,), 140.0)
+    served = DriverArm("arm", lambda: OpenArm(driver, str), clock, limiter, ZebraTable(divider=1))
     arm = arm_in_thread(served, clock, 10**8)
     arm.listens = True
     arm.configure()
