@@ -1,4 +1,4 @@
-"""The running work cell: physics, sensor errors, and the truth, for scoring only."""
+"""The running work cell: physics, sensor errors, and the ground truth for scoring."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -32,26 +32,27 @@ _NOISE_BLOCK: Final = 512
 _SIX: Final = Struct("6d")
 _PEAK_BLOCK: Final = 256
 _RELIEF_TICKS: Final = 28
-"""After so long without load, 0.2 s, the sensor's zero is back: before any tare, and not in a bounce."""
+"""Time without load after which the sensor's zero returns, 0.2 s: before any tare, and longer than a bounce."""
 _HISTORY_HEADER: Final = 2  # MuJoCo puts two words (period and cursor) before a sensor's sample times
 
 
 class WorkCell:
-    """One simulated work cell. Time goes on by whole control ticks, exactly.
+    """A simulated work cell. Time advances by whole control ticks, exactly.
 
     Args:
-        kinematics: The arm with its tool; its configuration is read at construction only.
-        ready_rad: Joint angles that every trial starts from, (n,), tool pointing down.
-        wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
-        hidden: What else is true of it; None for nothing. The configuration has the physics' part of that already.
+        kinematics: The arm with its tool; its configuration is read only at construction.
+        ready_rad: Joint angles at the start of every trial, (n,), tool pointing down.
+        wander_m: Largest distance of the peg from the nominal goal; it determines the size of the plate.
+        hidden: Hidden values of the rig; None if there are none. The configuration already includes their physical
+            part.
 
     Attributes:
-        model: MuJoCo's model, made anew for a trial whose grip or clearance is another.
-        data: Its state, made anew with it.
-        contacts: Which contacts are looked for, made anew with it; None where MuJoCo searches for all in every step.
-        ticks: Control ticks since construction; resets do not turn time back.
-        time_ns: The time of that tick, exact and rounded down to whole nanoseconds.
-        before_errors: The newest measured wrench without noise, bias and moved zero, negative, (6,).
+        model: MuJoCo's model, rebuilt for a trial with another grip or clearance.
+        data: State of the model, rebuilt with it.
+        contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts in every step.
+        ticks: Control ticks since construction; not reset between trials.
+        time_ns: Time of that tick, exact and rounded down to nanoseconds.
+        before_errors: The newest measured wrench without noise, bias and zero shift, negated, (6,).
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class WorkCell:
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config, self._yaw_rad = config, float(np.arctan2(yaw_axis[1], yaw_axis[0]))
-        # Where the peg may be led, seen from the true hole, and a little more: springs give.
+        # Largest distance of the peg from the true hole, with a margin for the springs.
         self._far_m = wander_m + config.hole_reach_mm * 1e-3 + 1e-3
         reach_m = config.plate_reach_m(wander_m)
         self._model_of = partial(
@@ -94,7 +95,7 @@ class WorkCell:
         self.reset(0, 0)
 
     def reset(self, seed: int, trial: int) -> None:
-        """Put the arm at its ready pose over a hole and with sensor errors that belong to (seed, trial)."""
+        """Put the arm at its ready pose, with the hole and the sensor errors of (seed, trial)."""
         before, self._world = self._world, trial_world(self.config, seed, trial)
         if self._world.cell != before.cell:
             self._build(self._world.cell)
@@ -111,12 +112,12 @@ class WorkCell:
         self.place(self._ready)
         self._forces.clear()
         self._peak_square = 0.0
-        # The tool hangs at rest: what the sensor carries now is weight.
+        # The tool is stationary: the sensor now carries only weight.
         self._weight: Array = self._wrench[:3].copy()
         self._noise = chain.from_iterable(self._noise_blocks(generator(seed, Purpose.SENSOR, trial)))
 
     def advance(self) -> None:
-        """One control tick of physics under the present set-points."""
+        """Advance the physics by one control tick with the present set-points."""
         if self.contacts is not None:
             self.contacts.step(self.config.substeps)
         else:
@@ -132,11 +133,11 @@ class WorkCell:
 
     @property
     def models(self) -> Sequence[mujoco.MjModel]:
-        """The models that physics may go on with."""
+        """Return the models that the physics may use."""
         return (self.model,) if self.contacts is None else self.contacts.models
 
     def place(self, position_rad: JointVector | Array) -> None:
-        """Put the arm somewhere, (n,) rad, at rest."""
+        """Put the arm at joint angles, (n,) rad, at zero velocity."""
         self.data.qpos[: self.joints] = position_rad
         self.data.ctrl[:] = position_rad
         if self.contacts is not None:
@@ -145,18 +146,18 @@ class WorkCell:
             mujoco.mj_forward(self.model, self.data)
 
     def set_ticks(self, ticks: int) -> None:
-        """Set the clock, so that a trial can be run again at the time at which it once ran."""
+        """Set the clock, so that a trial can be repeated at its original time."""
         self.ticks = ticks
         self.time_ns = ticks * _NS // self._rate_Hz
 
     def command(self, position_rad: JointVector) -> None:
-        """New servo set-points, (n,)."""
+        """Set the servo set-points, (n,)."""
         self.data.ctrl[:] = position_rad
 
     def measure_wrench(self) -> list[float]:
-        """Wrench of the world on the tool (force, torque), (6,), sensor frame: weight, bias and noise included.
+        """Return the wrench of the environment on the tool, (6,), sensor frame, including weight, bias and noise.
 
-        MuJoCo reports the force from child to parent body; the world's force on the tool is its negative.
+        MuJoCo reports the force from child to parent body, the negative of the environment's force on the tool.
         """
         true = self._wrench.tolist()
         if self._hidden is not None:
@@ -167,26 +168,26 @@ class WorkCell:
         return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench
 
     def measure_joints(self) -> JointVector:
-        """Joint angles as the encoders count them, (n,) rad."""
+        """Return the joint angles from the encoders, (n,) rad."""
         if self._encoder_step is None:
             return self.joint_angles()
         q_rad = self._qpos.tolist()
         whole = tuple(map(sub, q_rad, map(remainder, q_rad, self._encoder_step)))
-        # Whole counts. An angle of less than half of one is zero, and keeps its sign.
+        # Whole counts. An angle of less than half a count is zero with its sign kept.
         return whole if all(whole) else tuple(map(copysign, whole, q_rad))
 
     def joint_angles(self) -> JointVector:
-        """Exact joint angles, (n,) rad: for the servos, which do not depend on the host's encoders."""
+        """Return the exact joint angles, (n,) rad, for the servos, which do not use the host's encoders."""
         return tuple(self._qpos.tolist())
 
     def model_sha256(self) -> str:
-        """Digest of the compiled model as it stands, the plate's place included."""
+        """Return a digest of the compiled model, including the position of the plate."""
         buffer = np.empty(mujoco.mj_sizeModel(self.model), np.uint8)
         mujoco.mj_saveModel(self.model, None, buffer)
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
     def pose(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Let another model of this cell, with its state, stand as this one does, for pictures."""
+        """Copy the pose of this cell to another model and its data, for rendering."""
         data.qpos[:] = self.data.qpos
         model.body_pos[self._plate] = self.model.body_pos[self._plate]
         model.body_quat[self._plate] = self.model.body_quat[self._plate]
@@ -194,7 +195,7 @@ class WorkCell:
         mujoco.mj_camlight(model, data)
 
     def truth(self) -> Truth:
-        """The true state of the trial so far."""
+        """Return the ground truth of the trial so far."""
         self._fold_peaks()
         tip = self._goal.actInv(self.data.site("tip").xpos.copy())
         hole = self._world.hole_in_task_m
@@ -209,7 +210,7 @@ class WorkCell:
         )
 
     def _build(self, cell: CellConfig) -> None:
-        """Make the model of a cell; a grip or clearance other than the last trial's takes it, and some milliseconds."""
+        """Build the model of a cell with another grip or clearance; takes some milliseconds."""
         self.model = self._model_of(cell)
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None
@@ -224,16 +225,16 @@ class WorkCell:
             self.contacts = ContactSearch(self.model, listed, self.data, radius_m, self._yaw_rad)
         self._plate = self.model.body("plate").id
         start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + cell.substeps
-        # Views into MuJoCo's memory, which stays where it is.
+        # Views of MuJoCo's memory, which does not move.
         self._wrench: Array = self.data.sensordata[:6]
         self._qpos: Array = self.data.qpos[: self.joints]
         self._force_history: Array = self.data.history[start : start + 3 * cell.substeps]
 
     def _moved_zero(self) -> list[float]:
-        """By what the sensor's zero has moved since the trial began, (6,).
+        """Return the shift of the sensor's zero since the beginning of the trial, (6,).
 
-        Strain gauges have hysteresis and creep: under load their zero shifts, and without load it comes back. What
-        they are tared to in free air is therefore wrong as soon as the peg presses.
+        Strain gauges have hysteresis and creep: their zero shifts under load and returns without load. A tare in free
+        air is therefore wrong as soon as the peg presses.
         """
         loaded = self.ticks - self._loaded < _RELIEF_TICKS
         drift = self._zero_drift * ((self.ticks - self._begun) / self._rate_Hz)
@@ -247,9 +248,9 @@ class WorkCell:
             self._forces.clear()
 
     def _noise_blocks(self, rng: np.random.Generator) -> Iterator[Iterator[tuple[float, ...]]]:
-        """Bias and white noise, drawn in blocks because single draws cost more than the samples' use.
+        """Yield bias and white noise, drawn in blocks because single draws are slower than everything else here.
 
-        A sample is made of a block when it is asked for: hundreds of lists at once set off the garbage collector.
+        A sample is unpacked from its block on request: hundreds of lists at once would trigger the garbage collector.
         """
         sensor = self.config.sensor
         bias = rng.standard_normal(6) * ([sensor.force_bias_N] * 3 + [sensor.torque_bias_Nm] * 3)

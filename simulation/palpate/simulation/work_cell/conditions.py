@@ -1,4 +1,4 @@
-"""What is not the same in every trial, or not throughout one, beyond the hole's scatter and the sensor's noise."""
+"""Conditions that vary between or within trials, in addition to the hole's scatter and the sensor's noise."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final, TypeAlias
@@ -14,41 +14,41 @@ _Batch: TypeAlias = Annotated[int, Range(0, 100_000)]
 
 @dataclass(frozen=True)
 class ConditionsConfig(Settings):
-    """Conditions that change: hole, grip, sensor's zero, wear. As they come, nothing of it happens."""
+    """Varying conditions: hole, grip, sensor zero, wear. All are off by default."""
 
     TABLE: ClassVar[str] = "cell.conditions"
 
     hole_shift_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """The plate is set up anew for each batch: the middle of the disc in which its holes are drawn lies anywhere
-    within this distance of the nominal goal."""
+    """Set-up error of the plate for each batch: the centre of the disc of its holes is anywhere within this distance of
+    the nominal goal."""
     hole_shift_trials: _Batch = 0
-    """Trials of such a batch; 0: all trials of a seed are one."""
+    """Number of trials per batch; 0 puts all trials of a seed into one."""
     tilt_heading: _Heading = "set"
-    """set: the peg leans towards cell.tilt_heading_deg; drawn: anywhere, drawn anew for each grip."""
+    """set: the peg is tilted towards cell.tilt_heading_deg; drawn: in a direction drawn for each grip."""
     grip_trials: _Batch = 0
-    """Trials until the peg is gripped anew; 0: never in a seed's trials."""
+    """Number of trials until a regrip; 0 disables regrips."""
     zero_shift_N: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Force, across the tool axis, by which the sensor's zero moves under load: a tare in free air cannot see it."""
+    """Force across the tool axis by which the sensor's zero shifts under load; a tare in free air cannot detect it."""
     zero_shift_Nm: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Torque, across the tool axis, by which it moves with it."""
+    """Torque across the tool axis of the same shift."""
     zero_drift_N_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
-    """Force, across the tool axis, by which the zero drifts throughout a trial."""
+    """Drift rate of the force zero across the tool axis during a trial."""
     zero_drift_Nm_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
-    """Torque, across the tool axis, by which it drifts with it."""
+    """Drift rate of the torque zero across the tool axis."""
     zero_heading: _Heading = "set"
-    """set: the zero moves towards zero_heading_deg; drawn: anywhere, drawn anew for each batch."""
+    """set: the zero shifts towards zero_heading_deg; drawn: in a direction drawn for each batch."""
     zero_heading_deg: Annotated[float, Range(-360.0, 360.0)] = 0.0
-    """Direction of these forces and torques, from x towards y of the sensor's frame."""
+    """Direction of these shifts and drifts, from x towards y of the sensor's frame."""
     zero_trials: _Batch = 0
-    """Trials of such a batch; 0: all trials of a seed are one."""
+    """Number of trials per batch; 0 puts all trials of a seed into one."""
     wear_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
-    """By how much the clearance has grown after wear_trials trials: evenly up to there, and then no more."""
+    """Increase of the clearance after wear_trials trials; linear until then, constant afterwards."""
     wear_trials: Annotated[int, Range(1, 100_000)] = 100
-    """Trials that wear takes."""
+    """Number of trials until wear is complete."""
     yaw_deg: Annotated[float, Range(0.0, 180.0)] = 0.0
-    """The hole is turned about its axis by anything up to this, either way, drawn anew for each trial."""
+    """Largest turn of the hole about its axis in either direction, drawn for each trial."""
     plate_lean_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
-    """The plate leans by this, about the hole's mouth, in a direction that is drawn anew for each trial."""
+    """Tilt of the plate about the hole's mouth, in a direction drawn for each trial."""
 
     @override
     def check(self) -> None:

@@ -1,4 +1,4 @@
-"""The physical parameters of the simulated work cell, in the units an engineer would write them in."""
+"""Physical parameters of the simulated work cell, in engineering units."""
 
 from dataclasses import dataclass, field
 from math import acos, ceil, cos, pi, radians
@@ -13,92 +13,92 @@ from palpate.simulation.work_cell.contour import FLAT, ContourConfig
 from palpate.simulation.work_cell.cross_section import CrossSection
 
 SURFACE_BEGINS_MM: Final = 3.0
-"""So far beside a round hole the broad boxes of the plate's surface begin."""
+"""Distance from a round hole at which the broad boxes of the plate's surface begin."""
 MOST_FORCE_N: Final = 30.0
-"""Across the tip: the highest force that a task allows by default."""
+"""Force across the tip for the shaft check: the default force limit of a task."""
 PLATE_REACH_M: Final = 0.009
-"""How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
+"""Smallest distance from the hole's edge up to which the plate's surface is closed, because the peg may move there."""
 _LEAST_SPHERES: Final = 12
 _TURNED_DEG: Final = 10.0
-"""How much farther than the hole may be turned the peg is expected to turn in looking for it."""
+"""Expected turn of the searching peg in addition to the turn of the hole."""
 
 
 @dataclass(frozen=True)
 class PegConfig(Settings):
-    """Peg and hole."""
+    """Peg and hole of the simulated cell."""
 
     TABLE: ClassVar[str] = "cell.peg"
 
     cross_section: Annotated[str, OneOf("round", *SIDES)] = "round"
     """Shape of peg and hole: round, triangle, square, hexagon, rounded-square, or keyed, which is round with a flat."""
     corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
-    """Radius of a rounded square's corners."""
+    """Radius of the corners of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
-    """How much the flat takes off a keyed peg."""
+    """Height of the segment that the flat of a keyed peg removes."""
     contact: Annotated[str, OneOf("hull", "spheres")] = "hull"
-    """hull: a peg with sides touches as the solid body that it is; spheres: with rings of them, as a round one does."""
+    """hull: a peg with sides is one solid body; spheres: it has contact spheres, as a round one has."""
     diameter_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
-    """Diameter of the peg; of its inscribed circle where it is a polygon."""
+    """Diameter of the peg, or of its inscribed circle for a polygon."""
     clearance_mm: Annotated[float, Range(0.001, 5.0)] = 0.075
-    """Gap between peg and hole all round when centred: half the difference of the diameters."""
+    """Radial clearance: half the difference of the diameters."""
     hole_depth_mm: Annotated[float, Range(0.5, 80.0)] = 10.0
     """Depth of the hole's floor below the plate's surface."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.2
     """Coulomb friction between peg and plate."""
     wall_boxes: Annotated[int, Range(16, 512)] = 48
-    """Boxes that form the wall of a round hole; a polygon has one per side, a hull with round parts half as many."""
+    """Number of boxes in the wall of a round hole; a polygon has one per side, a hull with round parts half as many."""
     outer_boxes: Annotated[int, Range(0, 512)] = 16
-    """Boxes that form the plate's surface from 3 mm beside a round hole on; 0 is half of wall_boxes."""
+    """Number of boxes in the plate's surface from 3 mm around a round hole outwards; 0 uses half of wall_boxes."""
     rim_spheres: Annotated[int, Range(12, 512)] = 48
-    """Small spheres that form the contact ring at the peg's tip; a hull with round parts has half as many corners."""
+    """Number of spheres in the contact ring at the peg's tip; a hull with round parts has half as many corners."""
     upper_spheres: Annotated[int, Range(0, 512)] = 24
-    """Those of the second ring, 8 mm above it; 0 is as many as rim_spheres."""
+    """Number of spheres in the second ring, 8 mm above; 0 uses rim_spheres."""
     rim_radius_mm: Annotated[float, Range(0.01, 1.0)] = 0.1
-    """Radius of those spheres: it is also a tiny chamfer, of a hull as well."""
+    """Radius of those spheres, which also acts as a tiny chamfer, for hulls too."""
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Chamfer of the peg's end, at 45 degrees: with one a round peg is a hull, too; 0: what rim_radius_mm makes."""
+    """Chamfer of the peg's end at 45 degrees; makes a round peg a hull. 0 uses rim_radius_mm."""
 
     def section(self, clearance_mm: float = 0.0) -> CrossSection:
-        """The outline of the peg; with its clearance, of the hole."""
+        """Return the outline of the peg; with its clearance, of the hole."""
         radius_mm = self.diameter_mm * 0.5 + clearance_mm
         corner_mm = self.corner_radius_mm + clearance_mm if self.cross_section == ROUNDED else 0.0
         flat_m = (radius_mm - self.flat_mm) * 1e-3 if self.cross_section == KEYED else None
         return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
     def play_mm(self, worn_clearance_mm: float) -> float:
-        """How far apart two places of the peg's axis in the hole may be: from corner to corner, and in its mouth.
+        """Return the largest distance between two positions of the peg's axis in the hole's mouth.
 
         Args:
-            worn_clearance_mm: The clearance once all wear is done.
+            worn_clearance_mm: The clearance after wear.
         """
         sides, clearance_mm = SIDES.get(self.cross_section, 0), max(self.clearance_mm, worn_clearance_mm)
         across_mm = 2.0 * clearance_mm
         if sides:
-            # An odd number of corners has none opposite another.
+            # With an odd number of corners, a corner is opposite a side.
             across_mm *= cos(0.5 * pi / sides * (sides % 2)) / cos(pi / sides)
         return across_mm + self.chamfer_mm
 
     @property
     def is_hull(self) -> bool:
-        """Whether the peg touches as one convex body."""
+        """Return True if the peg touches as one convex body."""
         return self.contact == "hull" and (self.cross_section in SIDES or self.chamfer_mm > 0.0)
 
     @property
     def walls(self) -> int:
-        """How many walls the hole has."""
+        """Return the number of walls of the hole."""
         return self.section().facets(self.facets[0])
 
     @property
     def facets(self) -> tuple[int, int]:
-        """How many walls the round parts of the hole have, and how many corners those of the peg.
+        """Return the number of walls in the hole's round parts, and of corners in the peg's.
 
-        A hull has half as many: it has no gaps between its corners, and costs more for each.
+        A hull has half as many: it has no gaps between its corners, and each corner costs more.
         """
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @property
     def contacts_around(self) -> int:
-        """The fewest contacts that a round peg has all round."""
+        """Return the smallest number of contacts around a round peg."""
         return min(self.facets[0], self.upper_spheres or self.rim_spheres)
 
     @override
@@ -124,7 +124,7 @@ class PegConfig(Settings):
 
 @dataclass(frozen=True)
 class ComplianceConfig(Settings):
-    """Springs of the gripper, between force sensor and peg. Encoders cannot see them."""
+    """Springs of the gripper, between force sensor and peg. Encoders cannot measure their deflection."""
 
     TABLE: ClassVar[str] = "cell.compliance"
 
@@ -137,38 +137,38 @@ class ComplianceConfig(Settings):
     torsion_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
     """Stiffness against turning about the tool axis."""
     centre_above_tip_mm: Annotated[float, Range(-50.0, 140.0)] = 0.0
-    """Height of the centre of compliance above the peg tip; 0 is a remote-centre-compliance device."""
+    """Height of the centre of compliance above the peg tip; 0 as in a remote-centre-compliance device."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
     """Damping of each spring, as a share of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
-    """Mass of gripper and peg, which the sensor measures as weight."""
+    """Mass of gripper and peg, measured by the sensor as weight."""
     centre_of_mass_above_tip_mm: Annotated[float, Range(5.0, 500.0)] = 50.0
     """Height h of that mass above the peg tip. Its inertia is 0.6 m h^2 across the tool and 0.06 m h^2 along it."""
     rigid_mass_kg: Annotated[float, Range(0.001, 10.0)] = 0.05
-    """Mass between sensor and springs, which the sensor carries as well; its radius of gyration is 20 mm."""
+    """Mass between sensor and springs, also measured by the sensor; its radius of gyration is 20 mm."""
 
 
 @dataclass(frozen=True)
 class SensorConfig(Settings):
-    """Errors of the wrist sensor and the encoders."""
+    """Errors of wrist sensor and encoders."""
 
     TABLE: ClassVar[str] = "cell.sensor"
 
     force_noise_N: Annotated[float, Range(0.0, 100.0)] = 0.1
-    """Standard deviation of each force sample, white."""
+    """Standard deviation of the white force noise per sample."""
     torque_noise_Nm: Annotated[float, Range(0.0, 100.0)] = 0.004
-    """Standard deviation of each torque sample, white."""
+    """Standard deviation of the white torque noise per sample."""
     force_bias_N: Annotated[float, Range(0.0, 100.0)] = 1.0
-    """Standard deviation of the constant force offset, drawn anew for each trial."""
+    """Standard deviation of the constant force offset, drawn for each trial."""
     torque_bias_Nm: Annotated[float, Range(0.0, 100.0)] = 0.05
-    """Standard deviation of the constant torque offset, drawn anew for each trial."""
+    """Standard deviation of the constant torque offset, drawn for each trial."""
     encoder_counts_share: Annotated[float, Range(0.0, 1000.0)] = 1.0
-    """Encoder step as a share of the arm's own (0 for ideal encoders)."""
+    """Encoder step as a share of the arm's own; 0 for ideal encoders."""
 
 
 @dataclass(frozen=True)
 class CellConfig(Settings):
-    """The simulated work cell: what is hidden from the core, which has to find it out by touch."""
+    """The simulated work cell. The core does not know these values and must find them by touch."""
 
     TABLE: ClassVar[str] = "cell"
 
@@ -177,33 +177,33 @@ class CellConfig(Settings):
     sensor: SensorConfig = field(default_factory=SensorConfig)
     conditions: ConditionsConfig = field(default_factory=ConditionsConfig)
     hole_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """The true hole lies anywhere within this distance of the nominal goal, drawn anew for each trial."""
+    """Largest distance of the true hole from the nominal goal, drawn for each trial."""
     hole_height_error_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
-    """How much higher the plate really is than believed."""
+    """Height of the plate above its nominal height."""
     tilt_mrad: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Tilt of the peg in the gripper against the hole's axis."""
+    """Tilt of the peg in the gripper relative to the hole's axis."""
     tilt_heading_deg: Annotated[float, Range(-360.0, 360.0)] = 0.0
-    """Direction in which it leans, from x towards y of the task frame."""
+    """Direction of the tilt, from x towards y of the task frame."""
     contour: ContourConfig = field(default_factory=ContourConfig)
     contacts: Annotated[str, OneOf("listed", "searched")] = "listed"
-    """listed: only what can touch near the hole is tried there, with the same result; searched: MuJoCo tries all."""
+    """listed: check only pairs that can touch near the hole, with the same result; searched: MuJoCo checks all."""
     substeps: Annotated[int, Range(3, 100)] = 4
     """Physics steps per control tick (140 Hz): 4 is a time step of 1/560 s."""
     leaning_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
-    """Impedance with which contacts begin (MuJoCo's first solimp) where peg or plate leans; 0.95 where neither does.
-    Where the walls of a tight hole would give way too far contacts have an impedance of their own."""
+    """Initial impedance of contacts (MuJoCo's first solimp) if peg or plate is tilted; otherwise 0.95. A tight hole,
+    whose walls would yield too much, has a special impedance."""
 
     @property
     def leans(self) -> bool:
-        """Whether a peg that comes straight down meets the plate with one side first; a ball has no sides."""
+        """Return True if one side of a lowered peg touches the plate first; a ball has no sides."""
         return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_lean_mrad > 0.0)
 
     @property
     def has_shaft(self) -> bool:
-        """Whether the shaft of a round peg touches the mouth of the hole, because it can tilt so far; a hull's does.
+        """Return True if the shaft of a round peg can tilt enough to touch the mouth of the hole; a hull's always does.
 
-        At depth l the walls leave it a tilt of 2 c / l. Grip and plate tilt it, and a force F across the tip bends the
-        gripper by F l / k.
+        At depth l the walls allow a tilt of 2 c / l. Grip and plate tilt the peg, and a force F across the tip bends
+        the gripper by F l / k.
         """
         peg = self.peg
         bend_mrad = MOST_FORCE_N * peg.hole_depth_mm / self.compliance.tilt_Nm_per_rad
@@ -212,31 +212,31 @@ class CellConfig(Settings):
 
     @property
     def lean_mrad(self) -> float:
-        """Largest angle between the free peg's axis and the hole's."""
+        """Return the largest angle between the axes of the free peg and the hole."""
         return self.tilt_mrad + self.conditions.plate_lean_mrad
 
     @property
     def hole_reach_mm(self) -> float:
-        """How far from the nominal goal the hole may lie."""
+        """Return the largest distance of the hole from the nominal goal."""
         return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
 
     def plate_reach_m(self, wander_m: float) -> float:
-        """How far beside the hole the plate's surface must be closed for no corner of the peg to lie outside it.
+        """Return how far around the hole the plate must be closed, so that no corner of the peg is outside.
 
         Args:
-            wander_m: How far from the nominal goal the peg may be led.
+            wander_m: Largest distance of the peg from the nominal goal.
         """
         reach_m = max(PLATE_REACH_M, wander_m + self.hole_reach_mm * 1e-3 + 1e-3)
         if not (sides := self.peg.section().sides) or not self.conditions.yaw_deg:
             return reach_m
-        # A corner swings out beyond the hole's sides while the peg is turned against it.
+        # A corner extends beyond the hole's sides while the peg is turned relative to it.
         swing_rad = min(radians(self.conditions.yaw_deg + _TURNED_DEG), pi / sides)
         half_m = self.peg.diameter_mm * 0.5e-3
         return reach_m + half_m * (cos(pi / sides - swing_rad) / cos(pi / sides) - 1.0)
 
     @property
     def worn_clearance_mm(self) -> float:
-        """The clearance once all wear is done."""
+        """Return the clearance after wear."""
         return self.peg.clearance_mm + self.conditions.wear_mm
 
     @override

@@ -1,8 +1,8 @@
-"""Impedance of the contacts, hard enough for a tight hole.
+"""Contact impedance, hard enough for a tight hole.
 
-A contact of MuJoCo with impedance d and time constant T gives way by (1 - d) / d T^2 F / m at most under a force F on a
-mass m. Walls of a tight hole must not give way so far. Contacts that are hard from the surface on let a wedged peg
-bounce from wall to wall and slip on; so these become hard over a skin.
+A contact of MuJoCo with impedance d and time constant T yields by at most (1 - d) / d T^2 F / m under a force F on a
+mass m. The walls of a tight hole must yield less. With contacts that are hard from the surface, a wedged peg would
+bounce from wall to wall and slip, so these contacts harden over a skin.
 """
 
 from math import pi, sqrt
@@ -12,49 +12,49 @@ from palpate.simulation.work_cell.config import CellConfig
 
 CONTACT_TIME_S: Final = 0.003
 VALID_SHARE: Final = 0.25
-"""Largest play error over clearance: the force of a wedge errs by as much, and friction is known no better."""
+"""Largest play error over clearance: the relative error of a wedging force, about the uncertainty of friction."""
 _UPRIGHT: Final = 0.95
 _DEEP: Final = 0.99, 1e-4  # impedance in depth, and the depth in metres
 _SKIN: Final = 0.1
-"""Depth of the skin over the clearance: a peg jams where statics have it with 0.05 to 0.1, deeper with 0.2."""
+"""Depth of the skin over the clearance: with 0.05 to 0.1 a peg jams as statics predict, with 0.2 deeper."""
 _DEEPEST_SKIN_MM: Final = 0.004  # a peg may sink into the plate by 5 um
 _SURFACE: Final = 0.5
-"""Impedance at the surface of the skin: with 0.3 to 0.7 a peg jams where statics have it, with 0.8 it slips on."""
+"""Impedance at the surface of the skin: with 0.3 to 0.7 a peg jams as statics predict, with 0.8 it slips."""
 _HARDEST: Final = 0.9999  # MuJoCo's own limit
 _PRESS_N: Final = 4.9
-"""Pressing force of a task by default; a task pushes no harder across."""
+"""Default pressing force of a task; lateral pushes are not larger."""
 
 
 def contact_impedance(cell: CellConfig) -> tuple[float, float, float, float, float]:
-    """MuJoCo's solimp for all contacts of peg and plate."""
+    """Return MuJoCo's solimp for all contacts of peg and plate."""
     if not is_tight(cell):
         return _plain(cell), *_DEEP, 0.5, 2.0
     skin_mm = _skin_mm(cell)
-    # One contact alone, where all together give way by half the skin; so the skin is never pressed through.
+    # For a single contact; all together yield by half the skin, so the skin is never fully compressed.
     alone_mm = max(0.5 * skin_mm, (0.5 * skin_mm) ** 1.5 * sqrt(2.0 / cell.peg.clearance_mm) / _spacing(cell))
     hard = 1.0 / (1.0 + (skin_mm if cell.peg.is_hull else alone_mm) / _softness_mm(cell))
     return _SURFACE, min(hard, _HARDEST), skin_mm * 1e-3, 0.5, 2.0
 
 
 def is_tight(cell: CellConfig) -> bool:
-    """Return whether plain walls would give way by half of what makes the cell invalid."""
+    """Return True if plain walls would yield by half of what makes the cell invalid."""
     return _give_mm(cell, _plain(cell)) > 0.5 * VALID_SHARE * cell.peg.clearance_mm
 
 
 def give_mm(cell: CellConfig) -> float:
-    """Depth by which the walls of the hole give way to the peg."""
+    """Return the depth by which the walls of the hole yield to the peg."""
     return max(_skin_mm(cell), _give_mm(cell, _HARDEST)) if is_tight(cell) else _give_mm(cell, _plain(cell))
 
 
 def wedge_force_N(cell: CellConfig) -> float:
-    """Largest force with which gripper and walls hold a tilted peg on its way down: k (lean - 2 c / l) / l."""
+    """Return the largest wall force on a tilted peg during its descent: k (lean - 2 c / l) / l."""
     lean, c_mm, depth_mm = cell.lean_mrad * 1e-3, cell.peg.clearance_mm, cell.peg.hole_depth_mm
     at_mm = min(depth_mm, 4.0 * c_mm / lean) if lean else depth_mm
     return max(1e3 * cell.compliance.tilt_Nm_per_rad * (lean - 2.0 * c_mm / at_mm) / at_mm, 0.0)
 
 
 def _plain(cell: CellConfig) -> float:
-    """Impedance of fits that are not tight; a peg that leans stands on few points, which sink in too far with 0.95."""
+    """Return the impedance of other fits; a tilted peg rests on few points, which would sink in too far with 0.95."""
     return cell.leaning_impedance if cell.leans else _UPRIGHT
 
 
@@ -63,20 +63,20 @@ def _skin_mm(cell: CellConfig) -> float:
 
 
 def _give_mm(cell: CellConfig, impedance: float) -> float:
-    """Depth at an impedance: at an angle a from the deepest contact a displaced circle has a gap of c (1 - cos a)."""
+    """Return the depth at an impedance, with a gap of c (1 - cos a) at angle a from the deepest contact."""
     alone = (1.0 - impedance) / impedance * _softness_mm(cell)
     shared: float = (_spacing(cell) * alone) ** (2.0 / 3.0) * (cell.peg.clearance_mm / 2.0) ** (1.0 / 3.0)
-    # A hull stands on two points.
+    # A hull rests on two points.
     return 0.5 * alone if cell.peg.is_hull else min(alone, shared)
 
 
 def _softness_mm(cell: CellConfig) -> float:
-    """T^2 F / m of the force across: the press, and the wedge as far as the press overcomes its friction."""
+    """Return T^2 F / m for the lateral force: the press, and the wedging force up to what the press overcomes."""
     wedge_N, friction = wedge_force_N(cell), cell.peg.friction
     held_N = min(wedge_N, _PRESS_N / (2.0 * friction)) if friction else wedge_N
     return 1e3 * CONTACT_TIME_S**2 * (_PRESS_N + held_N) / cell.compliance.moving_mass_kg
 
 
 def _spacing(cell: CellConfig) -> float:
-    """Three quarters of the angle between contacts round the hole: the integral of the shared force."""
+    """Return three quarters of the angle between contacts around the hole, from integrating the shared force."""
     return 1.5 * pi / cell.peg.contacts_around

@@ -1,4 +1,4 @@
-"""Which spheres of the peg can touch which boxes of the plate, while the peg stays near the hole."""
+"""Pairs of peg spheres and plate boxes that can touch while the peg is near the hole."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,22 +12,23 @@ from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, Box, outermost_m, peg_rings
 
 NEAR_M: Final = 2e-3
-"""A peg within this of the hole's axis, in the hole or beside it, needs a third of the pairs of one farther off."""
+"""Radius of a near region around the hole's axis, which needs a third of the pairs of a larger one."""
 _SLACK_M: Final = 0.25e-3
-"""How far a sphere may move in a tick at the end of which it is found to be where pairs are not listed."""
+"""Largest motion of a sphere in a tick whose end is outside the listed region."""
 _LEAN: Final = 0.02
 _TURN: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Leeway:
-    """Where the peg may be for the listed pairs to be all that can touch.
+    """Region of peg poses within which the listed pairs are complete.
 
     Attributes:
-        aside_m: Distance of its tip from the hole's axis.
-        lean: Sine of the angle between its axis and the hole's.
-        turn: Sine of the angle by which it may be turned about its axis.
-        play_m: Distance of its axis from the hole's at the height of the upper ring, once that is in the hole.
+        aside_m: Distance of the tip from the hole's axis.
+        lean: Sine of the angle between the axes of peg and hole.
+        turn: Sine of the turn about the peg's axis.
+        play_m: Distance of the peg's axis from the hole's at the height of the upper ring, once that ring is in the
+            hole.
     """
 
     aside_m: float
@@ -37,14 +38,14 @@ class Leeway:
 
     @classmethod
     def of(cls, config: CellConfig, aside_m: float) -> Self:
-        """What the listed pairs of a cell allow."""
+        """Return the region of the listed pairs of a cell."""
         lean = sin(config.tilt_mrad * 1e-3) + _LEAN
         play_m = config.peg.clearance_mm * 1e-3 + UPPER_RING_M * lean + _SLACK_M
         return cls(aside_m, lean, _TURN, play_m)
 
 
 def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
-    """Numbers of sphere and box that can touch within the leeway; the upper ring's count on from the lower's."""
+    """Return pairs (sphere, box) that can touch within the leeway; the upper ring's numbers follow the lower's."""
     lower, upper = peg_rings(config.peg)
     rings = ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m))
     radius_m = config.peg.rim_radius_mm * 1e-3
@@ -54,12 +55,12 @@ def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[t
         shift_m = aside_m + outermost * (leeway.turn + 1.0 - sqrt(1.0 - leeway.lean**2)) + radius_m + _SLACK_M
         near = np.argwhere(_beside_m(boxes, ring) <= shift_m)
         pairs += [(first + sphere, box) for sphere, box in near.tolist()]
-    # The upper ring never comes down to the floor, which is the last box.
+    # The upper ring never reaches the floor, which is the last box.
     return [(sphere, box) for sphere, box in pairs if sphere < len(lower) or box < len(boxes) - 1]
 
 
 def _beside_m(boxes: Sequence[Box], points: Sequence[tuple[float, float]]) -> npt.NDArray[np.float64]:
-    """How far points are beside boxes, (points, boxes), seen along the hole's axis; 0 above or below them."""
+    """Return distances of points from boxes, (points, boxes), across the hole's axis; 0 above or below them."""
     x, y = np.array(points).T[:, :, None]
     c, s, distance_m, half_along_m, half_across_m = np.array(
         [(cos(box.heading_rad), sin(box.heading_rad), box.distance_m, *box.half_m[:2]) for box in boxes]

@@ -1,7 +1,7 @@
-"""Which contacts are looked for, tick by tick: none high above the plate, listed pairs near the hole, else all.
+"""Choice of contacts to check per tick: none high above the plate, listed pairs near the hole, otherwise all.
 
-Listed pairs save most of the search and give the same contacts. A list is complete only so far from the hole, so a
-tick that ends where it is not is done over with more: nothing goes through the plate for want of a pair.
+Listed pairs save most of the search and give the same contacts. A list is complete only near the hole. A tick that ends
+outside its region is repeated with a longer list, so that no contact is missed.
 """
 
 from collections.abc import Sequence
@@ -18,20 +18,20 @@ _CLEAR_M: Final = 1e-3
 
 
 class ContactSearch:
-    """Lets physics go on, looking for as few contacts as can be.
+    """Advances the physics with as few contact checks as possible.
 
-    It has models of the same cell, which differ in the contacts that are looked for and in nothing else, so that all
-    can go on from one state. A level is an index among them; a higher one finds whatever a lower one does.
+    It has several models of the same cell that differ only in the contacts to check, so that all can start from one
+    state. A level is an index of a model; a higher one finds all contacts of a lower one.
 
     Args:
-        model: The cell, with all contacts searched for.
-        listed: For each leeway, narrowest first, the cell with the pairs listed that can touch within it.
+        model: The cell, with all contacts checked.
+        listed: For each leeway, narrowest first, the cell with the listed pairs of this region.
         radius_m: Distance of the peg's outermost sphere from its axis.
-        yaw_rad: Angle from the plate's x to the tip's x about the plate's z, as the arm holds the tool.
+        yaw_rad: Angle from the plate's x to the tip's x about the plate's z.
 
     Attributes:
-        models: By level: nothing is looked for, each list, everything.
-        level: That of the newest step.
+        models: Models by level: no checks, each list, all contacts.
+        level: Level of the newest step.
     """
 
     def __init__(
@@ -49,17 +49,17 @@ class ContactSearch:
         self._data, self._radius_m = data, radius_m
         self._across = -sin(yaw_rad), cos(yaw_rad)
         start = int(model.sensor("tip_in_plate").adr[0])
-        # Position, x axis and z axis of the tip at the newest physics step, where contacts were looked for.
+        # Position, x axis and z axis of the tip at the newest physics step, in which contacts were checked.
         self._pose = data.sensordata[start : start + 9]
-        # All that a step starts from and changes, but the time; each array where MuJoCo keeps it.
+        # The complete state of a step except the time, as MuJoCo's own arrays.
         self._state = data.qpos, data.qvel, data.act, data.history, data.qacc_warmstart
-        # As bytes, one by one: mj_getState takes 3 us more between steps of physics, a twentieth of a tick.
+        # As separate bytes: mj_getState takes 3 us more between physics steps, a twentieth of a tick.
         self._kept = tuple(each.tobytes for each in self._state)
         self._plate = model.body("plate").id
         self.level = self._next = self._highest = len(listed) + 1
 
     def begin(self) -> None:
-        """Find out all about a state that was just set; the plate is where it is in the model that finds everything."""
+        """Initialise after a state was set; the model of the highest level has the position of the plate."""
         everything = self.models[-1]
         for model in self.models:
             model.body_pos[self._plate] = everything.body_pos[self._plate]
@@ -68,12 +68,12 @@ class ContactSearch:
         self._next = self._needed()
 
     def step(self, steps: int) -> None:
-        """So many physics steps."""
+        """Make n physics steps."""
         data, self.level = self._data, self._next
         if self.level < self._highest:
             position, velocity, activation, history, guess = self._kept
             before = data.time, position(), velocity(), activation(), history(), guess()
-        # By place: to be given their number by its name takes a call three times as long.
+        # Positional: with a keyword argument the call takes three times as long.
         mujoco.mj_step(self.models[self.level], data, steps)
         while (needed := self._needed()) > self.level:
             self.level = needed
@@ -87,7 +87,7 @@ class ContactSearch:
             array[:] = np.frombuffer(kept)
 
     def _needed(self) -> int:
-        """The lowest level that finds every contact where the peg was at the newest physics step."""
+        """Return the lowest level that finds every contact for the peg's pose at the newest physics step."""
         x, y, z, along, across, _, lean_x, lean_y, down = self._pose.tolist()
         lean = hypot(lean_x, lean_y)
         lowest = z + self._radius_m * lean
@@ -97,7 +97,7 @@ class ContactSearch:
             return 0
         aside = hypot(x, y)
         turn = abs(along * self._across[0] + across * self._across[1])
-        # Higher up, the upper ring has nothing beside it.
+        # If it is higher up, nothing is next to the upper ring.
         axis_off = aside + UPPER_RING_M * lean if lowest > UPPER_RING_M - _CLEAR_M else 0.0
         for level, leeway in enumerate(self._leeways, 1):
             if aside <= leeway.aside_m and lean <= leeway.lean and turn <= leeway.turn and axis_off <= leeway.play_m:

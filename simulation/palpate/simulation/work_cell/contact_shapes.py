@@ -1,6 +1,6 @@
-"""What touches: rings of small spheres on the peg, boxes that form the plate with its hole. Geometry alone.
+"""Contact geometry: rings of small spheres on the peg, and boxes that form the plate with its hole.
 
-Everything is in the plate's frame, z into the hole and the surface at 0, with the peg upright in the hole's axis.
+All coordinates are in the plate's frame, z into the hole and the surface at 0, with the peg upright on the hole's axis.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Box:
         heading_rad: Direction of its x axis, from the hole's axis outwards.
         distance_m: Distance of its centre from the hole's axis.
         depth_m: Depth of its centre below the surface.
-        half_m: Half its sizes along its own axes: away from the hole, along its wall, downwards.
+        half_m: Half its size along its own axes: away from the hole, along the wall, downwards.
     """
 
     heading_rad: float
@@ -32,17 +32,17 @@ class Box:
 
 
 def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
-    """The boxes of the plate: wall of the hole, surface round it, and last the hole's floor.
+    """Return the boxes of the plate: the wall of the hole, the surface around it, and last the floor of the hole.
 
     Args:
         peg: Shape and size of the hole.
-        reach_m: How far from the hole's edge the surface is closed.
+        reach_m: Distance from the hole's edge up to which the surface is closed.
     """
     hole = peg.section(peg.clearance_mm)
     depth = peg.hole_depth_mm * 1e-3
     half_thickness = (depth + 0.005) / 2
-    # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which saved a seventh of a step's cost.
-    # The outer ring has fewer, broader ones, and begins far enough inside the inner ring to leave no slit.
+    # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which saved a seventh of a step's time.
+    # The outer ring has fewer, broader boxes, and overlaps the inner ring enough to leave no slit.
     outer_boxes = peg.outer_boxes or peg.wall_boxes // 2
     slit = 0.0 if hole.is_polygon else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
     boxes = []
@@ -56,22 +56,22 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
 
 
 def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Centres of the spheres of the lower and the upper ring, across the peg's axis."""
+    """Return the centres of the spheres of the lower and the upper ring, across the peg's axis."""
     section = peg.section()
     inset_m = peg.rim_radius_mm * 1e-3
     return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)
 
 
 def mouth_ring(peg: PegConfig) -> list[tuple[float, float]]:
-    """Centres of the spheres that form the hole's edge where the peg's shaft may meet it."""
+    """Return the centres of the spheres that form the hole's edge, for contact with the peg's shaft."""
     hole = peg.section(peg.clearance_mm)
     return hole.rim(peg.upper_spheres or peg.rim_spheres, -peg.rim_radius_mm * 1e-3)
 
 
 def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, float]]:
-    """Corners of a peg that is a hull, z along its axis and 0 at its end face: the edge there has a chamfer.
+    """Return the corners of a peg that is a hull, z along its axis and 0 at its end face, with a chamfer there.
 
-    Without one, how far off the peg drops into the hole would depend on the time step by a quarter.
+    Without a chamfer, the distance at which the peg drops into the hole would vary by a quarter with the time step.
     """
     chamfer_m = (peg.chamfer_mm or peg.rim_radius_mm) * 1e-3
     return [
@@ -82,5 +82,5 @@ def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, flo
 
 
 def outermost_m(ring: list[tuple[float, float]]) -> float:
-    """Distance of a ring's outermost sphere from the peg's axis."""
+    """Return the distance of a ring's outermost sphere from the peg's axis."""
     return max(hypot(x, y) for x, y in ring)

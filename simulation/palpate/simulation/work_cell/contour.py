@@ -1,4 +1,4 @@
-"""A surface that is not flat, and the ball that follows it: both of shapes that MuJoCo collides exactly."""
+"""A curved surface, and the ball that follows it, both of shapes that MuJoCo collides exactly."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ if TYPE_CHECKING:
 
 FLAT: Final = "none"
 _BOX_M: Final = 1e-3
-"""Length of the boxes that the contour is made of; at a radius of 80 mm their middle is 1.6 um off the curve."""
+"""Length of the contour's boxes; at a radius of 80 mm their centre is 1.6 um off the curve."""
 _HALF_THICKNESS_M: Final = 5e-3
 
 
 @dataclass(frozen=True)
 class ContourConfig(Settings):
-    """A contour in the plate's place, and a ball in the peg's. At the hole's place the wave is at its mean."""
+    """A contour in place of the plate, and a ball in place of the peg; the hole's position is at the wave's mean."""
 
     TABLE: ClassVar[str] = "cell.contour"
 
     shape: Annotated[str, OneOf(FLAT, "sine")] = FLAT
     """none: the plate with its hole; sine: a wave along x."""
     amplitude_mm: Annotated[float, Range(0.0, 20.0)] = 2.0
-    """Height of its crests above its mean."""
+    """Height of the crests above the mean."""
     wavelength_mm: Annotated[float, Range(5.0, 1000.0)] = 80.0
-    """Length of a wave."""
+    """Length of the wave."""
     length_mm: Annotated[float, Range(10.0, 2000.0)] = 260.0
     """Length of the surface, along x and across."""
     ball_radius_mm: Annotated[float, Range(0.5, 20.0)] = 5.0
@@ -36,12 +36,12 @@ class ContourConfig(Settings):
 
 
 def height_m(contour: ContourConfig, x_m: float) -> float:
-    """How far the surface lies above its mean, x from where the hole would be."""
+    """Return the height of the surface above its mean at a distance x from the hole's position."""
     return contour.amplitude_mm * 1e-3 * sin(tau * x_m / (contour.wavelength_mm * 1e-3))
 
 
 def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: object) -> None:
-    """The surface, in the plate's frame: z into it. Boxes along its chords, tangent end to end."""
+    """Add the surface in the plate's frame, z into it, as boxes along its chords, end to end."""
     import mujoco
 
     count = ceil(contour.length_mm * 1e-3 / _BOX_M)
@@ -51,7 +51,7 @@ def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: objec
         z0, z1 = -height_m(contour, x0), -height_m(contour, x0 + _BOX_M)
         chord_m, lean = hypot(_BOX_M, z1 - z0), (z1 - z0) / _BOX_M
         s, c = lean / hypot(1.0, lean), 1.0 / hypot(1.0, lean)
-        # Turned about y so that its x leads along the chord; its middle is half its thickness below.
+        # Turned about y so that its x is along the chord; its centre is half its thickness below.
         half = -0.5 * atan2(s, c)
         plate.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -63,7 +63,7 @@ def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: objec
 
 
 def add_ball(peg: mujoco.MjsBody, contour: ContourConfig, **touching: object) -> None:
-    """The tool's tip; the deepest point of the ball is where the peg's end face would be."""
+    """Add the tool's tip; the deepest point of the ball is at the position of the peg's end face."""
     import mujoco
 
     radius_m = contour.ball_radius_mm * 1e-3

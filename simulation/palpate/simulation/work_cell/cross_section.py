@@ -1,7 +1,7 @@
 """Outlines of pegs and holes: a circle, a regular polygon, one with round corners, or a circle with a flat.
 
-Everything is in the plane across the tool axis, and every outline is convex. It is given by the radius of its inscribed
-circle (its apothem), so that a hole is the same outline grown by the clearance, and the gap is that on every side.
+Outlines are convex and in the plane across the tool axis. They are given by the radius of the inscribed circle (the
+apothem), so that a hole is the same outline grown by the clearance, with that gap on every side.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class CrossSection:
         sides: Number of sides; 0 for a circle.
         apothem_m: Radius of the inscribed circle.
         corner_m: Radius of a polygon's corners.
-        flat_m: Distance of a circle's flat from its centre; None where it has none.
+        flat_m: Distance of a circle's flat from its centre; None if it has none.
     """
 
     sides: int
@@ -42,35 +42,35 @@ class CrossSection:
     flat_m: float | None = None
 
     def grown(self, by_m: float) -> CrossSection:
-        """The outline that runs so far outside this one; sharp corners stay sharp."""
+        """Return the outline at this distance outside; sharp corners stay sharp."""
         corner_m = max(self.corner_m + by_m, 0.0) if self.corner_m else 0.0
         flat_m = None if self.flat_m is None else self.flat_m + by_m
         return replace(self, apothem_m=self.apothem_m + by_m, corner_m=corner_m, flat_m=flat_m)
 
     @property
     def is_polygon(self) -> bool:
-        """Whether it has straight sides and sharp corners, and nothing else."""
+        """Return True if the outline has only straight sides and sharp corners."""
         return bool(self.sides) and not self.corner_m
 
     def facets(self, most: int) -> int:
-        """How many walls, evenly spaced by their headings, a hole of this outline has.
+        """Return the number of walls of a hole with this outline, evenly spaced by heading.
 
         Args:
-            most: That of a circle; a polygon has one per side, one with round corners as many for each side.
+            most: Number for a circle; a polygon has one per side, one with round corners an equal number for each side.
         """
         if not self.sides:
             return most
         return self.sides * (ceil(most / self.sides) if self.corner_m else 1)
 
     def walls(self, boxes: int, reach_m: float) -> list[Wall]:
-        """Walls of a hole with this outline.
+        """Return the walls of a hole with this outline.
 
-        A box whose inner face touches a convex outline never enters it, however wide it is. So the walls are made wide
-        enough to leave no gaps between them up to ``reach_m`` outside the hole.
+        A box whose inner face touches a convex outline never enters it, even if it is wide. The walls are therefore
+        wide enough to leave no gaps between them up to ``reach_m`` outside the hole.
 
         Args:
             boxes: Number of walls for a circle; see :meth:`facets`.
-            reach_m: How far from the outline the plate's surface must be closed.
+            reach_m: Distance from the outline up to which the plate's surface must be closed.
         """
         count = self.facets(boxes)
         distances_m = [self._support_m(k, count) for k in range(count)]
@@ -82,9 +82,9 @@ class CrossSection:
         return walls
 
     def _support_m(self, k: int, count: int) -> float:
-        """How far the outline reaches in the direction of the wall k of so many."""
+        """Return the extent of the outline in the direction of wall k of ``count``."""
         if self.sides:
-            # Headings are counted from the nearest side's normal: so a side itself is exactly where it is.
+            # Headings are measured from the nearest side's normal, so that sides are exact.
             each = count // self.sides
             off, centre_m = 2 * pi * min(k % each, -k % each) / count, self.apothem_m - self.corner_m
             return centre_m * (cos(off) + tan(pi / self.sides) * sin(off)) + self.corner_m
@@ -95,11 +95,11 @@ class CrossSection:
 
     @property
     def _flat_rad(self) -> float:
-        """Half the angle under which a flat is seen from the centre."""
+        """Return half the angle of a flat as seen from the centre."""
         return 0.0 if self.flat_m is None else acos(self.flat_m / self.apothem_m)
 
     def outline(self, points: int) -> list[tuple[float, float]]:
-        """Corners of the outline in order; round parts have so many points as a whole circle would have."""
+        """Return the corners of the outline in order; round parts have the density of a circle with n points."""
         if self.sides:
             each = self.facets(points) // self.sides
             centre_m = (self.apothem_m - self.corner_m) / cos(pi / self.sides)
@@ -114,7 +114,7 @@ class CrossSection:
         return [_at(self.apothem_m, a) for a in ([half, *round_part, -half] if half else round_part)]
 
     def rim(self, count: int, inset_m: float) -> list[tuple[float, float]]:
-        """Centres of small spheres along the outline, evenly spaced, ``inset_m`` inside it; corners included."""
+        """Return the centres of evenly spaced spheres along the outline, ``inset_m`` inside it, corners included."""
         inner = self.grown(-inset_m)
         if not self.sides:
             return inner.outline(count)
@@ -126,6 +126,6 @@ class CrossSection:
 
 
 def _at(radius_m: float, heading_rad: float, then_m: float = 0.0, towards_rad: float = 0.0) -> tuple[float, float]:
-    """A point so far from the centre, and a step from there in another direction."""
+    """Return the point at a radius and heading from the centre, shifted in another direction."""
     x, y = radius_m * cos(heading_rad), radius_m * sin(heading_rad)
     return x + then_m * cos(towards_rad), y + then_m * sin(towards_rad)

@@ -1,4 +1,4 @@
-"""What an emulated rig keeps to itself: values that a commissioning has to find, drawn from a seed."""
+"""Hidden values of an emulated rig, drawn from a seed, which commissioning must find."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _STIFFNESS: Final = (0.6, 1.6)
 
 @dataclass(frozen=True)
 class HiddenValues:
-    """What is true of a rig besides its configuration.
+    """True values of a rig that differ from its configuration.
 
     Attributes:
-        gripper_kg: Mass between force sensor and springs, on top of the configured cell's.
-        centre_of_mass_m: Its centre of mass, (3,), frame of the tool.
-        mounting_deg: By how much the sensor is turned about the tool's axis, from x towards y.
-        plate_mm: How much higher the plate is than believed.
-        hole_mm: Within this distance of the nominal goal the hole lies.
-        axial_share: The gripper's stiffness along its axis, as a share of the configured one.
-        springs_share: Stiffness of all the gripper's springs, as a share of the configured one.
-        friction: Between peg and plate; None for the configured one.
-        latency_ms: By how much wrenches come late.
+        gripper_kg: Mass between force sensor and springs, in addition to the configured one.
+        centre_of_mass_m: Centre of that mass, (3,), frame of the tool.
+        mounting_deg: Turn of the sensor about the tool's axis, from x towards y.
+        plate_mm: Height of the plate above its nominal height.
+        hole_mm: Largest distance of the hole from the nominal goal.
+        axial_share: Axial stiffness of the gripper over the configured one.
+        springs_share: Stiffness of all springs of the gripper over the configured one.
+        friction: Friction between peg and plate; None for the configured one.
+        latency_ms: Latency of wrenches.
     """
 
     gripper_kg: float = 0.0
@@ -49,7 +49,7 @@ class HiddenValues:
 
     @classmethod
     def drawn(cls, seed: int) -> HiddenValues:
-        """The values that belong to a seed."""
+        """Draw the values of a seed."""
         rng = generator(seed, Purpose.HIDDEN, 0)
         return cls(
             gripper_kg=rng.uniform(*_GRIPPER_KG),
@@ -65,7 +65,7 @@ class HiddenValues:
         )
 
     def cell(self, config: CellConfig) -> CellConfig:
-        """The configured cell with what of this is part of its physics."""
+        """Return the configured cell with the values that affect its physics."""
         names = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
         springs = {name: getattr(config.compliance, name) * self.springs_share for name in names}
         springs["axial_N_per_mm"] *= self.axial_share
@@ -78,11 +78,11 @@ class HiddenValues:
         )
 
     def felt(self, wrench: list[float], down_in_tool: Any) -> list[float]:
-        """What the turned sensor measures of a wrench, (6,), with the gripper's weight in it.
+        """Return a wrench, (6,), as the turned sensor measures it, including the gripper's weight.
 
         Args:
-            wrench: That of the configured cell, (6,), frame of the tool.
-            down_in_tool: Unit vector down, (3,), frame of the tool. Accelerations are small beside gravity.
+            wrench: Wrench in the configured cell, (6,), frame of the tool.
+            down_in_tool: Unit vector down, (3,), frame of the tool. Accelerations are small compared with gravity.
         """
         weight_N = self.gripper_kg * _GRAVITY_M_S2
         gx, gy, gz = (weight_N * float(each) for each in down_in_tool)
@@ -95,18 +95,18 @@ class HiddenValues:
 
 
 class SampleDelay:
-    """Gives wrenches of a while ago, between those of two ticks where that while is no whole number of them."""
+    """Delays wrenches, with interpolation between ticks for fractional delays."""
 
     def __init__(self, ticks: float) -> None:
         self._whole, self._rest = int(ticks), ticks - int(ticks)
         self._past: deque[list[float]] = deque(maxlen=self._whole + 2)
 
     def begin(self) -> None:
-        """Forget the past."""
+        """Clear the history."""
         self._past.clear()
 
     def passed(self, wrench: list[float]) -> list[float]:
-        """Take in this tick's wrench, (6,); gives the late one, at first the oldest that there is."""
+        """Add this tick's wrench, (6,); return the delayed one, at first the oldest available."""
         self._past.append(wrench)
         newer, older = (self._past[max(len(self._past) - 1 - ago, 0)] for ago in (self._whole, self._whole + 1))
         return [a + self._rest * (b - a) for a, b in zip(newer, older, strict=True)]

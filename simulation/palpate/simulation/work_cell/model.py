@@ -1,7 +1,7 @@
 """Builds the MuJoCo model of the work cell: arm, wrist sensor, compliant gripper, peg, plate with hole.
 
-The arm comes from the Pinocchio model that the core uses, body by body, so both have one geometry. Contact of a
-round peg is between small spheres on its rim and boxes round the hole, because that pair has an exact collider: a plain
+The arm is converted from the Pinocchio model of the core, body by body, so both have one geometry. A round peg makes
+contact through small spheres on its rim with boxes around the hole, because that pair has an exact collider: a plain
 cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``). A peg with
 sides is one convex body.
 """
@@ -53,18 +53,18 @@ def build_work_cell(
     plate_reach_m: float = PLATE_REACH_M,
     listed: Leeway | None = None,
 ) -> mujoco.MjModel:
-    """The compiled model.
+    """Build and compile the model.
 
     Names in it: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``, ``torque`` at the
     sensor frame, ``tip_position`` for scoring; site ``tip``.
 
     Args:
         goal_in_base: Placement of the nominal goal (task frame) in the base frame; the plate starts there.
-        tool_yaw_rad: Angle from the task's x to the tip's x about the task's z, with which the arm will hold the
-            tool; a peg that is not round is gripped so that it fits the hole at this yaw.
+        tool_yaw_rad: Angle from the task's x to the tip's x about the task's z in the arm's ready pose; a peg that is
+            not round is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this over ``config.substeps``.
-        plate_reach_m: How far from the hole's edge the plate's surface is closed.
-        listed: Only pairs of sphere and box that can touch within this are tried; None searches for all contacts.
+        plate_reach_m: Distance from the hole's edge up to which the plate's surface is closed.
+        listed: Check only pairs of sphere and box that can touch within this region; None checks all contacts.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"palpate work cell, {kinematics.arm.name}"
@@ -76,7 +76,7 @@ def build_work_cell(
     spec.option.tolerance = 1e-10
     # Sparse Newton has a wrong Hessian in MuJoCo 4.0.0 (release notes of 4.0.1, #3767).
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    # The integrators that leave stiffness explicit let the peg chatter on the hole's wall at 5 substeps.
+    # With integrators that treat stiffness explicitly the peg chatters on the hole's wall at 5 substeps.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.compiler.degree = False
     spec.compiler.balanceinertia = True
@@ -98,13 +98,13 @@ def build_work_cell(
         raise AssetError("arm", kinematics.arm.urdf, accepted) from error
     if listed is None:
         return model
-    # Pairs in the list are tried in any case; bodies without types collide in no other.
+    # Listed pairs are always checked; bodies without types have no other contacts.
     model.body_contype[:] = model.body_conaffinity[:] = 0
     return model
 
 
 def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
-    """Bodies, joints and servos of the arm; returns the body that carries the flange."""
+    """Add bodies, joints and servos of the arm; return the body with the flange."""
     model, (inertias, _) = kinematics.model, body_inertias(kinematics)
     stiffness, armature = servos(kinematics, inertias)
     axes = _joint_axes(model)
@@ -122,7 +122,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             explicitinertial=True,
             gravcomp=1.0,
         )
-        # Never the URDF's names, which may be those of the cell's own joints, or none.
+        # The URDF's names are not used: they may equal those of the cell's joints, or be missing.
         body.add_joint(
             name=f"joint_{index}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
@@ -142,8 +142,8 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             )
         servo = spec.add_actuator(name=f"servo_{index}", target=f"joint_{index}")
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        # With integral action, as industrial joint servos have it: without, the arm gives way by some 30 microradian
-        # when it presses, and the gripper's springs make of that a torque as large as the one that points at the hole.
+        # Integral action as in industrial joint servos: without it, the arm yields by about 30 microradians under the
+        # press, and the gripper's springs turn that into a torque as large as the one that points at the hole.
         servo.set_to_pid(
             kp=stiffness[j],
             kv=2.0 * sqrt(stiffness[j] * armature[j]),
@@ -162,10 +162,10 @@ def _add_wrist(
     tool_yaw_rad: float,
     down: tuple[float, float, float],
 ) -> None:
-    """Force sensor, springs of the gripper, and the peg."""
+    """Add force sensor, springs of the gripper, and peg."""
     tool, springs, peg = kinematics.tool, config.compliance, config.peg
     sensor_in_flange = kinematics.model.frames[kinematics.model.getFrameId("sensor")].placement
-    # A body without joints: MuJoCo's force sensor reports what passes between such a body and its parent.
+    # A body without joints: MuJoCo's force sensor reports the force between such a body and its parent.
     sensor = flange.add_body(
         name="sensor",
         pos=sensor_in_flange.translation,
@@ -182,12 +182,12 @@ def _add_wrist(
         **_ONLY_SEEN,
         rgba=(0.2, 0.45, 0.7, 1.0),
     )
-    # The task's z points out of the tool as the tip's does, so the yaw takes headings in the task to the tip's.
+    # The task's z points out of the tool like the tip's, so the yaw converts headings in the task to the tip's.
     lean = config.tilt_heading_deg / 180.0 * np.pi - tool_yaw_rad
     tilt = config.tilt_mrad * 1e-3
     mass, length_m = springs.moving_mass_kg, hypot(*tool.tip_m)
     height_mm = springs.centre_of_mass_above_tip_mm
-    # Radii of gyration squared, m^2: those of a cylinder 2.6 h long and 0.35 h in radius.
+    # Squared radii of gyration, m^2, of a cylinder 2.6 h long and 0.35 h in radius.
     across, along = 6e-7 * height_mm**2, 6e-8 * height_mm**2
     body = sensor.add_body(
         name="peg",
@@ -201,7 +201,7 @@ def _add_wrist(
     tilting_inertia = mass * (across + (height_mm * 1e-3 - springs.centre_above_tip_mm * 1e-3) ** 2)
     pivot = (0.0, 0.0, -springs.centre_above_tip_mm * 1e-3)
     lateral, axial = springs.lateral_N_per_mm * 1e3, springs.axial_N_per_mm * 1e3
-    # At rest above the hole the peg is where kinematics puts it: the springs bear its weight.
+    # Stationary above the hole the peg is in its kinematic pose: the springs are preloaded with its weight.
     fx, fy, fz = (mass * GRAVITY_M_S2 * each for each in down)
     tilt_lever_m = (height_mm - springs.centre_above_tip_mm) * 1e-3
     bent_x, bent_y = -tilt_lever_m * fy / springs.tilt_Nm_per_rad, tilt_lever_m * fx / springs.tilt_Nm_per_rad
@@ -224,7 +224,7 @@ def _add_wrist(
         add_ball(body, config.contour, **touching)
     rim = peg.rim_radius_mm * 1e-3
     c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
-    # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
+    # The upper ring is a separate body: far above the plate its whole bounding volume is skipped at once.
     upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
     rings = peg_rings(peg) if config.contour.shape == FLAT and not peg.is_hull else ([], [])
     if config.has_shaft:
@@ -256,7 +256,7 @@ def _add_wrist(
 
 
 def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float, **touching: Any) -> None:
-    """The shaft: seen only, or touching the mouth of the hole from just above the rim's spheres on."""
+    """Add the shaft: visual only, or in contact with the mouth of the hole from just above the rim's spheres."""
     peg = config.peg
     start = 2e-3 * peg.rim_radius_mm if touching else 0.0
     radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
@@ -270,7 +270,7 @@ def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float, **tou
 
 
 def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, boxes: list[Box]) -> None:
-    """The plate with its hole, in the task frame: z into the hole, surface at 0."""
+    """Add the plate with its hole, in the task frame: z into the hole, surface at 0."""
     upright = quaternion(goal_in_base.rotation)
     plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=upright)
     touching = {"contype": _PLATE, "conaffinity": _PEG, "rgba": _PLATE_RGBA, **_touching(config)}
@@ -298,7 +298,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
 
 
 def _touching(config: CellConfig) -> dict[str, Any]:
-    """How whatever touches does so."""
+    """Return the contact parameters of peg and plate."""
     return {
         "condim": 3,
         "friction": (config.peg.friction, 0.0, 0.0),
@@ -308,7 +308,7 @@ def _touching(config: CellConfig) -> dict[str, Any]:
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
-    """Pairs of sphere and box for a peg within the leeway."""
+    """Add the pairs of sphere and box for a peg within the leeway."""
     rings, plate = (spec.body("peg"), spec.body("peg_upper")), list(spec.body("plate").geoms)
     mouth = [geom for geom in plate if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
     spheres = [geom for body in rings for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
@@ -330,7 +330,7 @@ def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leewa
 
 
 def _tell_place(spec: mujoco.MjSpec) -> None:
-    """Sensors for where the tip is, by which it is decided which contacts are looked for."""
+    """Add sensors of the tip's pose, which select the contacts to check."""
     for name, kind in (
         ("tip_in_plate", mujoco.mjtSensor.mjSENS_FRAMEPOS),
         ("tip_x_in_plate", mujoco.mjtSensor.mjSENS_FRAMEXAXIS),
@@ -340,13 +340,13 @@ def _tell_place(spec: mujoco.MjSpec) -> None:
             name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="tip",
             reftype=mujoco.mjtObj.mjOBJ_XBODY, refname="plate",
         )  # fmt: skip
-    # One peg on one plate is one island: looking for more costs time and changes nothing.
+    # One peg on one plate is one island: searching for more costs time without effect.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 
 
 def _add_sensors(spec: mujoco.MjSpec, config: CellConfig) -> None:
     site = mujoco.mjtObj.mjOBJ_SITE
-    # The history keeps every physics step of one tick, so that peaks between two control ticks are not missed.
+    # The history holds every physics step of a tick, so that peaks between control ticks are included.
     for name, kind in (("force", mujoco.mjtSensor.mjSENS_FORCE), ("torque", mujoco.mjtSensor.mjSENS_TORQUE)):
         sensor = spec.add_sensor(name=name, type=kind, objtype=site, objname="wrench")
         if name == "force":
@@ -355,7 +355,7 @@ def _add_sensors(spec: mujoco.MjSpec, config: CellConfig) -> None:
 
 
 def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
-    """Axis of each joint in its own frame, from the motion itself, whatever Pinocchio calls the joint type."""
+    """Return the axis of each joint in its own frame, computed from its motion for any joint type of Pinocchio."""
     data = model.createData()
     axes = []
     for index in range(1, model.njoints):
@@ -370,20 +370,20 @@ def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
 
 
 def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
-    """A rotation matrix, (3, 3), as MuJoCo has it: w, x, y, z."""
+    """Convert a rotation matrix, (3, 3), to MuJoCo's quaternion: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
 
 
 def _down_in_tip(goal_in_base: pin.SE3, tool_yaw_rad: float) -> tuple[float, float, float]:
-    """Direction of the weight in the tip frame, with the tool along the hole."""
+    """Return the direction of gravity in the tip frame, with the tool along the hole."""
     x, y, z = (-goal_in_base.rotation[2]).tolist()
     c, s = cos(tool_yaw_rad), sin(tool_yaw_rad)
     return c * x + s * y, c * y - s * x, z
 
 
 def _turned(kinematics: Kinematics, tilt: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
-    """Orientation of a tilted peg in the sensor frame, w, x, y, z."""
+    """Return the orientation of a tilted peg in the sensor frame, w, x, y, z."""
     if not any(kinematics.tool.tip_rpy_rad):
         return tilt
     w, x, y, z = tilt

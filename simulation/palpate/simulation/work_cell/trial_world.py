@@ -1,4 +1,4 @@
-"""What the simulated world of one trial is: a function of configuration, seed and trial, and of nothing else."""
+"""The simulated world of one trial, a function of configuration, seed and trial only."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,15 +20,15 @@ _STILL: Final[Wrench] = (0.0,) * 6
 
 @dataclass(frozen=True)
 class TrialWorld:
-    """What is true in one trial.
+    """Ground truth of one trial.
 
     Attributes:
-        cell: The cell as it stands then: heading of the tilt and clearance are this trial's.
+        cell: The cell with the tilt heading and the clearance of this trial.
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
-        zero_shift: By what the sensor's zero is off under load, (6,), N and N m, sensor frame.
-        zero_drift_per_s: How fast it drifts, (6,), N/s and N m/s, sensor frame.
+        zero_shift: Shift of the sensor's zero under load, (6,), N and N m, sensor frame.
+        zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, sensor frame.
         hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
-        drawn: What of it the configuration lets differ from trial to trial, the hole excepted: by names with units.
+        drawn: Quantities that vary from trial to trial in this configuration, without the hole, by names with units.
     """
 
     cell: CellConfig
@@ -40,11 +40,11 @@ class TrialWorld:
 
 
 def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
-    """The world of a trial.
+    """Return the world of a trial.
 
     Args:
-        config: The cell, with the conditions that change in it.
-        trial: Index of the trial. Batches and wear are counted from the beginning of its series.
+        config: The cell with its varying conditions.
+        trial: Index of the trial. Batches and wear count from the beginning of its series.
     """
     conditions, peg, drawn = config.conditions, config.peg, dict[str, float]()
     count = trial % TRIALS_OF_A_SERIES
@@ -74,7 +74,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
         drawn |= {"hole_yaw_deg": degrees(yaw_rad)} if conditions.yaw_deg else {}
         drawn |= {"plate_heading_deg": degrees(heading_rad)} if conditions.plate_lean_mrad else {}
     z = -config.hole_height_error_mm * 1e-3
-    # Most cells are the same in every trial, and making one checks all its settings.
+    # Most cells are equal in every trial, and creating one checks all its settings.
     same = peg is config.peg and tilt_deg == config.tilt_heading_deg
     return TrialWorld(
         config if same else replace(config, peg=peg, tilt_heading_deg=tilt_deg),
@@ -87,9 +87,9 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 
 
 def _batch(trial: int, trials: int) -> int:
-    """Index of the batch of so many trials that a trial belongs to, for random streams; 0 throughout where all are one.
+    """Return the index of a trial's batch, with ``trials`` trials per batch, for random streams; 0 for a single batch.
 
-    No two series have a batch in common: a policy is not tried on the grips that it was trained on.
+    No two series share a batch: a policy is not evaluated on grips of its training.
     """
     if not trials:
         return 0
@@ -98,14 +98,14 @@ def _batch(trial: int, trials: int) -> int:
 
 
 def _turn(yaw_rad: float, lean_rad: float, heading_rad: float) -> Vector3:
-    """Rotation vector of a yaw about the hole's axis, which leans towards the heading, seen along the task's z."""
+    """Return the rotation vector of a yaw about the hole's axis, which is tilted towards the heading."""
     lean = pin.exp3(lean_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
     x, y, z = pin.log3(lean @ pin.exp3(np.array([0.0, 0.0, yaw_rad]))).tolist()
     return x, y, z
 
 
 def _across(force: float, torque: float, heading_deg: float) -> Wrench:
-    """A force and a torque of these sizes, both towards this heading."""
+    """Return a force and a torque of these sizes, both towards this heading."""
     if not force and not torque:
         return _STILL
     c, s = cos(radians(heading_deg)), sin(radians(heading_deg))
