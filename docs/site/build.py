@@ -31,6 +31,7 @@ MOVED: Final = {
     "docs/decisions/README.md": "decisions/index.md",
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
+    "SECURITY.md": "security.md",
     "examples": "examples/index.md",
 }
 """Pages whose place on the site is another one than below docs/."""
