@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 DOWEL = ROOT / "examples" / "jobs" / "dowel-12-h7.toml"
 
@@ -49,6 +51,18 @@ def test_a_run_refuses_what_the_plan_refuses(palpate, tmp_path):
     assert "at least 0.074, four standard deviations" in palpate.refusal(
         "run", "--policy", "torque", "--job", job, "--out", tmp_path / "run"
     )
+
+
+@pytest.mark.parametrize(
+    ("flag", "value", "told"),
+    [
+        ("--task.area-half-width-mm", 1.0, "at least place.position_uncertainty_mm = 1.5, or holes lie outside"),
+        ("--task.ready-height-mm", 0.5, "more than 0.512, or a tilted peg may begin in a plate"),
+    ],
+)
+def test_settings_by_hand_that_contradict_the_job_are_refused(palpate, tmp_path, flag, value, told):
+    words = ("run", "--policy", "torque", "--job", DOWEL, "--out", tmp_path / "run", flag, value)
+    assert told in palpate.refusal(*words)
 
 
 def test_a_job_is_simulated_over_its_uncertainties(palpate):

@@ -171,6 +171,13 @@ def test_what_ifs_leave_logs_marked_as_such(palpate, log, tmp_path):
     assert "is there already" in palpate.refusal("replay", log, *words.split(), "--out", "out")
 
 
+def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate, log, tmp_path):
+    (tmp_path / "twin").mkdir()
+    shutil.copy(log, tmp_path / "twin")
+    palpate.succeed("replay", log, "twin", "--set", "supervision.retract_mm=16", "--out", "out")
+    assert len(list((tmp_path / "out").glob("*.mcap"))) == 2
+
+
 def test_the_simulator_does_not_go_on_from_what_it_did_not_record(palpate, messages, tmp_path):
     def told(changed_messages):
         log = write_log(tmp_path / "log.mcap", changed_messages)
