@@ -135,7 +135,7 @@ def _arm_table(arm, cell):
     if arm == "zebra-nmc":
         return {"port": "arm", "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True,
                 "reset_wait_ms": 20.0}  # fmt: skip
-    scale = list(cell.arm.motors._scale)
+    scale = list(cell.arm.motors._gears._scale)
     nodes = [axis + 1 for axis in range(len(scale))]
     return {"interface": "virtual", "channel": "arm", "divider": 2, "nodes": nodes, "counts_per_rad": scale}
 
