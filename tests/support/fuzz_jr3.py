@@ -13,7 +13,7 @@ from tests.support.fuzzing import require
 def check_messages(messages):
     """What every message promises, whatever it was made of."""
     sampler, last = Sampler(5000, LEFT_HANDED, Counter()), 0
-    sampler.scale_by(FullScales((115, 111, 185), (56, 52, 61)))
+    sampler.full_scales = FullScales((115, 111, 185), (56, 52, 61))
     for message in messages:
         if isinstance(message, Reading):
             require(0 <= message.counter <= 0xFFFF, "counter of 16 bits")

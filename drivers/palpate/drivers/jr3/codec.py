@@ -87,4 +87,4 @@ class CanDecoder:
         if forces is None or moments is None or forces.counter != moments.counter:
             return None
         self._halves.clear()
-        return Reading(forces.counts, moments.counts, half.counter)
+        return Reading((*forces.counts, *moments.counts), half.counter)

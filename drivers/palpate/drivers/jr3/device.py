@@ -172,7 +172,7 @@ class Jr3(PolledSensor):
             self._ask(Op.GET_MOMENT_SCALES)
             return
         fx, fy, fz, mx, my, mz = self._raw_scales
-        self._sampler.scale_by(FullScales((fx, fy, fz), (mx, my, mz)))
+        self._sampler.full_scales = FullScales((fx, fy, fz), (mx, my, mz))
         self._advance(Jr3Event.DONE)
 
     def _booted(self) -> None:

@@ -53,10 +53,9 @@ class Bootup:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A whole reading in counts, in the sensor's own axes, and its frame counter, 0 to 65535."""
+    """A whole reading in counts, forces first, (6,), in the sensor's own axes, and its frame counter, 0 to 65535."""
 
-    forces: Counts3
-    moments: Counts3
+    counts: tuple[int, ...]
     counter: int
 
 
@@ -82,7 +81,13 @@ FULL_SCALE_COUNTS = 16384
 """Counts at full scale. FACT (comedi jr3_pci driver); a 16-bit number reaches twice the full scale (CALC)."""
 
 NEAR_SATURATION_COUNTS = 26214
-"""Counts, 80 % of 32768, above which the JR3 processor warns. FACT (comedi jr3_pci driver), but of *raw* channels."""
+"""Counts on any axis, 80 % of 32768, above which a reading counts as saturated.
+
+FACT (comedi jr3_pci driver): there the JR3 processor warns, but of *raw* channels, because each axis of the decoupled
+data is a mixture of all, one of which may be clipped while the mixture looks harmless. The board sends decoupled,
+filtered data, which hides short peaks as well. And its conversion to 16 bits does not limit (INFERENCE from its
+utils.cpp): beyond twice the full scale the number wraps.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,36 +113,12 @@ class FullScales:
             problem = f"reports full scales of {self.force_N} N and {self.moment_dNm} x 0.1 N m"
             raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
 
-
-class Scaling:
-    """Turns readings into physical values."""
-
-    def __init__(self, full_scales: FullScales, signs: Signs = LEFT_HANDED) -> None:
-        scales = (*full_scales.force_N, *full_scales.moment_dNm)
-        self._signed = tuple(sign * scale for sign, scale in zip(signs, scales, strict=True))
-
-    def wrench(self, reading: Reading) -> tuple[Vector3, Vector3]:
+    def wrench(self, counts: tuple[int, ...], signs: Signs) -> tuple[Vector3, Vector3]:
         """Force in N and moment in N m.
 
         FACT: F = counts x full scale / 16384, M = counts x full scale in 0.1 N m / 163840.
         """
-        (fx, fy, fz), (mx, my, mz) = reading.forces, reading.moments
-        a, b, c, d, e, f = self._signed
+        axes = zip(counts, signs, (*self.force_N, *self.moment_dNm), strict=True)
+        fx, fy, fz, mx, my, mz = (count * sign * scale for count, sign, scale in axes)
         force, moment = FULL_SCALE_COUNTS, 10 * FULL_SCALE_COUNTS
-        return (
-            (fx * a / force, fy * b / force, fz * c / force),
-            (mx * d / moment, my * e / moment, mz * f / moment),
-        )
-
-
-def peak_counts(reading: Reading) -> int:
-    """Largest magnitude on any axis, in counts; to be compared with the limits of this module.
-
-    INFERENCE: an approximation only. FACT: the JR3 processor judges saturation on raw channels, because each axis of
-        the decoupled data is a mixture of all channels, one of which may be clipped while the mixture looks harmless.
-        The board sends decoupled, filtered data, so short peaks are hidden as well. And the firmware's conversion to 16
-        bits does not limit (INFERENCE from its utils.cpp): beyond twice the full scale the number wraps. Treat
-        near-saturation as the limit.
-    """
-    values = (*reading.forces, *reading.moments)
-    return max(max(values), -min(values))
+        return (fx / force, fy / force, fz / force), (mx / moment, my / moment, mz / moment)

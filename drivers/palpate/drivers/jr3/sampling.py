@@ -5,14 +5,7 @@ from math import pi
 from typing import Final
 
 from palpate.drivers.device import ForceSample
-from palpate.drivers.jr3.messages import (
-    NEAR_SATURATION_COUNTS,
-    FullScales,
-    Reading,
-    Scaling,
-    Signs,
-    peak_counts,
-)
+from palpate.drivers.jr3.messages import NEAR_SATURATION_COUNTS, FullScales, Reading, Signs
 
 REPEATED: Final = "repeated readings"
 RESTARTED: Final = "counters that began again"
@@ -37,20 +30,15 @@ class Sampler:
         errors: Readings that are no news, and restarts of the board that it has not announced, are counted here.
 
     Attributes:
-        full_scales: As the board reports them; None before.
+        full_scales: As the board reports them; None before, and then nothing is a sample.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
         self.full_scales: FullScales | None = None
         self.samples = self.last_new_ns = 0
         self._settling_ns, self._signs, self._errors = settling_ns(cutoff_cHz), signs, errors
-        self._scaling: Scaling | None = None
         self._settled_at_ns = 0
         self._counter: int | None = None
-
-    def scale_by(self, full_scales: FullScales) -> None:
-        """Use these full scales from now on."""
-        self.full_scales, self._scaling = full_scales, Scaling(full_scales, self._signs)
 
     def started(self, now_ns: int) -> None:
         """The board has started a stream: its counter may be any, and its filter begins at 0."""
@@ -59,7 +47,7 @@ class Sampler:
 
     def take(self, reading: Reading, now_ns: int) -> ForceSample | None:
         """A sample of a reading; None when that is no news."""
-        if self._scaling is None:
+        if self.full_scales is None:
             return None
         ahead = 1 if self._counter is None else (reading.counter - self._counter) % _WRAP
         if not ahead:
@@ -71,13 +59,12 @@ class Sampler:
             self._settled_at_ns = now_ns + self._settling_ns
         self._counter, self.last_new_ns = reading.counter, now_ns
         self.samples += 1
-        peak = peak_counts(reading)
-        force_N, torque_Nm = self._scaling.wrench(reading)
+        force_N, torque_Nm = self.full_scales.wrench(reading.counts, self._signs)
         return ForceSample(
             force_N,
             torque_Nm,
             self.samples,
             now_ns,
-            saturated=peak > NEAR_SATURATION_COUNTS,
+            saturated=max(map(abs, reading.counts)) > NEAR_SATURATION_COUNTS,
             settling=now_ns < self._settled_at_ns,
         )
