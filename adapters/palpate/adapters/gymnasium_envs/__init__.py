@@ -1,8 +1,8 @@
-"""Gymnasium environments over the same learning core as everything else here.
+"""Gymnasium environments with the same learning core as all other commands.
 
-Importing this registers ``palpate/PegInsertion-v0`` and ``palpate/PegInsertion6Dof-v0``; nothing heavy is loaded before
-one is made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports it by itself. Gymnasium 1.0 did
-away with entry points by which a package could register without any import, so there is none.
+Importing this package registers ``palpate/PegInsertion-v0`` and ``palpate/PegInsertion6Dof-v0``; heavy imports follow
+when one is made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports it itself. Gymnasium 1.0
+removed the entry points for registration without an import.
 """
 
 try:
@@ -13,8 +13,8 @@ except ModuleNotFoundError as error:
 PEG_INSERTION = "palpate/PegInsertion-v0"
 PEG_INSERTION_6DOF = "palpate/PegInsertion6Dof-v0"
 
-# The insertion's own time limit, 20 s, ends any trial before so many steps. The other one's limit is an argument: a
-# wrapper's would only be in the way.
+# The insertion's own time limit, 20 s, ends any trial before this number of steps. A longer time limit needs the
+# argument max_episode_steps.
 register(
     id=PEG_INSERTION,
     entry_point=f"{__name__}.peg_insertion:PegInsertionEnv",

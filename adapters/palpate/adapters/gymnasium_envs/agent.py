@@ -1,9 +1,9 @@
-"""Between two threads: the control loop, and an agent that chooses its actions.
+"""Exchange between two threads: the control loop, and an agent that chooses its actions.
 
-On a rig the loop never waits long. A decision that is not there when it is due is replaced by a rest: the peg is
-pressed on the plate where it stands, under the same compliant control, supervised and recorded as any action, and the
-decision is taken when the next one is due. An agent that takes longer than a limit ends the trial, with the arm stopped
-and the rig latched. In the simulator time stands still until the agent has decided.
+On a rig the loop never waits long. If a decision is late, the loop inserts a pause: the peg is pressed on the plate in
+place, under the same compliant control, supervised and recorded as an action. The decision is used when the next one is
+due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the simulator time stops
+until the agent has decided.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from palpate.core.errors import DeviceError
 from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 
 LATE: Final = "late"
-"""Source of a rest, in the records of a trial."""
+"""Source of a pause in the records of a trial."""
 REST: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
-"""How long the loop of a rig waits in the tick of a decision; less than half of a tick."""
+"""Time for which the loop of a rig waits for a decision; less than half a tick."""
 _NS: Final = 1_000_000_000
 
 
 class LateAgentError(DeviceError):
-    """An agent took longer for a decision than the arm may be left to it."""
+    """An agent exceeded the time limit for a decision."""
 
     def __init__(self, problem: str) -> None:
         super().__init__("agent", problem)
@@ -38,21 +38,21 @@ class LateAgentError(DeviceError):
 
 
 class LeftError(Exception):
-    """The agent wants no more of a trial in the simulator."""
+    """The agent has left a trial in the simulator."""
 
 
 class Agent(FixedPolicy, LoopObserver):
     """The policy of trials whose actions another thread chooses; also an observer of the loop.
 
     Args:
-        limit_s: Longest time for a decision, by the run's clock.
-        grace_s: How long the loop waits for a decision that is due; None for as long as it takes.
+        limit_s: Time limit for a decision, on the run's clock.
+        grace_s: Time for which the loop waits for a decision; None waits without limit.
 
     Attributes:
-        look: Gives what the agent is shown when a decision is due; called by the loop's thread.
-        shown: What the agent has been shown, or the error that ended the trial.
-        late_decisions: Rests of this trial.
-        left: Whether the agent wants no more of the trial.
+        look: Returns the agent's view when a decision is due; called in the loop's thread.
+        shown: Views for the agent, or the error that ended the trial.
+        late_decisions: Number of pauses in this trial.
+        left: True if the agent has left the trial.
     """
 
     def __init__(self, limit_s: float = inf, grace_s: float | None = None) -> None:
@@ -62,23 +62,23 @@ class Agent(FixedPolicy, LoopObserver):
         self.new_trial()
 
     def new_trial(self) -> None:
-        """Drop what is left of the trial before."""
+        """Discard what remains of the previous trial."""
         self.shown, self._given = SimpleQueue[Any](), SimpleQueue[Decision]()
         self._asked_ns: int | None = None
         self._time_ns = self.late_decisions = 0
         self.left = False
 
     def give(self, decision: Decision) -> None:
-        """Say what the loop shall do next."""
+        """Pass the next decision to the loop."""
         self._given.put(decision)
 
     def leave(self) -> None:
-        """Have the loop wait no more. In the simulator the trial ends; on a rig it rests until the arm is stopped."""
+        """End the waiting: in the simulator the trial ends; on a rig it pauses until the arm is stopped."""
         self.left = True
         self._given.put(REST)
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the agent's decision; a rest where there is none in time."""
+        """Return the agent's decision, or a pause if there is none in time."""
         if self._asked_ns is None:
             self._asked_ns = self._time_ns
             self.shown.put(self.look())
@@ -95,8 +95,8 @@ class Agent(FixedPolicy, LoopObserver):
         """Begin a tick.
 
         Raises:
-            LateAgentError: The agent has taken longer than the limit.
-            LeftError: It wants no more of the trial.
+            LateAgentError: The agent has exceeded the time limit.
+            LeftError: The agent has left the trial.
         """
         if self.left and self._grace_s is None:
             raise LeftError

@@ -1,8 +1,8 @@
-"""Trials of the insertion task, one decision at a time, with the actions chosen from outside.
+"""Trials of the insertion task, decision by decision, with external actions.
 
-Everything below the choice is the core's, as in any other run: the loop over the ports, perception, motion laws,
-supervisor, reinforcement. Each trial has a thread of its own; the agent's thread waits for what the loop shows it.
-Nothing here depends on Gymnasium but its errors.
+Everything except the choice is that of the core, as in any other run: control loop, perception, controllers,
+supervisor, reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the errors
+depend on Gymnasium.
 """
 
 import sys
@@ -44,7 +44,7 @@ from palpate.core.trial import Outcome, TrialReport
 
 
 class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
-    """An action that the environment does not have."""
+    """The environment does not have this action."""
 
     def __init__(self, text: str, action: object = None) -> None:
         self.value = repr(action)
@@ -52,7 +52,7 @@ class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
 
 
 class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
-    """A step without an episode that runs."""
+    """A step without a running episode."""
 
     def __init__(self, text: str) -> None:
         self.state, self.request = text, "step()"
@@ -60,38 +60,38 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
 
 
 MOST_SKIPPED: Final = 20
-"""Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
+"""Largest number of consecutive trials without a decision; more indicate a wrong set-up of the cell."""
 _PATIENCE_S: Final = 5.0
 
 
 class Episodes:
     """Trials of the insertion task, decision by decision, in the simulator or on a rig.
 
-    In the simulator time stands still between the decisions. On a rig it goes on: trials are recorded into a folder as
-    ``palpate run`` leaves it.
+    In the simulator time stops between decisions. On a rig it continues, and trials are recorded into a folder like
+    that of ``palpate run``.
 
     Args:
-        run: The run; it is not entered yet.
+        run: The run, not yet entered.
         out: On a rig, the folder for the recording; empty takes the next free one below ``runs``.
-        limit_s: On a rig, how long an agent may take for a decision before the arm is stopped and the rig latched.
+        limit_s: On a rig, time limit of a decision, after which the arm is stopped and the rig latched.
 
     Attributes:
-        running: Whether a trial waits for a decision.
+        running: True if a trial waits for a decision.
         trial: Index of the trial.
-        skipped: Trials before it that were over without a decision, since :meth:`begin` was called.
-        observe: An agent's observation of the task as it stands.
+        skipped: Number of trials since :meth:`begin` that ended without a decision.
+        observe: Returns the agent's observation of the task.
 
     Raises:
-        ConfigurationError: A setting is refused, or the task is no insertion.
+        ConfigurationError: A setting is refused, or the task is not an insertion.
         DeviceError: A device failed.
-        LifecycleError: A rig is opened in another thread than the main one.
+        LifecycleError: A rig is opened outside the main thread.
     """
 
     def __init__(self, run: Run, out: str = "", limit_s: float = 0.3) -> None:
         require_in("decision_limit_s", limit_s, 0.01, 60.0)
         self.on_rig = bool(run.rig_file)
         if self.on_rig and threading.current_thread() is not threading.main_thread():
-            # Signals, the operator's among them, reach a program's main thread only.
+            # Signals, including the operator's, reach only the main thread.
             raise LifecycleError("rig", "in another thread", "open()", "make the environment in the main thread")
         self.config, self.trial, self.skipped, self.running = run.config, 0, 0, False
         require_usable(run.config, run.ready, run.rig_file)
@@ -108,7 +108,7 @@ class Episodes:
         self._settled, self._begun = 0, 0
         self._moment: tuple[Any, dict[str, Any]] = (None, {})
         self._thread = Thread()
-        # That of an agent that was trained in the simulator.
+        # The perception of an agent trained in the simulator.
         self.perception = simulated_perception(run.config, run.ready)
         with ExitStack() as kept, ExitStack() as opened:
             self.rig: Rig = opened.enter_context(run.opened())
@@ -121,7 +121,7 @@ class Episodes:
             )
             self.task = _insertion(self._trials)
             if self.on_rig:
-                # By default the process would be gone at once, and the arm left at its last set-point.
+                # By default the process would end at once and leave the arm at its last set-point.
                 opened.enter_context(on_ending_signal(_terminate, always=False))
             kept.enter_context(opened.pop_all())
             self._kept = kept.pop_all()
@@ -130,35 +130,35 @@ class Episodes:
 
     @property
     def report(self) -> TrialReport:
-        """The core's report of the trial."""
+        """Return the core's report of the trial."""
         return self.task.report
 
     @property
     def outcome(self) -> Outcome | None:
-        """How the trial ended; None while it runs."""
+        """Return the outcome of the trial; None while it runs."""
         return outcome_of(self.report)
 
     @property
     def exploration_time_s(self) -> float:
-        """Time from contact to now; to the hole (or to the end without it) when the trial is over."""
+        """Return the time from contact until now, or until the hole or the end of a finished trial."""
         if self.report.outcome is not None:
             return self.report.exploration_time_s
         contact_tick = next(event.tick for event in self.report.events if event.name == "contact")
         return (self.report.ticks - 1 - contact_tick) * PERIOD_S
 
     def begin(self, seed: int, trial: int) -> None:
-        """Run a trial to its first decision; one that is over before, straight into the hole, is skipped for the next.
+        """Run a trial to its first decision; a trial that ends before one is skipped.
 
         Raises:
-            ConfigurationError: The seed cannot be one.
-            DeviceError: A device failed, or trial after trial is over without any decision.
+            ConfigurationError: The seed is invalid.
+            DeviceError: A device failed, or too many trials ended without a decision.
         """
         self._leave()
         self.config = self._trials.config = replace(self.config, seed=seed)
         for skipped in range(MOST_SKIPPED):
             self.trial, self.skipped = trial + skipped, skipped
             if not self.on_rig and isinstance(self.rig, SimulatedRig):
-                # The clock too, so that an episode is the same to the last bit whatever was before.
+                # Reset the clock too, so that an episode does not depend on earlier ones in any bit.
                 self.rig.latch.release()
                 self.rig.seed = seed
                 self.rig.set_clock_ticks(0)
@@ -173,11 +173,11 @@ class Episodes:
         raise DeviceError("work cell", problem)
 
     def decide(self, decision: Decision) -> float:
-        """Take an action, and run to the next decision or to the end of the trial.
+        """Execute an action, and run to the next decision or the end of the trial.
 
         Returns:
-            The reinforcement that the action earned, as a learner of the core gets it. Where the core gives none,
-            because a supervisor or a fault ended the trial, what an action without any excess effort earns.
+            The reinforcement of the action, as a learner of the core receives it. If the core gives none, because a
+            supervisor or a fault ended the trial, that of an action without excess effort.
 
         Raises:
             NotRunningError: No trial runs.
@@ -191,11 +191,11 @@ class Episodes:
         return earned
 
     def seen(self) -> tuple[Any, dict[str, Any]]:
-        """Return the observation at the newest decision or end, and what is known of the trial then."""
+        """Return the observation and the information about the trial at the newest decision or end."""
         return self._moment
 
     def close(self) -> None:
-        """Stop the arm and close every device; a second time does nothing."""
+        """Stop the arm and close every device; a second call does nothing."""
         self._leave()
         self._kept.close()
 
@@ -204,7 +204,7 @@ class Episodes:
         try:
             shown = self._agent.shown.get()
         except BaseException:
-            # Ctrl-C too: no further decision will be requested.
+            # Also for Ctrl-C: no further decision will be requested.
             self._leave()
             raise
         if isinstance(shown, BaseException):
@@ -216,7 +216,7 @@ class Episodes:
             self._thread.join()
 
     def _leave(self) -> None:
-        """End the trial that runs, whatever its loop is at: making ready for a trial sets a stopped arm free again."""
+        """End the running trial in any state of its loop; preparing the next trial releases the stopped arm."""
         self.running = False
         self._agent.leave()
         deadline_s = time.monotonic() + _PATIENCE_S
@@ -224,12 +224,12 @@ class Episodes:
             if self.on_rig:
                 self.rig.ports.arm.stop()
             if self._thread is threading.current_thread():
-                # The garbage collector works in any thread.
+                # The garbage collector may run in any thread.
                 return
             self._thread.join(GRACE_S)
 
     def _write(self) -> None:
-        """Everything is closed: write what the trials came to."""
+        """Write the results of the trials after everything is closed."""
         if self._rows and self.folder is not None:
             write_evaluation(self.config, self.folder, OUTSIDE, None, self._rows, len(self._rows))
 
@@ -247,19 +247,19 @@ class Episodes:
             require_sound(self.rig, scored, self._trials.first)
             shown = self._look(success=scored.success)
         except BaseException as error:
-            # Whatever it is, the agent's side has to raise it.
+            # The agent's side must raise every error.
             shown = error
         self._agent.shown.put(shown)
 
     def _look(self, *, success: bool = False) -> tuple[Any, dict[str, Any]]:
-        """What the agent is shown: the observation, and what is known of the trial.
+        """Return the observation and the information about the trial.
 
-        The latter is for people, for scoring, and for repeating a trial; an agent may not learn from it.
+        The information is for users, for scoring, and for repeating a trial; an agent must not learn from it.
         """
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
-        # What the rests before it cost is the agent's own affair.
+        # The cost of earlier pauses is charged to the agent.
         new, self._settled = report.decisions[self._settled :], len(report.decisions)
-        # Within a skill nothing is earned; where a trial ended in the middle of something, nothing was settled.
+        # There is no reinforcement within a skill; for a trial that ended within an action, nothing was settled.
         earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
         earned += self.plain_reinforcement if new and new[-1].reinforcement is None else 0.0
         trip = trip_of(report)
@@ -298,5 +298,5 @@ def _insertion(trials: Trials) -> InsertionTask:
 
 
 def _terminate(number: int) -> None:
-    """The program ends, but in order."""
+    """End the program in an orderly way."""
     sys.exit(128 + number)

@@ -1,4 +1,4 @@
-"""``palpate/PegInsertion-v0`` and ``-6Dof-v0``: the peg-in-hole task of a run, one decision a step."""
+"""``palpate/PegInsertion-v0`` and ``-6Dof-v0``: the peg-in-hole task of a run, with one decision per step."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ from palpate.simulation.work_cell import WorkCell
 _NAME: Final = "palpate/PegInsertion-v0"
 _MOST_TRIALS: Final = 1_000_000_000
 _SIZE: Final = (640, 480)
-"""Width and height of a picture in pixels."""
+"""Width and height of an image in pixels."""
 
 
 class _RunningCell(DrawnCell):
-    """The simulated cell itself, as it is. Drawn from a copy of its model, which colours and cuts may change."""
+    """The simulated cell, drawn from a copy of its model, whose colours and cuts may be changed."""
 
     def __init__(self, config: RunConfig, cell: WorkCell) -> None:
         self._source, self._plate = cell, cell.model.body("plate").id
@@ -55,7 +55,7 @@ class _RunningCell(DrawnCell):
         self.follow()
 
     def follow(self) -> None:
-        """Stand as the simulated cell does now."""
+        """Copy the present pose of the simulated cell."""
         self._source.pose(self.model, self.data)
         self.mouth_m = self.model.body_pos[self._plate].copy()
 
@@ -63,42 +63,40 @@ class _RunningCell(DrawnCell):
 class PegInsertionEnv(gymnasium.Env[Any, Any]):
     """The insertion task as an environment. Perception, motion, supervision and reward are those of any other run.
 
-    A step is one decision: 14 control ticks at 140 Hz, or more when it leads into the hole. ``reset`` lifts the peg,
-    leads it to the trial's start, tares and touches the plate, until the first decision. The episodes after
-    ``reset(seed=s)`` are the trials 0, 1, 2, ... of ``palpate train --seed s``; ``options={"trial": k}`` goes to one.
+    A step is one decision: 14 control ticks at 140 Hz, or more if it reaches the hole. ``reset`` lifts the peg, moves
+    it to the trial's start, tares and touches the plate, up to the first decision. The episodes after ``reset(seed=s)``
+    are the trials 0, 1, 2, ... of ``palpate train --seed s``; ``options={"trial": k}`` selects one.
 
     Terminated: inserted, or failed (jammed, force limit, safety trip). Truncated: the task's time limit.
 
     Args:
-        scenario: ``paper``, ``blind`` or another preset; empty takes that of ``config``, or ``job`` with a job, or
+        scenario: ``paper``, ``blind`` or another preset; empty uses that of ``config``, or ``job`` with a job, or
             ``paper``.
-        arm: ``zebra-zero`` or ``ur5``; empty takes that of ``config``.
-        actions: ``discrete``: those that palpate's own learners choose from: the eight compass steps, or skills, each
-            until it is over; ``continuous``: any step in the plane, (2,), see
-            :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`, and of a tool that turns any motion, (6,), see
+        arm: ``zebra-zero`` or ``ur5``; empty uses that of ``config``.
+        actions: ``discrete``: the actions of palpate's own learners, the eight compass steps, or options until their
+            termination; ``continuous``: any step in the plane, (2,), see
+            :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`, or any motion of a tool that turns, (6,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.Twists`.
         observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), or with the orientation of a
-            tool that turns, (12,), see
-            :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: what the ports gave, see
-            :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
-        failure_penalty: Taken from the last reward of an episode that failed. None takes what the decisions left of the
-            time limit would have cost, so that failing early is no way to save reward; 0 gives the core's own
-            reinforcement and nothing else.
+            tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
+            data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
+        failure_penalty: Subtracted from the last reward of a failed episode. None uses the cost of the decisions left
+            until the time limit, so that early failure is no advantage; 0 gives only the core's own reinforcement.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
         render_mode: None, or ``rgb_array``: close-ups of peg and hole, (480, 640, 3); not on a rig.
-        rig: A rig file: the trials run on that rig, in real time, supervised and recorded; empty is the simulator. What
-            the configuration says of the simulated cell is left aside then.
-        out: On a rig, the folder for the recording; empty takes the next free one, ``runs/paper-environment-001``.
-        decision_limit_s: On a rig, how long the agent may take for a decision, 0.01 s to 60 s. One that is not there
-            when it is due is replaced by a rest, and counted; after this time the arm is stopped and the rig latched.
-        task: The kind of insertion; empty takes that of ``config``, or steps across.
+        rig: A rig file: the trials run on that rig, in real time, supervised and recorded; empty is the simulator. The
+            simulated cell of the configuration is then ignored.
+        out: On a rig, the folder for the recording; empty uses the next free one, ``runs/paper-environment-001``.
+        decision_limit_s: On a rig, time limit of a decision, 0.01 s to 60 s. A late decision is replaced by a pause and
+            counted; after this time the arm is stopped and the rig latched.
+        task: The kind of insertion; empty uses that of ``config``, or steps in the plane.
         acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
         accept_kinematics: On a rig, move the arm by its nominal model.
-        job: A job file, or its tables: part, tool, arm, place and limits. None for the paper's; a rig needs one, here,
+        job: A job file or its tables: part, tool, arm, place and limits. None uses the paper's; a rig needs one, here,
             in ``config`` or in its file.
 
     Raises:
-        ConfigurationError: A setting is unknown, or an argument or setting refused.
+        ConfigurationError: A setting is unknown, or an argument or setting is refused.
         DeviceError: A device of the rig failed.
     """
 
@@ -121,7 +119,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         accept_kinematics: bool = False,
         job: Tables = None,
     ) -> None:
-        # A copy begins anew with the same arguments; its episodes are those of its own seeds.
+        # A copy starts with the same arguments; its episodes depend on its own seeds.
         self._copy = partial(
             PegInsertionEnv,
             scenario,
@@ -150,7 +148,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             rig=rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics,
         )  # fmt: skip
         self._episodes = Episodes(run, out, decision_limit_s)
-        # However the program ends: an environment without references leaves the arm stopped.
+        # At any end of the program: an environment without references leaves the arm stopped.
         weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3
@@ -176,12 +174,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Run the next trial to its first decision.
 
         Args:
-            seed: Seed of this trial and those that follow; None goes on with the seed that there is.
-            options: ``{"trial": k}`` runs the trial of that index; anything else is refused.
+            seed: Seed of this and the following trials; None keeps the present seed.
+            options: ``{"trial": k}`` selects a trial; anything else is refused.
 
         Raises:
             ConfigurationError: An option is unknown or refused.
-            DeviceError: Trial after trial is over before any decision.
+            DeviceError: Too many trials ended before a decision.
         """
         if self._closed:
             raise NotRunningError("the environment is closed; make another")
@@ -201,11 +199,11 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         return self._episodes.seen()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """One decision; the arm does it, and the reward is what it cost.
+        """Execute one decision; the reward is its cost.
 
         Raises:
-            ActionRefusedError: There is no such action; nothing was done.
-            NotRunningError: No episode runs.
+            ActionRefusedError: The action does not exist; nothing was done.
+            NotRunningError: No episode is running.
         """
         episodes = self._episodes
         if not episodes.running:
@@ -224,10 +222,10 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         return observation, reward, over and not truncated, truncated, info
 
     def render(self) -> Any:
-        """A picture of the cell as it stands, where ``render_mode`` asks for pictures; None otherwise.
+        """Return an image of the cell if ``render_mode`` is set; otherwise None.
 
         Raises:
-            UsageError: There is no graphics library that works.
+            UsageError: No graphics library works.
         """
         if self.render_mode is None or self._closed:
             return None
@@ -240,10 +238,10 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
     @property
     def cell(self) -> WorkCell:
-        """The work cell with its MuJoCo model and data: for pictures and measurements, never for an agent.
+        """Return the work cell with its MuJoCo model and data, for images and measurements, never for an agent.
 
         Raises:
-            LifecycleError: It is on a rig.
+            LifecycleError: The environment is on a rig.
         """
         rig = self._episodes.rig
         if self._episodes.on_rig or not isinstance(rig, SimulatedRig):
@@ -252,7 +250,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
     @property
     def rig(self) -> Rig:
-        """What the trials run on: its ports, and the latch that keeps it still after a trip or a fault.
+        """Return the rig of the trials, with its ports and its fault latch.
 
         ``rig.latch.acknowledge(by, reason)`` is a person's decision.
         """
@@ -263,7 +261,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Make a copy.
 
         Raises:
-            LifecycleError: It is on a rig: there is one arm.
+            LifecycleError: The environment is on a rig, which has only one arm.
         """
         if self._episodes.on_rig:
             raise LifecycleError(_NAME, "on a rig", "pickling or copying", "make it in the process that drives the arm")

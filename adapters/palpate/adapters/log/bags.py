@@ -1,6 +1,6 @@
-"""Bags of ROS 2 (rosbag2, MCAP or SQLite): joint states and wrenches in, and what a trial measured and commanded out.
+"""Import and export of ROS 2 bags (rosbag2, MCAP or SQLite) with joint states, wrenches and commands.
 
-The extra ``ros2`` has the library rosbags. Joints are found by name in each message, as everywhere with ROS.
+It uses the library rosbags of the extra ``ros2``. Joints are found by name in each message.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ _NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class BagTopics:
-    """Where a bag has what is read.
+    """Topics and conventions of a bag to read.
 
     Attributes:
         joint_states: Topic; empty for the only one of its type. wrench: The same.
         joints: Names of the joints in the messages, base first; empty for those of the model.
-        sign: -1 where the wrenches are what the tool exerts on the world.
+        sign: -1 if the wrenches are those of the tool on the environment.
     """
 
     joint_states: str = ""
@@ -73,15 +73,15 @@ def joint_names(config: RunConfig) -> tuple[str, ...]:
 def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perception, topics: BagTopics) -> bytes:
     """Return a log with the bag's samples at the control rate, the newest of each in every tick.
 
-    Commands are the measured joint angles: a bag does not tell what moved the arm. The policy is the hand-written rule
-    for the torque, so that a replay with a policy shows what it would have perceived and chosen.
+    Commands are the measured joint angles, because a bag does not state the cause of a motion. The policy is the torque
+    rule, so that a replay with a policy shows its perception and choices.
 
     Args:
-        perception: What a replay perceives with.
+        perception: Perception for a replay.
 
     Raises:
-        LogError: It cannot be read, or lacks joint states or wrenches.
-        ConfigurationError: A topic or the name of a joint is not in it.
+        LogError: The bag cannot be read, or has no joint states or wrenches.
+        ConfigurationError: A topic or a joint name is not in the bag.
     """
     names = topics.joints or joint_names(config)
     records: list[Any] = [
@@ -103,9 +103,9 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
 
 
 def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Write each log as a bag, storage MCAP: what was measured and commanded, and events as text.
+    """Write each log as a bag, storage MCAP: samples, commands, and events as text.
 
-    Times are those of the run's clock. Returns the bags' folders.
+    Times are those of the run's clock. Returns the folders of the bags.
     """
     store, bags = _store(), list[Path]()
     from rosbags.rosbag2 import StoragePlugin, Writer
@@ -133,7 +133,7 @@ def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
 def _messages(
     records: Iterator[TickRecord], names: tuple[str, ...], types: dict[str, Any]
 ) -> Iterator[tuple[str, int, Any]]:
-    """Yield kind, time and message of each new sample and of each command."""
+    """Yield kind, time and message of each new sample and each command."""
     seen_joints = seen_wrench = None
 
     def header(time_ns: int, frame: str) -> Any:
@@ -165,7 +165,7 @@ def _messages(
 
 
 def _ticks(bag: Path, names: tuple[str, ...], topics: BagTopics) -> Iterator[TickRecord]:
-    """Yield ticks from the first time on at which both are known."""
+    """Yield ticks from the first time at which joints and wrench are known."""
     joints: JointSample | None = None
     wrench: WrenchSample | None = None
     begun_ns, tick, before_ns = 0, 0, 0
@@ -205,7 +205,7 @@ def _angles(bag: Path, names: tuple[str, ...], message: Any) -> tuple[float, ...
 
 
 def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
-    """Yield time of measuring, kind and message, in the order of the bag."""
+    """Yield measurement time, kind and message in the order of the bag."""
     store = _store()
     from rosbags.highlevel import AnyReader, AnyReaderError
 

@@ -1,4 +1,4 @@
-"""Logs as MCAP files: written batch by batch, and read up to the first damage."""
+"""Logs as MCAP files, written in batches and read up to the first damage."""
 
 import os
 import zlib
@@ -23,7 +23,7 @@ _MESSAGE: Final = Struct("<HIQQ")
 
 
 class RawMessage(NamedTuple):
-    """One message as it lies in the file; ``sequence`` counts all messages of the log from 0."""
+    """A message as stored in the file; ``sequence`` counts all messages of the log from 0."""
 
     channel: int
     time_ns: int
@@ -32,12 +32,12 @@ class RawMessage(NamedTuple):
 
 
 class LogFile:
-    """A log that is being written: sound after :meth:`finish`, and without it readable up to its last batch.
+    """A log being written: complete after :meth:`finish`, and readable up to its last batch without it.
 
-    Equal batches give equal bytes: no wall clock enters.
+    Equal batches give equal bytes, without wall-clock times.
 
     Args:
-        metadata: Facts about the trial that the file shows without being decoded.
+        metadata: Facts about the trial that are readable without decoding.
     """
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str]) -> None:
@@ -51,7 +51,7 @@ class LogFile:
     def add(self, messages: Iterable[RawMessage]) -> None:
         """Write messages as one chunk."""
         for channel, time_ns, payload, sequence in messages:
-            # The format has no time before zero.
+            # The format has no negative times.
             time_ns = max(time_ns, 0)
             self._writer.add_message(channel, time_ns, payload, time_ns, sequence)
         self._writer.flush()
@@ -62,13 +62,13 @@ class LogFile:
 
 
 def bytes_of(path: str | Path) -> bytes:
-    """A log's file, whole.
+    """Return the bytes of a log file.
 
     Raises:
-        LogError: It cannot be read.
+        LogError: The file cannot be read.
     """
     try:
-        # A pipe or a device need not have an end.
+        # A pipe or a device may have no end.
         if os.path.exists(path) and not os.path.isfile(path):
             raise LogError(str(path), "", "is no file", "name a log")
         return Path(path).read_bytes()
@@ -78,14 +78,14 @@ def bytes_of(path: str | Path) -> bytes:
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
-    """The messages of a log, up to the first damage.
+    """Read the messages of a log, up to the first damage.
 
     Returns:
-        The messages, of a sound file in the order of their sequence numbers, else as they lie; and the damage in words,
-        empty for a sound file.
+        The messages, sorted by sequence number if the file is undamaged, otherwise in file order; and a description of
+        the damage, empty for an undamaged file.
 
     Raises:
-        LogError: This is no MCAP file at all.
+        LogError: The file is not an MCAP file.
     """
     if not data:
         raise LogError(path, "", "is empty", "nothing was recorded; delete it")
@@ -100,7 +100,7 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
             elif isinstance(record, DataEnd):
                 checked = True
             elif isinstance(record, Footer):
-                # The library checks the data in front of the summary alone. A checksum of zero says that there is none.
+                # The library checks only the data before the summary. A checksum of zero means that there is none.
                 if record.summary_crc not in (0, zlib.crc32(data[record.summary_start : stream.tell() - 4])):
                     raise ValueError("the checksum of the summary is wrong")
             elif isinstance(record, Channel):
@@ -109,7 +109,7 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
                 found.append(RawMessage(ours[record.channel_id], record.log_time, record.data, record.sequence))
         if stream.tell() < len(data) or not checked:
             raise ValueError("the end of the data is not marked, or bytes follow the end of the log")
-    # MCAP's library and those that it unpacks with raise errors of many kinds for bytes that are none of theirs.
+    # The MCAP library and its decompressors raise many types of errors for invalid bytes.
     except Exception as error:
         cut = stream.tell() == len(data)
         reason = "the file ends without its footer: the recording was cut short" if cut else error
@@ -120,7 +120,7 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
 
 
 def _in_chunk(chunk: Chunk, ours: dict[int, int]) -> list[RawMessage]:
-    """The messages on our channels; the library's own way takes thrice as long."""
+    """Return the messages on palpate's channels; the library's own method takes three times as long."""
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     data, at, found = stream.read(size), 0, list[RawMessage]()
     while at < size:
@@ -138,16 +138,16 @@ def _in_chunk(chunk: Chunk, ours: dict[int, int]) -> list[RawMessage]:
 
 
 def _describe(channel: Channel, ours: dict[int, int]) -> None:
-    """Note our number of a channel: by topic, because tools that rewrite a file number them again."""
+    """Map a channel to palpate's number by topic, because tools that rewrite a file renumber channels."""
     if channel.topic in BY_TOPIC and channel.message_encoding == "protobuf":
         ours[channel.id] = BY_TOPIC[channel.topic].id
 
 
 def writer_of(data: bytes) -> str:
-    """The program and profile that the file names."""
+    """Return the program and profile in the file's header."""
     try:
         header = next(iter(StreamReader(BytesIO(data)).records))
-    except Exception:  # whatever the library raises at bytes that are no header
+    except Exception:  # invalid bytes may raise any error of the library
         header = None
     if not isinstance(header, Header):
         return "without a readable header"

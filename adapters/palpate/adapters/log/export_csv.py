@@ -1,7 +1,7 @@
-"""A log as CSV and JSON files, with every bit of every number.
+"""Export of a log as CSV and JSON files, exact to the last bit.
 
-A column is named after the record's field, and the parts of a vector with x, y, z or numbers from 1. Floats are written
-by ``repr``, so that they read back exactly; an empty cell stands for what was not there.
+Columns are named after the fields of a record, with x, y, z or numbers from 1 for the components of vectors. Floats are
+written by ``repr``, so that they are read back exactly; an empty cell means a missing value.
 """
 
 import csv
@@ -23,13 +23,13 @@ _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Write the logs into a new folder: the files themselves for one log, a subfolder each for several.
+    """Write the logs into a new folder: directly for one log, in a subfolder each for several.
 
     Returns:
-        The folders that hold a trial's files.
+        The folders with the files of each trial.
 
     Raises:
-        LogError: A log cannot be read; nothing is written then.
+        LogError: A log cannot be read; nothing is written.
         OutputError: The folder cannot be written.
     """
     names = [""] if len(paths) == 1 else names_for(paths)
@@ -42,7 +42,7 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
 
 
 def names_for(paths: Sequence[Path]) -> list[str]:
-    """The files' own names, numbered where two are the same."""
+    """Return the stems of the files, numbered if they are equal."""
     names: list[str] = []
     for path in paths:
         name, number = path.stem, 1
@@ -72,7 +72,7 @@ def _write_log(log: TrialLog, folder: Path) -> None:
 
 
 def _flat(entry: Any, before: str = "") -> dict[str, Any]:
-    """The fields of a record, those of its samples and the parts of its vectors among them."""
+    """Flatten a record, including the fields of its samples and the components of its vectors."""
     row: dict[str, Any] = {}
     for field in dataclasses.fields(entry):
         value, name = getattr(entry, field.name), before + field.name
@@ -92,7 +92,7 @@ def _parts(name: str, values: Sequence[float], axes: str = "") -> dict[str, floa
 
 
 def _write(path: Path, kind: type, rows: Iterable[dict[str, Any]]) -> None:
-    """Write a table with the columns of all its rows; of the record's fields where there are no rows."""
+    """Write a table with the columns of all its rows, or with the record's fields if there are no rows."""
     every = list(rows)
     columns = dict.fromkeys(name for row in every for name in row) or [field.name for field in dataclasses.fields(kind)]
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -102,7 +102,7 @@ def _write(path: Path, kind: type, rows: Iterable[dict[str, Any]]) -> None:
 
 
 def _unfolded(log: TrialLog, message: str, record: Any) -> dict[str, Any]:
-    """The record's fields; the JSON texts among them parsed, under their name without ``_json``."""
+    """Return the record's fields, with JSON texts parsed and named without ``_json``."""
     fields: dict[str, Any] = {"log": log.path}
     for name, value in dataclasses.asdict(record).items():
         if name.endswith("_json"):

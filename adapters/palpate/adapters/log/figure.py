@@ -1,4 +1,4 @@
-"""Pictures as files: equal contents give equal bytes. Matplotlib is imported only when one is drawn."""
+"""Figures as files: equal contents give equal bytes. Matplotlib is imported only when one is drawn."""
 
 import io
 from collections.abc import Iterator, Mapping
@@ -13,14 +13,14 @@ _NOTHING: Final = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-"""No date and no version in the file."""
+"""Metadata without date and version."""
 
 
 def figure_kind(path: Path, setting: str) -> str:
-    """Return the format that a figure's file name ends with: png, svg or pdf.
+    """Return the format from a figure's file name: png, svg or pdf.
 
     Raises:
-        ConfigurationError: It ends otherwise; ``setting`` is what named it.
+        ConfigurationError: The suffix is another one; ``setting`` names the setting.
     """
     kind = path.suffix.lower().removeprefix(".")
     if kind not in _NOTHING:
@@ -29,7 +29,7 @@ def figure_kind(path: Path, setting: str) -> str:
 
 
 class Canvas:
-    """A picture in the making."""
+    """A figure being drawn."""
 
     def __init__(self, figure: Any) -> None:
         self.figure, self.content = figure, b""
@@ -44,10 +44,10 @@ def drawing(
     settings: Mapping[str, Any] | None = None,
     layout: Literal["constrained"] | None = "constrained",
 ) -> Iterator[Canvas]:
-    """Gives an empty canvas to draw on; when the block ends its ``content`` is there.
+    """Yield an empty canvas; after the block its ``content`` is set.
 
     Args:
-        settings: Matplotlib's parameters, over its own defaults: a matplotlibrc of the user's changes no byte.
+        settings: Matplotlib parameters, applied over its defaults, so that a user's matplotlibrc has no effect.
     """
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg

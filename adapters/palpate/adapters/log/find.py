@@ -1,4 +1,4 @@
-"""Logs by the names of files, folders and glob patterns."""
+"""Search of logs by the names of files, folders and glob patterns."""
 
 import glob
 import os
@@ -9,10 +9,10 @@ from palpate.core.errors import LogError
 
 
 def find_logs(names: Sequence[str | Path]) -> list[Path]:
-    """The logs that files, folders (with all below them) and glob patterns name; sorted, each once.
+    """Return the logs of files, folders (recursively) and glob patterns, sorted and without duplicates.
 
     Raises:
-        LogError: A name leads to none.
+        LogError: A name matches no log.
     """
     found: dict[Path, None] = {}
     for name in map(str, names):

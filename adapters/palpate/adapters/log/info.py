@@ -1,4 +1,4 @@
-"""Facts about a log: its trial, rates, completeness and outcome."""
+"""Facts about a log: trial, rates, completeness and outcome."""
 
 import tomllib
 from collections import Counter
@@ -16,17 +16,17 @@ from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSampl
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001
-"""A tick whose clock was read so much after the time it was due counts as late."""
+"""A tick whose clock was read later than its due time by more than this counts as late."""
 
 
 def info_of(log: TrialLog) -> dict[str, Any]:
-    """All that ``palpate log info`` shows of a log, as JSON has it; None stands for what the log does not tell.
+    """Return the content of ``palpate log info`` as JSON values; None if the log does not contain a value.
 
-    Rates count tick numbers, or new samples, per second of the clock, or of the device's own time: ticks that the log
-    lacks do not lower them. The age of a sample is the clock reading of its tick less its source time.
+    Rates are tick numbers, or new samples, per second of the clock or of the device's own time; missing ticks do not
+    lower them. The age of a sample is the clock reading of its tick less its source time.
 
     Raises:
-        LogError: A part of it is not what it should be.
+        LogError: A part of the log is invalid.
     """
     records = list(log.records())
     ticks = _ticks(log, records)

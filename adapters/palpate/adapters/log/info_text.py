@@ -11,7 +11,7 @@ _AS_ASKED: Final = "all applied as asked"
 
 
 def describe(info: Mapping[str, Any]) -> str:
-    """A page about one log, of what ``info_of`` returned."""
+    """Format a page about one log from the result of ``info_of``."""
     ticks = info["ticks"]
     trial = f"{info['command']}, {info['arm']}, scenario {info['scenario']}, seed {info['seed']}, trial {info['trial']}"
     lines = [
@@ -46,7 +46,7 @@ def describe(info: Mapping[str, Any]) -> str:
 
 
 def table(infos: Sequence[Mapping[str, Any]]) -> str:
-    """A line for each log."""
+    """Format a table with one line per log."""
     head = ("log", "trial", "policy", "s", "Hz", "age ms", "missing", "late", "lost", "altered", "outcome", "MB/min")
     rows = [head]
     for info in infos:
@@ -67,7 +67,7 @@ def table(infos: Sequence[Mapping[str, Any]]) -> str:
                 _number(info["bytes_per_minute"], ".2f", 1e-6),
             )
         )
-    # Words to the left, numbers to the right.
+    # Words are aligned left, numbers right.
     return aligned(rows, left=(0, 2, 10))
 
 

@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 
 
 def dump_json(value: Any) -> str:
-    """JSON in one line; floats keep every bit."""
+    """Return JSON in one line; floats keep every bit."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
 
 
 def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
-    """A JSON object that a message of a log holds as text; an empty one for no text.
+    """Parse a JSON object from a text in a log; an empty text gives an empty object.
 
     Raises:
-        LogError: It is none.
+        LogError: The text is not a JSON object.
     """
     try:
         found = json.loads(text) if text else {}
@@ -33,7 +33,7 @@ def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
 
 
 def finite(value: Any) -> Any:
-    """The value for JSON: a number that is not finite, which JSON cannot hold, becomes None."""
+    """Replace numbers that are not finite, which JSON cannot represent, by None."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Records to and from protobuf bytes. Ticks have functions of their own: a log is made of them, and speed matters."""
+"""Conversion of records to and from protobuf bytes. Ticks have separate functions, because their speed matters."""
 
 import dataclasses
 from collections.abc import Callable
@@ -19,21 +19,21 @@ _REASON: Final = {member: number for number, member in enumerate(REASONS)}
 
 
 def encode(record: Any) -> bytes:
-    """The record as protobuf bytes. Defaults of optional text, flags and whole numbers are left out.
+    """Encode a record as protobuf bytes. Default values of optional texts, flags and integers are omitted.
 
     Raises:
-        ValueError: A value does not fit the message; so do TypeError and OverflowError.
+        ValueError: A value does not fit the message; TypeError and OverflowError are possible too.
     """
     message = _tick_message(record) if isinstance(record, TickRecord) else _message(record)
     return bytes(message.SerializeToString(deterministic=True))
 
 
 def decode(kind: Callable[..., R], payload: bytes) -> R:
-    """The record back from its bytes; a field that the record does not have is passed over.
+    """Decode a record; unknown fields are ignored.
 
     Raises:
-        ValueError: A value is no text, or a sample lacks its validity; TypeError for a missing field, protobuf's
-            DecodeError for bytes that are no message, and CommandError for a false sample.
+        ValueError: A text is invalid, or a sample has no validity. Also TypeError for a missing field, protobuf's
+            DecodeError for invalid bytes, and CommandError for an invalid sample.
     """
     any_kind: Any = kind
     record: Any = _tick(payload) if any_kind is TickRecord else _record(any_kind, payload)
@@ -42,14 +42,14 @@ def decode(kind: Callable[..., R], payload: bytes) -> R:
 
 @cache
 def _fields(kind: Any) -> dict[str, Any]:
-    """Names and defaults."""
+    """Return names and defaults of the fields."""
     return {each.name: each.default for each in dataclasses.fields(kind)}
 
 
 def _message(record: Any) -> Any:
     kind: Any = type(record)
     fields = {name: getattr(record, name) for name in _fields(kind)}
-    # A float is equal to its default and still another one: -0.0.
+    # A float may equal its default and still differ: -0.0.
     fields = {
         name: value
         for name, value in fields.items()
@@ -63,7 +63,7 @@ def _record(kind: Any, payload: bytes) -> Any:
     fields: dict[str, Any] = {}
     for descriptor, value in made.ListFields():
         if isinstance(value, bytes):
-            # Protobuf hands text over as bytes if it is not UTF-8.
+            # Protobuf returns text as bytes if it is not UTF-8.
             raise ValueError(f"{descriptor.name} is no text")
         if descriptor.name in _fields(kind):
             fields[descriptor.name] = tuple(value) if descriptor.is_repeated else value
@@ -120,7 +120,7 @@ def _tick(payload: bytes) -> TickRecord:
 
 
 def _wrench(made: Any) -> WrenchSample:
-    # An unknown number of an enumeration counts as not there.
+    # An unknown enumeration value counts as missing.
     if not made.HasField("validity") or not made.HasField("kind"):
         raise ValueError("the wrench's validity or kind is missing, or unknown")
     return WrenchSample(
@@ -148,7 +148,7 @@ def _joints(made: Any) -> JointSample:
 
 
 def _applied(made: Any) -> AppliedCommand | None:
-    """The applied command in a message that may hold one: not one field of it, but two."""
+    """Return the applied command of a message, which is stored in two fields."""
     if made.HasField("reason"):
         return AppliedCommand(tuple(made.applied_rad[:]), REASONS[made.reason])
     if len(made.applied_rad):

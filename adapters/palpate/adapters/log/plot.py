@@ -1,4 +1,4 @@
-"""A picture of one trial over time."""
+"""A plot of one trial over time."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
@@ -9,7 +9,7 @@ from palpate.adapters.log.figure import drawing
 from palpate.adapters.log.reader import RETRACTION, TrialLog
 from palpate.adapters.log.series import Series, series_of
 
-# Colours that people with any colour vision can tell apart (Okabe and Ito).
+# Colours that are distinguishable with any colour vision (Okabe and Ito).
 _XYZ: Final = ("#0072b2", "#d55e00", "#009e73")
 _JOINTS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
 _PHASES: Final = {
@@ -20,26 +20,26 @@ _EVENTS: Final = {
     "tare": "tare", "contact": "contact", "contact lost": "contact lost", "sunk below the surface": "in the hole",
     "false drop": "false drop", "hole": "at depth", "trip": "trip", "interrupt": "interrupt", "end": "end",
 }  # fmt: skip
-"""Events that are drawn, and their labels."""
+"""Events to draw, with their labels."""
 _WIDTH_IN: Final = 13.0
 _LABEL_SHARE: Final = 0.015
 """Width of an inclined label as a share of the time axis."""
 
 
 def timeline(log: TrialLog, kind: str = "png") -> bytes:
-    """Forces, torques, tip position, states, actions, phases and events over one time axis.
+    """Plot forces, torques, tip position, states, actions, phases and events over one time axis.
 
     Args:
         kind: Format of the figure: png, svg or pdf.
 
     Raises:
-        LogError: The log has nothing to draw, or its configuration cannot be used.
+        LogError: The log has nothing to plot, or its configuration is invalid.
     """
     series = series_of(log)
     altered = bool(np.any(np.nan_to_num(series.altered_mrad) != 0.0))
     states, actions = _distinct(d.state for d in log.decisions), _distinct(d.action for d in log.decisions)
     symbols = _distinct(d.symbol for d in log.decisions)
-    # When nothing identifies states from history, symbol and state are the same, and one strip shows both.
+    # Without a memory of states, symbol and state are equal, and one strip shows both.
     apart = any(d.symbol != d.state for d in log.decisions)
     heights = [2.0, 2.0, 2.2]
     heights += [1.2] * altered
@@ -75,7 +75,7 @@ def timeline(log: TrialLog, kind: str = "png") -> bytes:
 
 
 def force_panel(axes: Any, series: Series) -> None:
-    """Draw the force, its norm, and the largest force that the job allows."""
+    """Plot the force, its norm, and the force limit of the job."""
     force_N = series.wrench[:, :3]
     for i, name in enumerate(("Fx", "Fy", "Fz")):
         axes.plot(series.time_s, force_N[:, i], color=_XYZ[i], linewidth=0.9, label=name)
@@ -108,12 +108,12 @@ def _dress(axes: Any, label: str) -> None:
     axes.grid(alpha=0.25)
     axes.margins(y=0.08)
     axes.tick_params(labelsize=8)
-    # Beside the panel: inside it would lie on the lines sooner or later.
+    # Next to the panel, because inside it would hide lines.
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
 
 
 def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence[str], attribute: str) -> None:
-    """A row for each name, with a bar from each decision to the next."""
+    """Draw a row for each name, with a bar from each decision to the next."""
     changes = [d.tick for d in log.decisions]
     ends = [*changes[1:], _end_of_decisions(log, series, changes[-1])]
     for row, name in enumerate(names):
@@ -131,13 +131,13 @@ def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence
 
 
 def _end_of_decisions(log: TrialLog, series: Series, last: int) -> int:
-    """Where the last action ended: with the phase, or with the log."""
+    """Return the tick at which the last action ended, with the phase or with the log."""
     later = [event.tick for event in log.events if event.tick > last and event.name in ("phase", "end")]
     return min(later, default=last + series.config.task.ticks_per_action)
 
 
 def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> None:
-    """Draw the phases as coloured bands; ``width_in`` is the width of the panel, for names that have room."""
+    """Draw the phases as coloured bands; ``width_in`` is the width of the panel, to omit names that do not fit."""
     phases = log.phases
     if not phases or phases[0][0] > 0:
         phases.insert(0, (0, "lift"))
@@ -145,7 +145,7 @@ def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> No
     for (tick, name), end_s in zip(phases, ends, strict=True):
         start_s = series.time_of(tick)
         axes.axvspan(start_s, end_s, color=_PHASES.get(name, "#dddddd"))
-        # About what fits: a letter of this size takes a thirteenth of an inch.
+        # Approximate fit: a letter of this size is a thirteenth of an inch wide.
         if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * width_in > len(name) / 13 + 0.05:
             axes.text((start_s + end_s) / 2, 0.5, name, ha="center", va="center", fontsize=8)
     axes.set_yticks([])
@@ -162,7 +162,7 @@ def _events(panels: Any, log: TrialLog, series: Series) -> None:
         time_s = series.time_of(event.tick)
         for axes in panels:
             axes.axvline(time_s, color="#444444", linewidth=0.8, linestyle="--", alpha=0.7)
-        # Labels upon each other could not be read.
+        # Overlapping labels would be unreadable.
         if named and time_s - named[-1][0] < room_s:
             named[-1][1].append(_EVENTS[event.name])
         else:

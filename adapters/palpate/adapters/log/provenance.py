@@ -1,4 +1,4 @@
-"""What results depend on besides the configuration: versions, source, arm model, processor."""
+"""Factors of a result other than the configuration: versions, source, arm model, processor."""
 
 import hashlib
 import platform
@@ -14,11 +14,11 @@ import palpate.core
 from palpate.core.motion import ArmDescription, ToolGeometry, arm_named
 
 _FUSED: Final = frozenset({"FMA3", "X86_V3"})
-"""Names that numpy has, or had, for what comes with fused multiply-add."""
+"""Present and former names in numpy of features that include fused multiply-add."""
 
 
 def made_with() -> dict[str, str]:
-    """Versions that results depend on."""
+    """Return the versions that results depend on."""
     return dict(_versions())
 
 
@@ -29,7 +29,7 @@ def _versions() -> tuple[tuple[str, str], ...]:
 
 @cache
 def core_sha256() -> str:
-    """Digest of the core's source: equal digests, equal core."""
+    """Return a digest of the core's source; equal digests mean equal code."""
     digest = hashlib.sha256()
     root = Path(str(palpate.core.__file__)).parent
     for path in sorted(root.rglob("*.py")):
@@ -39,7 +39,7 @@ def core_sha256() -> str:
 
 @cache
 def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
-    """Digest of what the kinematics are made of: URDF and calibration of the arm, its tool, and its encoders."""
+    """Return a digest of the kinematics: URDF and calibration of the arm, tool, and encoders."""
     arm = arm_named(named)
     own = (arm.tool_axis, arm.lower_rad, arm.upper_rad, arm.velocity_limit_rad_s)
     facts = (arm.flange, arm.encoder_step_rad, tool, own)
@@ -49,7 +49,7 @@ def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
 
 @cache
 def processor() -> dict[str, Any]:
-    """What the last bits of sines, exponentials and matrix products may depend on."""
+    """Return properties that the last bits of sines, exponentials and matrix products may depend on."""
     from threadpoolctl import threadpool_info
 
     simd: Any = np.show_config(mode="dicts")
@@ -63,10 +63,10 @@ def processor() -> dict[str, Any]:
 
 
 def decisive(found: Mapping[str, Any]) -> tuple[Any, ...]:
-    """What of :func:`processor` the last bits of a trial do depend on, and may excuse a difference (record 0015).
+    """Return the properties of :func:`processor` that do affect a trial's last bits (record 0015).
 
-    That is the C library's sine, which on x86-64 has a form for processors with fused multiply-add, and one for those
-    without. The kernels of BLAS and numpy's vector loops play no part.
+    They may excuse a difference. The C library's sine on x86-64 has one version for processors with fused multiply-add
+    and one for others. Kernels of BLAS and numpy's vector loops have no influence.
     """
     simd: Any = found.get("simd") or []
     if found.get("machine") == "x86_64":

@@ -1,4 +1,4 @@
-"""Reads one log whole: the trial of its messages, in the order in which they were recorded."""
+"""Reads a complete log: the trial from its messages, in recorded order."""
 
 import json
 from collections import Counter
@@ -38,18 +38,18 @@ from palpate.core.trial import Outcome
 
 _FOREIGN: Final = "it was not written by palpate"
 RETRACTION: Final = "retraction"
-"""Name of what follows a trip, as a phase; no task has it."""
+"""Name of the phase after a trip; no task uses it."""
 
 
 @dataclass
 class TrialLog:
-    """One trial's log, decoded but for its ticks.
+    """The log of one trial, decoded except for its ticks.
 
     Attributes:
-        end: The outcome; None when the log ends before the trial did.
-        counts: Messages by channel.
-        damage: What is wrong with the file, and where; the log holds what lies before that. Empty for a sound file.
-        missing: The messages that the log lacks, by their sequence numbers; empty for none.
+        end: The outcome; None if the log ends before the trial.
+        counts: Number of messages by channel.
+        damage: Description and position of damage; the log contains the part before it. Empty if undamaged.
+        missing: Missing messages according to the sequence numbers; empty if there are none.
     """
 
     path: str
@@ -69,22 +69,22 @@ class TrialLog:
 
     @property
     def phases(self) -> list[tuple[int, str]]:
-        """Where each phase begins, and its name; not of the first one, the lift. A trip begins the retraction."""
+        """Return the first tick and the name of each phase, except for the lift. A trip begins the retraction."""
         begun = (event for event in self.events if event.name in ("phase", "trip"))
         return [(event.tick, RETRACTION if event.name == "trip" else event.detail) for event in begun]
 
     @property
     def trip(self) -> EventEntry | None:
-        """The event that has the reason why supervisor, sensors or an operator ended the trial; None if none did."""
+        """Return the event with the reason why supervisor, sensors or operator ended the trial; None if none did."""
         cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)
         names = ("trip", "end") if cut else ("trip",)
         return next((event for name in names for event in self.events if event.name == name), None)
 
     def records(self) -> Iterator[TickRecord]:
-        """The ticks, decoded one by one.
+        """Yield the decoded ticks.
 
         Raises:
-            LogError: One is not a tick.
+            LogError: A message is not a tick.
         """
         for number, payload in enumerate(self.ticks):
             yield _decoded(self.path, f"message {number} of /tick", "is no Tick", TickRecord, payload)
@@ -94,8 +94,8 @@ def read_log(path: str | Path) -> TrialLog:
     """Read a log, up to its end or the first damage.
 
     Raises:
-        LogError: It is none: missing, empty, of another program or format, not one trial, or damaged so early that
-            the trial's start is lost.
+        LogError: The log is missing or empty, of another program or format, not a single trial, or damaged before the
+            trial's start.
     """
     data = bytes_of(path)
     messages, damage = read_messages(str(path), data)
@@ -103,10 +103,10 @@ def read_log(path: str | Path) -> TrialLog:
 
 
 def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "") -> TrialLog:
-    """Make a trial of a log's messages.
+    """Assemble a trial from the messages of a log.
 
     Raises:
-        LogError: They are not those of one trial, or of another format.
+        LogError: The messages are not those of one trial, or have another format.
     """
     if not messages and damage:
         raise LogError(path, "", f"holds nothing that can be read: {damage}", "it can only be deleted")
@@ -138,14 +138,14 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
 
 
 def _gap(messages: list[RawMessage]) -> int | None:
-    """The place of the first message whose number is not its place; a tool that writes none leaves all of them zero."""
+    """Return the index of the first message with an unexpected number; tools without numbers write zeros."""
     if not messages[-1].sequence:
         return None
     return next((place for place, message in enumerate(messages) if message.sequence != place), None)
 
 
 def _missing(messages: list[RawMessage], place: int) -> str:
-    """The gaps in the sequence numbers, in words."""
+    """Describe the gaps in the sequence numbers."""
     ticks = sum(message.channel == TICK.id for message in messages[:place])
     more = messages[-1].sequence - len(messages)
     return f"message {place}, after tick {ticks - 1}, is missing" + (f" (and {more} more)" if more > 0 else "")
@@ -172,5 +172,5 @@ def _decoded(path: str, where: str, problem: str, kind: type[R], payload: bytes)
 
 
 def learner_of_json(text: str) -> dict[str, Any] | None:
-    """A learner's state from its text; None where nothing learns."""
+    """Parse a learner's state; None if nothing learns."""
     return dict(json.loads(text)) if text else None

@@ -1,4 +1,4 @@
-"""Takes down one trial: what the control loop holds, tick by tick, and what the task reports."""
+"""Records one trial: the data of the control loop in each tick, and the reports of the task."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,18 +22,18 @@ from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 from palpate.core.trial import TrialReport
 
 _BATCH: Final = 35
-"""Messages of one chunk, a quarter of a second of ticks: what a kill can cost. Fewer cost more time each."""
+"""Messages per chunk, a quarter of a second of ticks, the loss after a kill. Smaller chunks cost more time."""
 _NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
 
 class FlightRecorder(LoopObserver):
-    """Gives a trial to a sink as messages; the sink has them packed.
+    """Passes a trial as messages to a sink, which packs them.
 
     Args:
-        sink: Has a log open.
-        start: Gives what the trial started with; called when the task has begun, or could not begin.
-        counterfactual: For a what-if: whether the trial has left the recorded path, and messages must say so.
-        stop_on_trouble: A message that cannot be kept ends the trial instead of being reported.
+        sink: A sink with an open log.
+        start: Returns the start record; called after the task has begun or failed to begin.
+        counterfactual: For a what-if: returns True once the trial has left the recorded path, for marking messages.
+        stop_on_trouble: A message that cannot be stored ends the trial; otherwise it is reported.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class FlightRecorder(LoopObserver):
 
     @property
     def failed_port(self) -> str:
-        """The port whose call ended the trial; empty where it was none."""
+        """Return the port whose call ended the trial; empty if no port call failed."""
         return self._unfinished.calling
 
     def end(self, record: EndRecord | None) -> None:
-        """Record the outcome; None for a log that ends before the trial does."""
+        """Record the outcome; None for a log that ends before the trial."""
         self._put_start()
         if self._deadline_ns is not None:
             tick = self._unfinished
@@ -83,7 +83,7 @@ class FlightRecorder(LoopObserver):
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         report = self._report
         self._now_ns, deadline_ns, self._deadline_ns = snapshot.time_ns, self._deadline_ns, None
-        # Made a record later, many at once: between two ticks of a loop every line of code runs on cold caches.
+        # Converted to records later in batches: between two ticks of a loop all code runs on cold caches.
         self._keep((deadline_ns, snapshot, command, applied, self._off_path()))
         if report is not None and (len(report.events) != self._events or len(report.decisions) != self._decisions):
             self._follow()
@@ -115,22 +115,22 @@ class FlightRecorder(LoopObserver):
     # Inside.
 
     def _call(self, entry: CallEntry) -> None:
-        """Record a port call that is none of a tick's four: one that failed, or one outside the loop."""
+        """Record a port call other than the four of a tick: a failed one, or one outside the loop."""
         self._put_start()
         self._keep(entry)
 
     def _put_start(self) -> None:
-        """Before anything else: the task has begun, or never will, and what the trial starts with is known."""
+        """Record the start first, once the task has begun or failed to begin."""
         if self._start is not None:
             start, self._start = self._start, None
             self._keep(start())
             self._hand_over()
 
     def _follow(self, *, final: bool = False) -> None:
-        """Take over what the task has newly reported.
+        """Record new entries of the task's report.
 
         Args:
-            final: It is not asked again: what a decision earned is told even if none came after it.
+            final: This is the last call: record the reinforcement of a decision even without a following decision.
         """
         report = self._report
         if report is None:
@@ -149,7 +149,7 @@ class FlightRecorder(LoopObserver):
         self._decisions = len(report.decisions)
 
     def _mark(self, record: Any) -> None:
-        """Keep a record that says whether it is counterfactual."""
+        """Keep a record, marked if it is counterfactual."""
         self._keep(replace(record, counterfactual=True) if self._off_path() else record)
 
     def _keep(self, record: object) -> None:

@@ -1,4 +1,4 @@
-"""The messages of a log as plain values; ``log.proto`` numbers their fields."""
+"""Messages of a log as plain values; ``log.proto`` numbers their fields."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from palpate.core.trial import TRIALS_OF_A_SERIES, DecisionRecord
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class StartRecord:
-    """All that a trial starts with, so that it can be replayed alone.
+    """Complete initial state of a trial, so that it can be replayed alone.
 
     Attributes:
         schema: Version of the log's schema.
-        trial: Index of the trial; with the seed it gives every random stream.
-        start_m: Where the trial starts above the plate, (2,), task frame.
+        trial: Index of the trial; with the seed it determines every random stream.
+        start_m: Start of the trial above the plate, (2,), task frame.
         ready_rad: The ready pose, (n,).
-        tip_rotation: Orientation that the tool keeps, (9,) row by row, base frame.
-        perception_json: Stages of perception, fitted ones with what was fitted.
-        policy: ``document``, the name of a baseline, or what made a foreign policy, ``package.module:Name``.
-        policy_json: The policy document, if it is one, or that of a foreign policy.
-        learner_json: The learner's state as the trial began; empty where nothing learns.
-        filter_state: Tare and memory of the wrench filter.
+        tip_rotation: Initial orientation of the tool, (9,) row by row, base frame.
+        perception_json: Stages of perception, including fitted values.
+        policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
+        policy_json: The policy document, also that of a third-party policy.
+        learner_json: State of the learner at the beginning of the trial; empty if nothing learns.
+        filter_state: Tare and state of the wrench filter.
         generator_json: State of the policy's random generator.
         temperature: Temperature of the exploration; None for a policy without one.
-        world: ``simulator``, or what else the ports led to.
-        world_json: What it takes to set up that world again, and its truth where there is one.
-        versions_json: Versions of palpate and of what the numbers depend on.
-        processor_json: What of the processor the last bits may depend on.
-        derived_from: The log that a what-if came from; empty for a recording.
+        world: ``simulator``, or the name of a rig.
+        world_json: Values that reproduce the world, with its ground truth if there is one.
+        versions_json: Versions of palpate and of the packages that results depend on.
+        processor_json: Properties of the processor that may affect the last bits.
+        derived_from: The log of which this is a what-if; empty for a recording.
     """
 
     schema: str
@@ -62,13 +62,13 @@ class StartRecord:
 
     @property
     def number(self) -> int:
-        """Number of the trial in its run, as the log's file and the run's tables have it."""
+        """Return the number of the trial in its run, as in file names and tables."""
         return self.trial % TRIALS_OF_A_SERIES
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """One choice of an action, and the numbers that it was chosen by."""
+    """One choice of an action, and the numbers on which it was based."""
 
     tick: int
     number: int
@@ -86,7 +86,7 @@ class DecisionEntry:
 
     @classmethod
     def of(cls, number: int, decision: DecisionRecord, temperature: float | None) -> DecisionEntry:
-        """The decision of that number in a trial, as its report has it."""
+        """Create an entry from a decision of a trial's report."""
         return cls(
             tick=decision.tick,
             number=number,
@@ -105,7 +105,7 @@ class DecisionEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class ReinforcementEntry:
-    """What the decision of that number earned."""
+    """Reinforcement of the decision with this number."""
 
     tick: int
     number: int
@@ -115,7 +115,7 @@ class ReinforcementEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class EventEntry:
-    """Something that happened."""
+    """An event."""
 
     tick: int
     name: str
@@ -125,7 +125,7 @@ class EventEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class LossEntry:
-    """What the recorder could not keep, and why."""
+    """A loss of the recorder, with its reason."""
 
     tick: int
     problem: str
@@ -137,13 +137,12 @@ class LossEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class EndRecord:
-    """What a trial came to, and the learner after it. ``true_...`` is the simulator's truth; None on an arm.
+    """Result of a trial, and the learner after it. ``true_...`` is the simulator's ground truth; None on an arm.
 
-    ``stopped_by`` is what stopped the arm besides core and supervisor; ``timing_json`` tells, on rigs, what each
-    section of a tick took, from the run's start to this trial's end. Four are the core's own count of how regular its
-    ticks and samples were. ``raised_by`` is who raised ``error``: core, port, policy (a foreign one) or outside
-    (observers, the clock, signals); empty without an error. ``policy_sha256`` is
-    :func:`policy_digest` where the policy is a foreign one.
+    ``stopped_by`` states what stopped the arm other than core and supervisor. ``timing_json``, on rigs, has the
+    durations of each section of a tick from the run's start to this trial's end. Four fields count irregular ticks and
+    samples. ``raised_by`` is the origin of ``error``: core, port, policy (a third-party one) or outside (observers, the
+    clock, signals); empty without an error. ``policy_sha256`` is :func:`policy_digest` for a third-party policy.
     """
 
     tick: int
@@ -174,10 +173,10 @@ class EndRecord:
 
 
 def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -> str:
-    """Digest of what only a foreign policy can make: without its code nothing else could be held against that.
+    """Return a digest of everything that only a third-party policy computes, for replays without its code.
 
     Args:
-        before: The learner's state as the trial began, JSON.
+        before: State of the learner at the beginning of the trial, JSON.
     """
     rows = [dataclasses.astuple(each) for each in decisions]
     return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
@@ -185,14 +184,15 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class TickRecord:
-    """What the ports gave and took in one control tick.
+    """Port data of one control tick.
 
     Attributes:
         tick: Counts the ticks of the trial from 0.
-        time_ns: What the clock read; None when it was not asked.
-        wrench: The force sample read; None when none was.
-        asked_rad: The command as asked, (n,); None when none was sent.
-        counterfactual: The command before, or this one, is not what was recorded: a what-if, not an observation.
+        time_ns: Clock reading; None if the clock was not read.
+        wrench: The force sample; None if none was read.
+        asked_rad: The requested command, (n,); None if none was sent.
+        counterfactual: True if this command or an earlier one differs from the recording: a what-if, not an
+            observation.
     """
 
     tick: int
@@ -213,14 +213,14 @@ class TickRecord:
         applied: AppliedCommand,
         counterfactual: bool = False,
     ) -> TickRecord:
-        """A whole tick."""
+        """Create the record of a complete tick."""
         wrench, joints, asked_rad = snapshot.wrench, snapshot.joints, command.position_rad
         return cls(snapshot.tick, snapshot.time_ns, deadline_ns, wrench, joints, asked_rad, applied, counterfactual)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CallEntry:
-    """A port call that failed, or that is none of a tick's four: the clock at the start, and the stop."""
+    """A failed port call, or one outside a tick's four: the clock at the start, and the stop."""
 
     tick: int
     port: str

@@ -1,4 +1,4 @@
-"""The channels of a trial's log, and the protobuf classes of their messages (``log.proto``)."""
+"""Channels of a trial's log, and the protobuf classes of their messages (``log.proto``)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 PACKAGE: Final = "palpate.log"
 SCHEMA: Final = "palpate.log/2"
-"""The format's number. A changed field or meaning takes another one; a log of another format is refused."""
+"""Version of the format. A changed field or meaning requires a new one; a log of another format is refused."""
 
 VALIDITIES: Final = (Validity.VALID, Validity.SATURATED, Validity.STALE, Validity.INVALID)
 KINDS: Final = (WrenchKind.RAW, WrenchKind.TARED, WrenchKind.GRAVITY_COMPENSATED)
@@ -32,7 +32,7 @@ REASONS: Final = (
     CommandReason.VELOCITY_LIMIT,
     CommandReason.STOPPED,
 )
-"""Members of the enumerations, in the order of their numbers."""
+"""Enumeration members in the order of their numbers."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class ChannelKind:
     Attributes:
         message: Name of its protobuf message.
         record: Class of its records.
-        about: One line in the file for its readers, with units and frames.
+        about: Description in the file, one line with units and frames.
     """
 
     id: int
@@ -81,13 +81,13 @@ BY_RECORD: Final = {kind.record: kind for kind in CHANNELS}
 
 
 def message_class(message: str) -> Any:
-    """The class of a message."""
+    """Return the class of a message."""
     return getattr(log_pb2, message)
 
 
 @cache
 def descriptor_set(message: str) -> bytes:
-    """The serialised ``FileDescriptorSet`` of a message and all that it refers to, as an MCAP schema holds it."""
+    """Return the serialised ``FileDescriptorSet`` of a message and its dependencies, as an MCAP schema stores it."""
     file = descriptor_pb2.FileDescriptorProto()
     log_pb2.DESCRIPTOR.CopyToProto(file)
     needed = set(_referred(message_class(message).DESCRIPTOR))

@@ -1,7 +1,7 @@
-"""The score of a trial by the sheet of the AI for Industry Challenge (intrinsic-dev/aic, docs/scoring.md, March 2026).
+"""Score of a trial on the sheet of the AI for Industry Challenge (intrinsic-dev/aic, docs/scoring.md, March 2026).
 
-The sheet is for plugs of cables: the port is the hole here, the plug the peg. Its penalty for contact with what is off
-limits is not counted, because no log shows such contacts.
+The sheet is for cable plugs: here the port is the hole, the plug the peg. The penalty for off-limit contacts is
+omitted, because no log contains such contacts.
 """
 
 from dataclasses import astuple, dataclass, fields
@@ -15,14 +15,14 @@ from palpate.core.trial import Outcome
 
 _INSERTED: Final = 75.0
 _PARTIAL: Final = (38.0, 50.0)
-"""In the mouth of the hole, and all but at full depth."""
+"""Points in the mouth of the hole, and almost at full depth."""
 _NEAR: Final = 25.0
-"""At the mouth of the hole; nothing from half the distance at the start on."""
+"""Points at the mouth of the hole; none from half the initial distance."""
 _ASIDE_M: Final = 5e-3
 _SMOOTH: Final = 6.0
 _MOST_JERK_M_S3: Final = 50.0
 _WINDOW: Final = 15
-"""Samples of the quadratic fit to the velocity, which take 30 ms there and 107 ms at 140 Hz."""
+"""Samples of the quadratic fit to the velocity: 30 ms in the challenge, 107 ms at 140 Hz."""
 _MOVING_M_S: Final = 0.01
 _DURATION: Final = 12.0
 _FAST_S, _SLOW_S = 5.0, 60.0
@@ -34,12 +34,12 @@ _FORCE_N, _FORCE_S = 20.0, 1.0
 
 @dataclass(frozen=True)
 class Score:
-    """Points of a trial, 100 at most."""
+    """Points of a trial, at most 100."""
 
     valid: float
-    """1: the trial ran."""
+    """1 if the trial ran."""
     success: float
-    """75 inserted, 38 to 50 in part, up to 25 near the hole."""
+    """75 if inserted, 38 to 50 for a partial insertion, up to 25 near the hole."""
     smoothness: float
     """6 without jerk."""
     duration: float
@@ -51,16 +51,16 @@ class Score:
 
     @property
     def total(self) -> float:
-        """The sum."""
+        """Return the sum."""
         return float(sum(astuple(self)))
 
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score and what it is computed from.
+    """A trial's score and its inputs.
 
     Attributes:
-        basis: ``truth`` of the simulator, or ``outcome`` and encoders.
+        basis: ``truth`` of the simulator, or ``outcome`` with encoders.
         jerk_m_s3: Mean norm of the tip's jerk while it moves.
         above_s: Time with a tared force above 20 N.
     """
@@ -78,7 +78,7 @@ def score_of(log: TrialLog) -> ScoredTrial:
     """Score a trial.
 
     Raises:
-        LogError: It has no ticks.
+        LogError: The log has no ticks.
     """
     series, end = series_of(log), log.end
     known = np.isfinite(series.tip_mm).all(axis=1)
@@ -105,7 +105,7 @@ def score_of(log: TrialLog) -> ScoredTrial:
 
 
 def score_table(trials: list[ScoredTrial]) -> str:
-    """Return the scores as text, a line for each trial, and their mean."""
+    """Format the scores as text, with a line per trial and their mean."""
     names = [field.name for field in fields(Score)]
     width = max((len(trial.path) for trial in trials), default=0)
     heads = "".join(f"{name:>12}" for name in (*names, "total"))
@@ -120,7 +120,7 @@ def score_table(trials: list[ScoredTrial]) -> str:
 
 
 def _success(log: TrialLog, series: Series, tip_m: np.ndarray, hole_m: np.ndarray, began_m: float) -> float:
-    """Points for the insertion: by the simulator's truth, where the log has it."""
+    """Return the points for the insertion, from the ground truth if the log has it."""
     end, task = log.end, series.config.task
     if end is None:
         return 0.0
@@ -132,22 +132,22 @@ def _success(log: TrialLog, series: Series, tip_m: np.ndarray, hole_m: np.ndarra
         return _INSERTED
     last_m = np.array(end.true_tip_in_task_m) if end.true_tip_in_task_m else tip_m[-1]
     away_m = last_m - hole_m
-    # A peg that presses on the plate bends it by micrometres.
+    # The press of a peg bends the plate by micrometres.
     if depth_m > tolerance_m and float(np.hypot(*away_m[:2])) < _ASIDE_M:
         return float(np.interp(depth_m / full_m, (0.0, 1.0), _PARTIAL))
     return _falling(_NEAR, float(np.linalg.norm(away_m)), 0.0, 0.5 * began_m)
 
 
 def _falling(most: float, value: float, best: float, worst: float) -> float:
-    """Points that fall in a line from the best value to none at the worst."""
+    """Return points that decrease linearly from the best value to zero at the worst."""
     return float(np.interp(value, (best, worst), (most, 0.0))) if worst > best else most
 
 
 def mean_jerk_m_s3(tip_m: np.ndarray, time_s: np.ndarray) -> float:
-    """Return the mean norm of the jerk while the tip moves; encoders that repeat their angles are taken once.
+    """Return the mean norm of the jerk while the tip moves; repeated joint angles count once.
 
     Args:
-        tip_m: Places, (n, 3).
+        tip_m: Positions, (n, 3).
         time_s: Their times, (n,).
     """
     fresh = np.r_[True, np.any(np.diff(tip_m, axis=0) != 0.0, axis=1)] if len(tip_m) else np.zeros(0, bool)
@@ -156,7 +156,7 @@ def mean_jerk_m_s3(tip_m: np.ndarray, time_s: np.ndarray) -> float:
         return 0.0
     velocity_m_s = np.gradient(tip_m, time_s, axis=0)
     step_s = float(np.median(np.diff(time_s)))
-    # Twice the curvature of a parabola through each window; at the ends that of the outermost one.
+    # Twice the curvature of a parabola through each window; at both ends that of the outermost window.
     curvature = np.linalg.pinv(np.vander(np.arange(_WINDOW) * step_s, 3))[0]
     windows = np.lib.stride_tricks.sliding_window_view(velocity_m_s, _WINDOW, axis=0)
     jerk_m_s3 = np.pad(2.0 * windows @ curvature, ((_WINDOW // 2, _WINDOW // 2), (0, 0)), mode="edge")

@@ -1,4 +1,4 @@
-"""A trial's ticks as arrays over time, with the tip's position in the task frame."""
+"""Ticks of a trial as arrays over time, with the tip's position in the task frame."""
 
 import re
 import tomllib
@@ -17,13 +17,13 @@ from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.ports import Validity, WrenchSample
 
 NO_NEWS: Final = (Validity.INVALID, Validity.STALE)
-"""Samples that say nothing of their tick: they are drawn as a gap."""
+"""Samples without information about their tick, drawn as a gap."""
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 
 @dataclass(frozen=True)
 class Tare:
-    """A zero, and where it is from.
+    """A zero and its origin.
 
     Attributes:
         bias: Fx Fy Fz in N, Tx Ty Tz in N m, in the samples' own frame.
@@ -33,14 +33,14 @@ class Tare:
     origin: str
 
     def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
-        """Force and torque, (6,), less the zero; None without a sample that holds a measurement of its time."""
+        """Return force and torque, (6,), minus the zero; None without a current measurement."""
         if sample is None or sample.validity in NO_NEWS:
             return None
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
 
 
 def tare_of(log: TrialLog) -> Tare:
-    """The zero that the task found; zero without one."""
+    """Return the zero that the task found; all 0 if there is none."""
     for event in log.events:
         found = _NUMBERS.match(event.detail) if event.name == "tare" else None
         if found is not None:
@@ -63,16 +63,16 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Series:
-    """Arrays of one row a tick; NaN where something was not there, or where ticks are missing before.
+    """Arrays with one row per tick; NaN for missing values and missing ticks.
 
     Attributes:
-        ticks: Tick numbers, (n,); -1 in a row that stands for missing ticks.
+        ticks: Tick numbers, (n,); -1 in a row for missing ticks.
         time_s: Time since the first tick, (n,).
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
-        tip_mm: Tip by the encoders, (n, 3), task frame.
-        joints_rad: The newest joint angles that were not marked invalid, (n, joints).
-        command_rad: The command as applied, (n, joints).
-        altered_mrad: Command applied minus command asked, (n, joints).
+        tip_mm: Tip from the encoders, (n, 3), task frame.
+        joints_rad: The newest joint angles not marked invalid, (n, joints).
+        command_rad: The applied command, (n, joints).
+        altered_mrad: Applied minus requested command, (n, joints).
     """
 
     config: RunConfig
@@ -86,16 +86,16 @@ class Series:
     tare: Tare
 
     def time_of(self, tick: int) -> float:
-        """When a tick was, in seconds since the first; of one that the log lacks, by its neighbours."""
+        """Return the time of a tick in seconds since the first, interpolated if the log lacks it."""
         there = self.ticks >= 0
         return float(np.interp(tick, self.ticks[there], self.time_s[there]))
 
 
 def config_of(log: TrialLog) -> RunConfig:
-    """The configuration that a trial ran with.
+    """Return the configuration of a trial.
 
     Raises:
-        LogError: The log holds none that this palpate can use.
+        LogError: The log has no configuration that this version can use.
     """
     try:
         return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
@@ -106,10 +106,10 @@ def config_of(log: TrialLog) -> RunConfig:
 
 
 def series_of(log: TrialLog) -> Series:
-    """The ticks of a log as arrays.
+    """Return the ticks of a log as arrays.
 
     Raises:
-        LogError: It has no ticks with a time, or a part of it is not what it should be.
+        LogError: The log has no ticks with a time, or a part of it is invalid.
     """
     config = config_of(log)
     records = [record for record in log.records() if _time_ns(record) is not None]
@@ -123,7 +123,7 @@ def series_of(log: TrialLog) -> Series:
     for record in records:
         time_s = ((_time_ns(record) or 0) - first_ns) * NS
         if record.tick > before + 1 and rows:
-            # A row without values breaks the lines where ticks are missing.
+            # A row without values interrupts the lines at missing ticks.
             rows.append((-1.0, (rows[-1][1] + time_s) / 2, *(np.nan,) * (9 + 3 * count)))
         before = record.tick
         wrench = tare.taken_from(record.wrench) or (np.nan,) * 6
@@ -149,17 +149,17 @@ def series_of(log: TrialLog) -> Series:
 
 
 def _time_ns(record: TickRecord) -> int | None:
-    """When a tick was: by the clock, or when it was due."""
+    """Return the time of a tick from the clock, or its due time."""
     return record.deadline_ns if record.time_ns is None else record.time_ns
 
 
 def _sized(values: tuple[float, ...], count: int) -> tuple[float, ...]:
-    """The values; NaN where there are not as many as joints."""
+    """Return the values, or NaN if their number differs from that of the joints."""
     return values if len(values) == count else (np.nan,) * count
 
 
 class _Tip:
-    """Forward kinematics of the arm that the log names."""
+    """Forward kinematics of the arm in the log."""
 
     def __init__(self, log: TrialLog, config: RunConfig) -> None:
         from palpate.core.motion import Kinematics, arm_named

@@ -1,4 +1,4 @@
-"""Where a recorder's messages go: into files, which a thread packs and writes, so that the loop never waits."""
+"""Destinations of a recorder's messages: files, which a thread packs and writes, so that the loop never waits."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -17,17 +17,17 @@ from palpate.adapters.log.records import LossEntry, TickRecord
 from palpate.adapters.log.schema import BY_RECORD, RECORDER
 
 PATIENCE_S: Final = 60.0
-"""How long the end of a log may take to be written before that is given up."""
+"""Time-out for writing the end of a log."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
-"""What packing raises for a value that the message cannot hold, such as a number of more than 64 bits."""
+"""Errors of packing a value that does not fit the message, such as a number of more than 64 bits."""
 
 
 class LogMessage(NamedTuple):
-    """A message that is not packed yet.
+    """A message before packing.
 
     Attributes:
-        record: Or, of a whole tick, what :meth:`TickRecord.of` takes.
-        tick: The tick that is under way.
+        record: A record, or the arguments of :meth:`TickRecord.of` for a complete tick.
+        tick: The present tick.
     """
 
     record: Any
@@ -37,32 +37,32 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Takes one log after the other. Only ``open`` and ``close`` may take their time.
+    """Accepts one log after another. Only ``open`` and ``close`` may block.
 
     Attributes:
-        troubles: What could not be kept, and why; grows.
+        troubles: Losses with their reasons; grows.
     """
 
     troubles: list[str]
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:
-        """Begin a log; one that is still open ends there."""
+        """Begin a log; an open one is ended."""
 
     @abstractmethod
     def put(self, batch: Sequence[LogMessage]) -> None:
-        """Take messages, of which no record may change any more."""
+        """Accept messages; their records must not change afterwards."""
 
     @abstractmethod
     def close(self) -> None:
         """End the log."""
 
     def shut(self) -> None:
-        """Finish everything."""
+        """Finish all logs."""
 
 
 def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMessage]:
-    """Pack messages. Recording does not end what it records: what cannot be packed is lost, and named."""
+    """Pack messages. A message that cannot be packed is lost and reported; the recorded trial continues."""
     for kept, time_ns, sequence, tick in batch:
         record = TickRecord.of(*kept) if isinstance(kept, tuple) else kept
         kind = BY_RECORD[type(record)]
@@ -77,10 +77,10 @@ def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMess
 
 
 class FileSink(Sink):
-    """Writes each log into a file. Trouble with one log does not end it: others may follow.
+    """Writes each log into a file. An error in one log does not affect the following ones.
 
     Args:
-        patience_s: How long :meth:`close` waits.
+        patience_s: Time-out of :meth:`close`.
     """
 
     def __init__(self, patience_s: float = PATIENCE_S) -> None:
@@ -98,7 +98,7 @@ class FileSink(Sink):
             self._thread = Thread(target=self._work, name="log writer", daemon=True)
             self._thread.start()
         path.parent.mkdir(parents=True, exist_ok=True)
-        # The working directory may change before the thread comes to it.
+        # The working directory may change before the thread opens the file.
         self._jobs.put(partial(self._begin, path.absolute(), metadata))
 
     @override
@@ -152,6 +152,6 @@ class FileSink(Sink):
     def _leave(self) -> None:
         file, self._file, self._log = self._file, None, None
         if file is not None:
-            # What a full disk did not take is given up.
+            # Data that a full disk did not accept are lost.
             with suppress(OSError):
                 file.close()

@@ -1,4 +1,4 @@
-"""Symbol strings from files: as text, or what recorded insertion trials felt on their way into the hole."""
+"""Symbol strings from text files, or from the symbols of recorded insertion trials."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,15 +20,15 @@ _FIELD: Final = "strings"
 def strings_from(paths: Sequence[str]) -> Strings:
     """Read one text file of strings, or logs of insertion trials.
 
-    Of logs those trials count that ended in the hole: each gives the symbols at its decisions, in their order. The
-    alphabet is that of the trials' perception, whether each symbol was felt or not.
+    From logs, each trial that ended in the hole gives the symbols at its decisions, in order. The alphabet is that of
+    the trials' perception, including symbols that did not occur.
 
     Args:
-        paths: A text file; or logs, and folders that hold logs, of trials with the same symbols.
+        paths: A text file; or logs, and folders with logs, of trials with the same symbols.
 
     Raises:
-        ConfigurationError: There is nothing to infer from, or the trials do not go together.
-        LogError: A name leads to nothing, or a log cannot be read.
+        ConfigurationError: There are no strings, or the trials have different symbols.
+        LogError: A name matches no file, or a log cannot be read.
     """
     if not paths:
         raise ConfigurationError(_FIELD, (), "a file of strings, or logs of trials")

@@ -1,4 +1,4 @@
-"""Tables as plain text: columns set side by side, or CSV."""
+"""Tables as plain text, with aligned columns or as CSV."""
 
 import csv
 import io
@@ -7,11 +7,11 @@ from typing import Any
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = None) -> str:
-    """A line a row, columns two blanks apart.
+    """Format one line per row, columns separated by two blanks.
 
     Args:
-        left: How many columns, from the first, or which of them, are flush left, the rest being flush right; None for
-            all.
+        left: Number of columns from the left, or their indices, that are left-aligned; the others are right-aligned.
+            None for all.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     words = len(widths) if left is None else left
@@ -25,7 +25,7 @@ def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = 
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Rows as CSV, the header first, with plain line ends."""
+    """Format rows as CSV, the header first, with plain line ends."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()

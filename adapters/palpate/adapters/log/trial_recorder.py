@@ -1,4 +1,4 @@
-"""Records the trials of a run, one log each, with all that each of them starts with."""
+"""Records the trials of a run, one log each, with the complete initial state."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records trial after trial into one folder. A context manager: on exit all logs are finished.
+    """Records one trial after another into a folder. A context manager: on exit all logs are finished.
 
     Attributes:
-        troubles: What could not be recorded, and why; grows.
+        troubles: Losses with their reasons; grows.
     """
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
@@ -45,14 +45,14 @@ class TrialRecorder:
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
-        """A recorder into files, as configured; None when recording is switched off."""
+        """Create a recorder into files, as configured; None if recording is off."""
         return cls(FileSink(), folder, config) if config.enabled else None
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        # A log that is still open lacks its end, but nothing before.
+        # A log that is still open lacks only its end record.
         self._close(None)
         self._sink.shut()
 
@@ -70,13 +70,13 @@ class TrialRecorder:
         subfolder: str = "",
         derived_from: str = "",
     ) -> None:
-        """Say what the trials from now on are trials of.
+        """Set the subject of the following trials.
 
         Args:
             name: Name of a baseline; empty for a policy that a policy file can hold.
             derived_from: The log of which the trials are a what-if.
         """
-        # What it has learned is in the learner's state, trial by trial.
+        # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         foreign = None if document is None else document.foreign
         constant = {
@@ -105,10 +105,10 @@ class TrialRecorder:
         name: str,
         counterfactual: Callable[[], bool] = lambda: False,
     ) -> LoopObserver:
-        """Open the log of a trial; returns its observer.
+        """Open the log of a trial; return its observer.
 
         Args:
-            counterfactual: For a what-if: whether it has left the recorded path.
+            counterfactual: For a what-if: returns True once it has left the recorded path.
         """
         subject = self._subject
         if subject is None:
@@ -129,17 +129,17 @@ class TrialRecorder:
         return self._flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
-        """Close the log of a trial that ran to its end.
+        """Close the log of a completed trial.
 
         Args:
-            facts: Fields of the end record that the core does not have: the world's truth, and the rig's affairs.
+            facts: Fields of the end record that the core does not have: ground truth, and data of the rig.
         """
         self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
-        """Close the log of a trial that an error ended; arguments as for :meth:`end`."""
+        """Close the log of a trial that ended with an error; arguments as for :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
-            # The task did not even begin: this is the report of the trial before.
+            # The task did not begin: the report is that of the previous trial.
             report = TrialReport(self._setup)
         by = raised_by(error, "" if self._flight is None else self._flight.failed_port)
         text = {"error": type(error).__name__, "text": str(error), "raised_by": by}
@@ -163,12 +163,12 @@ class TrialRecorder:
 
 
 def trial_name(number: int) -> str:
-    """Name of the log of a trial, by its number in the run's own count."""
+    """Return the name of a trial's log from its number in the run."""
     return f"trial-{number:05d}"
 
 
 def end_of(report: TrialReport, **others: Any) -> EndRecord:
-    """The end record of a trial's report."""
+    """Return the end record of a trial's report."""
     return EndRecord(
         tick=report.ticks - 1,
         outcome="" if report.outcome is None else report.outcome.value,
@@ -187,7 +187,7 @@ def end_of(report: TrialReport, **others: Any) -> EndRecord:
 
 
 def set_aside(folder: Path, first: int) -> list[Path]:
-    """Rename the logs of trials that will be run again: what a cut-short trial recorded is kept, under another name."""
+    """Rename the logs of trials that will be repeated, so that recordings of interrupted trials are kept."""
     moved = []
     for path in sorted(folder.glob("trial-*.mcap")):
         digits = path.stem.removeprefix("trial-")
@@ -208,7 +208,7 @@ class _Subject:
     constant: dict[str, Any]
 
     def start(self, setup: TrialSetup, world: World) -> StartRecord:
-        """What the trial starts with, as the task has begun."""
+        """Return the start record, after the task has begun."""
         state = generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state
         return StartRecord(
             seed=setup.seed,

@@ -1,4 +1,4 @@
-"""What a log holds of the rig beneath a trial, beside what the rig itself says of its world."""
+"""Facts about the rig in a log, in addition to the rig's own world record."""
 
 import json
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ _ACKNOWLEDGED: Final = "acknowledged"
 
 
 def world_of(rig: Rig) -> World:
-    """The rig's world, the facts of its force sensor, and who has acknowledged trips on it."""
+    """Return the rig's world with the facts of its force sensor and the acknowledgements of trips."""
     world = rig.world()
     facts = sensor_facts(rig.sensor_facts)
     acknowledged = [asdict(each) for each in rig.latch.acknowledgements]
@@ -22,16 +22,16 @@ def world_of(rig: Rig) -> World:
 
 
 def sensor_facts(facts: SensorFacts) -> dict[str, Any]:
-    """The facts of a force sensor as a log holds them: null where there is no end of a range."""
+    """Return the facts of a force sensor as stored in a log: null for an unlimited range."""
     plain = asdict(facts)
     return {_SENSOR: plain | {name: [None if each == inf else each for each in plain[name]] for name in _RANGES}}
 
 
 def recorded_sensor(world_json: str) -> SensorFacts:
-    """The facts of the force sensor that a log holds.
+    """Return the facts of the force sensor in a log.
 
     Raises:
-        ConfigurationError: They are no facts of a sensor.
+        ConfigurationError: They are not facts of a sensor.
     """
     facts: Any = _world(world_json).get(_SENSOR)
     try:
@@ -42,7 +42,7 @@ def recorded_sensor(world_json: str) -> SensorFacts:
 
 
 def recorded_turn(world_json: str) -> Vector3:
-    """The rotation vector from the task's axes to the hole's that a log holds; zero where the hole was not turned."""
+    """Return the rotation vector from the task's axes to the hole's in a log; zero if the hole was not turned."""
     turn = _world(world_json).get("hole_turn_rad")
     if not isinstance(turn, list) or len(turn) != 3 or not all(isinstance(each, float) for each in turn):
         return 0.0, 0.0, 0.0
@@ -50,7 +50,7 @@ def recorded_turn(world_json: str) -> Vector3:
 
 
 def recorded_drawn(world_json: str) -> dict[str, float]:
-    """What was drawn for the trial beside the first hole, as in ``Truth.drawn``; empty where that is not told."""
+    """Return the other drawn quantities of the trial, as in ``Truth.drawn``; empty if there are none."""
     drawn = _world(world_json).get("drawn")
     given = drawn.items() if isinstance(drawn, Mapping) else ()
     return {name: float(value) for name, value in given if isinstance(value, (int, float))}
