@@ -61,6 +61,7 @@ def test_a_trial_of_a_rig_is_drawn(palpate, desk):
     [
         ("sound.mcap", "to = ''", ".mp4, .gif"),
         ("sound.mcap --to there.gif", "there.gif", "never overwritten; name another file with --to"),
+        ("sound.mcap --to a.gif --size 0x0", "size = '0x0'", "120 to 4096"),
         ("sound.mcap --to a.mp4 --size 641x480", "size = '641x480'", "even"),
         ("sound.mcap --to a.gif --fps -5", "fps = -5.0", "from 0.1 to 50"),
         ("sound.mcap --to a.gif --speed 0.001", "fps = 12.5", "a greater speed"),

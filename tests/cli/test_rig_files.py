@@ -21,6 +21,7 @@ STRANGE = "[arm]\nname = 'zebra-zero'\nadapter = '{}'\n[force_sensor]\nadapter =
             STRANGE.format("ur-rtde").replace("name = 'zebra-zero'", ""),
             'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME',
         ),
+        (STRANGE.format("zebra-nmc") + "node = 3\ncanopen_nodes = [3]\n", "a node that no drive on the bus has"),
         (STRANGE.format("nowhere:make"), "a module that can be imported"),
         (STRANGE.format("os:getcwd"), "'os:getcwd' is refused: a function that makes an adapter; it raised TypeError("),
         (STRANGE.format("operator:is_"), "function that makes an adapter: ArmAdapter, not False"),

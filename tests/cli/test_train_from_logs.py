@@ -54,6 +54,7 @@ def test_logs_of_two_tools_are_refused(palpate):
     [
         (("nowhere", "--out", "touch"), "nowhere: is not there"),
         (("nowhere",), "needs --out"),
+        (("nowhere", "--out", "touch", "--learner", "sarsa"), "learner = 'sarsa' is refused: 'belief'"),
         (("nowhere", "--out", "touch", "--trials", 3), "takes no other flag than --out"),
     ],
 )

@@ -22,7 +22,7 @@ from palpate.core.trial.report import Purpose, generator
 from tests.command_line import PATIENCE_S
 
 NOWHERE = (0.0, 0.0, 0.0)
-SHORT = {"task": {"time_limit_s": 0.5}}
+SHORT = {"task": {"time_limit_s": 0.5, "ready_height_mm": 1.0, "tare_ticks": 8}}
 CORNERS = {"corners": 4, "corner_mm": 20.5}
 SQUARE = {
     "scenario": "blind-square",

@@ -116,6 +116,7 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
         (f"run --task={TASK} --policy torque", f"none beside --task {TASK}"),
         (f"run {SHORT} --cell.contacts listed", "searched, with a contour"),
         (f"train {SHORT}", "a task that lets a policy choose"),
+        (f"compare {SHORT}", "asks no policy"),
     ],
 )
 def test_what_does_not_go_with_it_is_one_line(palpate, words, told):
