@@ -105,9 +105,7 @@ def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back():
     ("arm", "joint", "off_rad", "refused"),
     [
         ("zebra-zero", 0, tau, True),
-        ("zebra-zero", 5, -tau, True),
         ("zebra-zero", 5, 3.1, False),
-        ("ur5", 1, tau, True),
         # Beyond half a turn, and yet a turn less would be outside the elbow's limits.
         ("ur5", 2, -3.2, False),
         ("ur5", 2, tau, True),

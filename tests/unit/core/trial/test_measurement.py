@@ -117,26 +117,6 @@ def test_depth_of_a_tool_that_dithers_on_a_plate_is_the_plate_s_where_encoders_c
     assert max(depths[10:]) - min(depths[10:]) < 0.02 * (max(places) - min(places))
 
 
-@pytest.mark.parametrize("damping_s", [0.0, 0.01, 0.03])
-def test_depth_follows_the_spring_behind_its_damper(damping_s):
-    """A step of force bends the spring by force over stiffness, with the damper's time constant."""
-    kinematics, signal = Kinematics(ARM, TOOL), SignalProcessor(CONTROL_RATE_HZ, 4.0)
-    measurement = Measurement(kinematics, GOAL, signal, 5e3, damping_s)
-    seen, bent_m = snapshot(), list[float]()
-    for _ in range(40):
-        measurement.update(seen)
-    unloaded_m, unloaded_N = measurement.tip_depth_m, measurement.force_N[2]
-    pressed = replace(seen.wrench, force_N=(0.0, 0.0, -5.0))
-    for _ in range(40):
-        measurement.update(seen._replace(wrench=pressed))
-        bent_m.append(unloaded_m - measurement.tip_depth_m)
-    loaded_m = (unloaded_N - measurement.force_N[2]) / 5e3
-    assert bent_m[-1] == pytest.approx(loaded_m, rel=1e-3)
-    ticks = damping_s * CONTROL_RATE_HZ
-    passed = next(tick for tick, each in enumerate(bent_m, 1) if each > 0.63 * loaded_m)
-    assert passed == pytest.approx(max(ticks, 1.0), abs=1.0)
-
-
 def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off():
     weight_N, above_tip_m = 3.4, 0.06
 

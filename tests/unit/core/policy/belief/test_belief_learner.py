@@ -81,13 +81,10 @@ class TestLearner:
         "state",
         [
             {"trials": []},
-            {"trials": [{"hole": [1, 2]}], "trials_learned": 1},
             {"trials": [{"hole": [1, 2.5], "touches": []}], "trials_learned": 1},
-            {"trials": [{"hole": [1, 2], "touches": [[1, 2, 3, 4]]}], "trials_learned": 1},
             # Of other units.
             {"trials": [{"hole": [1_000_001, 2], "touches": []}], "trials_learned": 1},
             {"trials": [{"hole": [1, 2], "touches": [[1, 2, 10**30, 4, 4900]]}], "trials_learned": 1},
-            {"trials": [{"hole": [1, 2], "touches": [[1, 2, 3, 4, 0]]}], "trials_learned": 1},
         ],
     )
     def test_another_state_is_refused(self, state):
