@@ -7,19 +7,8 @@ that has something to do, or a thread whose sleep is over. A test gives the same
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from palpate.core.ports.devices import Clock
-
-
-class VirtualDevice(Protocol):
-    """Something that lives in virtual time."""
-
-    def next_event_ns(self):
-        """When it next has something to do."""
-
-    def step(self, now_ns):
-        """Do it; may be called before it is due."""
 
 
 @dataclass(slots=True)
@@ -30,6 +19,9 @@ class _Sleeper:
 
 class VirtualTime(Clock):
     """The run's clock of a test.
+
+    Attributes:
+        devices: What lives in it: next_event_ns() says when it next has something to do, step(now_ns) does it.
 
     Args:
         guests: How the names of the threads end that the code under test starts and that live by this clock.

@@ -18,13 +18,6 @@ ON_A_RIG = f"--rig zebra.toml --job {ROOT / 'examples' / 'jobs' / 'paper-peg.tom
 LONG = "x" * 300
 """A name longer than any file system takes."""
 COMMANDS = "train, run, compare, study, plan, show, explore, infer, replay, report, log, render, emulate, rig, settings"
-ADAPTERS = """
-number = 3
-def fails():
-    raise RuntimeError("no hardware here")
-class Bare:
-    pass
-"""
 STUDIES = {
     "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
     "small": "[study]\ntrials = 1\n",
@@ -34,7 +27,7 @@ TEXTS = {
     "deep.json": "[" * 100_000,
     "walks.txt": "AABBC\nABBC\nBBAC\n",
     "one.txt": "AAA\n",
-    "refused.py": ADAPTERS,
+    "refused.py": "number = 3\n",
     "unwell.py": "1 / 0\n",
     "there.svg": "",
     "there.png": "",

@@ -1,5 +1,6 @@
 """What ``palpate rig doctor`` makes of rig files and options. No device is there."""
 
+import re
 import shutil
 import signal
 from pathlib import Path
@@ -26,6 +27,9 @@ def test_a_new_rig_file_can_be_examined(palpate, arm, force, model):
         assert table is not None
         assert overlay(table(), entry.settings) == table()
     assert "verdict: feasible" in palpate.succeed("plan", "job.toml")
+    # Nothing is asked of whatever has these addresses here.
+    text = re.sub(r"^#? ?(host) = .*", r'\1 = "127.0.0.1"', Path("rig.toml").read_text(), flags=re.M)
+    Path("rig.toml").write_text(text)
     done = palpate("rig", "doctor", "--rig", "rig.toml", "--seconds", "0.2")
     # A drive's counts per radian cannot be known.
     assert (done.code, "counts_per_rad" in done.stderr) in ((1, False), (2, True)), done
@@ -46,7 +50,7 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate, tmp_path):
     done = palpate("rig", "doctor", "--rig", rig, "--seconds", "1")
     assert (done.code, done.stderr) == (1, "")
     of_arm, of_sensor = done.stdout.split("force sensor: jr3-can")
-    assert "a cycle at 140 Hz does not fit" in of_arm
+    assert "choose a larger divider, a higher baud rate" in of_arm
     assert of_sensor.count("  wrong  ") == 1
 
 

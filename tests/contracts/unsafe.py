@@ -13,7 +13,6 @@ from palpate.core.ports import AppliedCommand, CommandReason, Life, Validity, Wr
 from tests.contracts import test_fake as fake
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 
-STEP_NS = 5_000_000
 ZERO = (0.0, 0.0, 0.0)
 
 

@@ -2,15 +2,12 @@
 
 import re
 import sys
-from pathlib import Path
 
 import pytest
 
 from docs.site import build
 from docs.site.links import in_repository, relinked
 from docs.site.vocabulary import found
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
