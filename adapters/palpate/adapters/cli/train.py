@@ -90,7 +90,6 @@ def _fit_to_logs(options: TrainOptions) -> int:
     # Loaded here, because training by trials needs neither.
     from palpate.adapters.log import find_logs
     from palpate.adapters.replay import touches_of
-    from palpate.adapters.visualisation.report import touch_pictures
 
     if not options.out:
         raise UsageError("palpate train --from-logs needs --out, a folder for the policy")
@@ -106,8 +105,6 @@ def _fit_to_logs(options: TrainOptions) -> int:
         save_policy(found.document, folder / "policy.json")
         facts = {"from_logs": list(options.from_logs)}
         (folder / "run.toml").write_text(run_toml(found.config, "train", **facts), encoding="utf-8")
-        for picture in touch_pictures(found.belief):
-            (folder / "touch.png").write_bytes(picture.png)
     for line in found.left_out:
         sys.stderr.write(f"left out: {line}\n")
     say(f"{found.inserted} of {len(paths)} trials ended in the hole\n{render_table(found.document)}".rstrip("\n"))

@@ -71,12 +71,10 @@ class FoundTouches:
     Attributes:
         config: The configuration of the first one, with the settings that suit a belief.
         document: Content of a policy file: a belief that has learned from them.
-        belief: That belief.
     """
 
     config: RunConfig
     document: PolicyDocument
-    belief: LearnerEntry
     inserted: int
     left_out: tuple[str, ...]
 
@@ -128,7 +126,7 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
         created_with=made_with(),
         perception=perception_settings(config, perception),
     )
-    return FoundTouches(config, replace(document, learner=belief), belief, len(trials), tuple(left_out))
+    return FoundTouches(config, replace(document, learner=belief), len(trials), tuple(left_out))
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:

@@ -22,7 +22,7 @@ from palpate.adapters.files import load_policy, read_text
 from palpate.adapters.log import LOG_FOLDER, read_log, score_of, timeline
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
 from palpate.adapters.visualisation.report.pictures import mean_s
-from palpate.adapters.visualisation.report.policy_picture import policy_picture, touch_pictures
+from palpate.adapters.visualisation.report.policy_picture import policy_picture
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
 
@@ -160,11 +160,9 @@ def _trips(rows: Sequence[TrialRow]) -> tuple[PageTable, ...]:
 
 
 def _policy(document: PolicyDocument) -> PageSection:
-    learner, pictures = document.learner, tuple[Picture, ...]()
-    if learner is not None and learner.kind == "belief":
-        pictures = touch_pictures(learner)
-    elif document.foreign is None and (learner is None or learner.kind != "hmm"):
-        pictures = (policy_picture(document),)
+    learner = document.learner
+    stateless = document.foreign is not None or (learner is not None and learner.kind in ("belief", "hmm"))
+    pictures = () if stateless else (policy_picture(document),)
     return PageSection("Policy", pictures=pictures, listing=render_table(document))
 
 

@@ -122,13 +122,6 @@ class TouchModel:
         expected: Floats = cue + directions.between_cells(np.array(self.residual_Nm))
         return expected
 
-    def expected_Nm(self, directions: Directions) -> Floats:
-        """Return the torque of a tool tilted as in the last trials, without the offset, (n, 2)."""
-        lean = np.broadcast_to(np.array(self.offset_Nm), directions.unit.shape)
-        gained = directions.between(np.array(self.gain)) * directions.turned_back(lean)
-        expected: Floats = self.upright_Nm(directions) + directions.turned(gained)
-        return expected
-
     def variance(self, directions: Directions) -> Floats:
         """Return the variance of each component of a contact, in N m squared, (n,)."""
         return directions.between(np.square(np.array(self.noise_Nm)))

@@ -54,8 +54,9 @@ WAYS_M = np.array([(0.0015, 0.0005), (-0.0015, 0.0005), (0.0005, -0.002)])
 
 
 def foretold_Nm(model):
-    torque = model.expected_Nm(Directions.of(WAYS_M[:, 0], WAYS_M[:, 1])) + model.offset_Nm
-    return torque
+    at = Directions.of(WAYS_M[:, 0], WAYS_M[:, 1])
+    lean = at.turned_back(np.broadcast_to(model.offset_Nm, at.unit.shape))
+    return model.upright_Nm(at) + at.turned(at.between(np.array(model.gain)) * lean) + model.offset_Nm
 
 
 class TestFit:
