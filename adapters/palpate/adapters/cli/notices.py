@@ -10,11 +10,9 @@ from typing import Any
 from palpate.adapters.cli.options import LiveSettings, RunOptions, TrainOptions
 from palpate.adapters.config import RigFile, RunConfig
 from palpate.adapters.experiments import MakeRig, Run, RunFolder, TrialRow, TrialsObserver, note, open_rig
-from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import UsageError
 from palpate.core.ports import Rig
-from palpate.core.supervision import limits_line
 from palpate.core.trial import ReadyPose
 from palpate.simulation.work_cell import validity_lines
 
@@ -100,12 +98,6 @@ def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterato
         if options.rig and logs.is_dir():
             sys.stderr.write(f"palpate: logs in {logs}\n")
         raise
-
-
-def print_grants(session: RealTimeSession, config: RunConfig) -> None:
-    """Print what the system was asked for and what it answered, and which force will stop the arm."""
-    for line in (*session.grants, limits_line(config.supervision, config.task)):
-        sys.stderr.write(f"palpate: {line}\n")
 
 
 def validity_note(config: RunConfig, rig: str = "") -> str:

@@ -6,15 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.cli.notices import print_grants, say
+from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.options import CalibrateOptions
 from palpate.adapters.config import CalibrationTable, RigFile, remeasured, write_into
-from palpate.adapters.experiments import warm_up
+from palpate.adapters.experiments import note, warm_up
 from palpate.adapters.experiments.calibration import Commissioning
 from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError, OutputError, UsageError
 from palpate.core.motion import arm_named
+from palpate.core.supervision import limits_line
 from palpate.core.trial import find_ready_pose
 
 STEPS: Final = {
@@ -78,7 +79,8 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
         # Before any device is open.
         commissioning.plan_payload()
     with rig, session:
-        print_grants(session, config)
+        for line in (*session.grants, limits_line(config.supervision, config.task)):
+            note(str(line))
         values, text = _measured(step, commissioning, known)
     short = {name: _short(value) for name, value in values.items()}
     try:

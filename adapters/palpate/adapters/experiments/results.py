@@ -18,6 +18,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -190,10 +191,8 @@ class RunResult:
 
 def next_free_folder(stem: str) -> RunFolder:
     """The first folder ``stem-001``, ``stem-002``, ... that is not there yet."""
-    number = 1
-    while os.path.lexists(f"{stem}-{number:03d}"):
-        number += 1
-    return RunFolder(Path(f"{stem}-{number:03d}"))
+    names = (f"{stem}-{number:03d}" for number in count(1))
+    return RunFolder(Path(next(name for name in names if not os.path.lexists(name))))
 
 
 def _holds(path: Path) -> bool:
