@@ -1,5 +1,6 @@
 """The page of a Net F/T; records that are lost or old, or an old sample under a new number; any bytes at all."""
 
+import socket
 import struct
 from collections import Counter
 
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.ati import NetFt, NetFtBox, parse_box
+from palpate.drivers.ati import NetFt, NetFtBox, UdpWire, parse_box
 from palpate.drivers.errors import DeviceFaultError, DriverError, SettingError, SilentError, WiringError
 
 # As a Gamma with firmware 2.2.59 sends it.
@@ -188,3 +189,19 @@ def test_no_datagram_raises(datagrams):
     numbers, device = fed(*datagrams)
     assert numbers == sorted(set(numbers))
     assert device.errors["malformed datagrams"] == sum(not data or len(data) % 36 > 0 for data in datagrams)
+
+
+def test_wire_carries_datagrams_both_ways_and_a_box_without_an_address_is_named():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as box:
+        box.bind(("127.0.0.1", 0))
+        wire = UdpWire(*box.getsockname())
+        assert wire.receive() == []
+        wire.send(START)
+        request, sender = box.recvfrom(64)
+        assert request == START
+        for number in (1, 2):
+            box.sendto(record(number), sender)
+        assert wire.receive() == [record(1), record(2)]
+        wire.close()
+    with pytest.raises(WiringError, match="::1, UDP port 1 cannot be reached"):
+        UdpWire("::1", 1)
