@@ -1,4 +1,4 @@
-"""All settings: of a run, of a rig, of real time; and their TOML form."""
+"""All settings of runs, rigs and real time, and their TOML form."""
 
 import lazy_loader
 

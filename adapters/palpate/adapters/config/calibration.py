@@ -1,4 +1,4 @@
-"""What was measured on a rig, and how it gets into the rig file without anything being lost."""
+"""Measurements of a rig, and writing them to the rig file without losing its other content."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _GRAVITY_M_S2: Final = 9.81
 
 @dataclass(frozen=True)
 class CalibrationTable(Settings):
-    """What ``palpate rig calibrate`` measured, and every run uses. None is not measured."""
+    """Measurements by ``palpate rig calibrate``, used by every run. None if not measured."""
 
     TABLE: ClassVar[str] = "calibration"
 
@@ -33,10 +33,10 @@ class CalibrationTable(Settings):
     """Stiffness along the tool, of gripper, arm and plate; instead of tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
-        """The tables of a job that this replaces.
+        """Return the tables of a job with the measured values.
 
         Args:
-            drawn: The tool as the job has it. What its gripper's moving part weighs stays: the rest is at the sensor.
+            drawn: The tool in the job. The mass of its gripper's moving part is kept; the rest is fixed to the sensor.
         """
         place = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
         if self.plate_mm is not None:
@@ -53,10 +53,10 @@ class CalibrationTable(Settings):
 
 
 def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
-    """Put values into a TOML file: what else is in it stays, comments too. The old file is there until the new one is.
+    """Write values into a TOML file and keep its other content with comments. The file is replaced when complete.
 
     Raises:
-        OutputError: It cannot be written, or is no TOML file with such tables any more.
+        OutputError: The file cannot be written, or is no longer a TOML file with such tables.
     """
     import tomlkit
     from tomlkit.items import InlineTable
@@ -74,5 +74,5 @@ def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
     except (ValueError, TypeError) as error:
         problem = f"takes no values: it was changed meanwhile ({error})"
         raise OutputError(str(path), problem, "correct it, and do the step again") from error
-    # The file itself, where it is a link.
+    # If the path is a link, the file itself is written.
     write_whole(path.resolve(), tomlkit.dumps(document))

@@ -1,4 +1,4 @@
-"""The one place where presets, a job, files and flags become the configuration of a run."""
+"""Composes the configuration of a run from presets, a job, files and flags."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, An
         source: A job file, or its tables.
 
     Raises:
-        ConfigurationError: It cannot be read, has other tables than those of a job, or lacks what every job states.
+        ConfigurationError: The job cannot be read, has unknown tables, or lacks required fields.
     """
     if not isinstance(source, Mapping) and not os.path.exists(source):
         raise ConfigurationError("job", str(source), f"a file that exists; {_EXAMPLES}")
@@ -61,19 +61,19 @@ def compose(
     job: Mapping[str, Any] | None = None,
     sensor: SensorFacts | None = None,
 ) -> RunConfig:
-    """Compose a configuration. What stands further down wins.
+    """Compose a configuration. Later layers win.
 
-    Derived settings come first, then the presets of learner, scenario and task, the job, and the tables in their order.
-    The settings are derived from the job's tables as all of these leave them.
+    The layers are derived settings, the presets of learner, scenario and task, the job, and the tables in their order.
+    Settings are derived from the job's tables after all layers are merged.
 
     Args:
-        name: Scenario; ``job`` for none.
+        name: Scenario; ``job`` for a job without one.
         tables: Nested tables of settings, such as a file's and the flags'.
         job: Tables of a job file; without one the paper's job.
-        sensor: Noise of a rig's force sensor; that of the simulated cell unless given.
+        sensor: Noise of a rig's force sensor; if not given, that of the simulated cell.
 
     Raises:
-        ConfigurationError: There is no such preset, a field is unknown, or a value is refused.
+        ConfigurationError: A preset or a field is unknown, or a value is refused.
     """
     require_one_of("scenario", name, tuple(SCENARIOS))
     require_one_of("learner", learner, tuple(LEARNERS))
@@ -110,25 +110,25 @@ def configured(
     flags: Mapping[str, Any] | None = None,
     measured: bool = True,
 ) -> RunConfig:
-    """Compose a configuration of files, presets and tables, as the command line does.
+    """Compose a configuration from files, presets and tables, as the command line does.
 
     Args:
         job: Job file, or its tables; None for the rig's, or the paper's job.
-        rig: Rig file, whose arm, noise and measurements the trials have; empty for the simulator.
-        scenario: Preset; empty takes that of the settings, or ``job`` with a job, or ``paper``.
-        learner: Learner; empty takes that of the settings, or that of the policy file, or Q-learning.
+        rig: Rig file that gives arm, noise and measurements; empty for the simulator.
+        scenario: Preset; if empty, that of the settings, or ``job`` with a job, or ``paper``.
+        learner: Learner; if empty, that of the settings, or that of the policy file, or Q-learning.
         policy: Policy file, or anything else.
-        task: Task; empty takes that of the settings, or the insertion.
-        arm: Name of the arm; empty takes that of the settings, the job or the rig.
+        task: Task; if empty, that of the settings, or the insertion.
+        arm: Name of the arm; if empty, that of the settings, the job or the rig.
         settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings (a ``run.toml`` too).
         flags: Tables of settings that win over all others.
-        measured: Lay what was measured on the rig over what the job says.
+        measured: Whether measurements of the rig replace values of the job.
 
     Raises:
-        ConfigurationError: A setting is unknown or refused, a file cannot be read, or with a rig no job is stated.
+        ConfigurationError: A setting is unknown or refused, a file cannot be read, or a rig has no job.
     """
     table = tables_of(settings)
-    # How the run of a run.toml came about is no setting.
+    # The facts of the run in a run.toml are not settings.
     run_facts(table, str(settings))
     file = RigFile.load(Path(rig)) if rig else None
     job = job or (file.job if file is not None and not table else None)
@@ -145,21 +145,21 @@ def configured(
 
 
 def _agreed(key: str, chosen: str, table: Mapping[str, Any], before: str = "") -> str:
-    """The name of a preset; empty where neither a choice nor the settings name one."""
+    """Return the name of a preset; empty if neither a choice nor the settings name one."""
     written = table.get(key, "")
     if not isinstance(written, str):
         raise ConfigurationError(f"{before}{key}", written, "a name")
     if chosen and written not in ("", chosen):
-        # The settings would win over the other preset's and leave it in name only.
+        # The settings would replace all values of the other preset.
         raise ConfigurationError(f"{before}{key}", chosen, f"{written!r}, as in the settings, or others without {key}")
     return chosen or written
 
 
 def tables_of(settings: Tables) -> dict[str, Any]:
-    """Return the tables of settings, of a TOML file with settings, or of nothing.
+    """Return the tables of settings, which may be given as tables, as a TOML file, or not at all.
 
     Raises:
-        ConfigurationError: They are something else.
+        ConfigurationError: The settings are given in another form.
     """
     if settings is None:
         return {}
@@ -171,19 +171,19 @@ def tables_of(settings: Tables) -> dict[str, Any]:
 
 
 def scenario(name: str, learner: str = "q-learning") -> RunConfig:
-    """Return the preset of a scenario, for a learner.
+    """Return the configuration of a scenario and a learner.
 
     Raises:
-        ConfigurationError: There is none of that name.
+        ConfigurationError: The scenario or the learner is unknown.
     """
     return compose(name, learner)
 
 
 def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFacts | None) -> RunConfig:
-    """Return the configuration with other values of its job; what was derived from them follows.
+    """Return the configuration with other values of its job, and the settings derived from them updated.
 
     Args:
-        sensor: Noise of the rig's force sensor; None takes that of the simulated cell.
+        sensor: Noise of the rig's force sensor; None for that of the simulated cell.
     """
     noise, task = sensor or simulated_noise(config), config.task.name
     other = overlay(config, measured)
@@ -192,7 +192,7 @@ def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFac
 
 
 def _changed(config: Any, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """What is derived otherwise, without what a person has set."""
+    """Return the derived settings that changed, without those that the user has set."""
     result: dict[str, Any] = {}
     for key, value in after.items():
         held = config.get(key) if isinstance(config, Mapping) else getattr(config, key)
@@ -215,8 +215,8 @@ def simulated_noise(config: RunConfig) -> SensorFacts:
 
 
 def depth_step_mm(config: RunConfig) -> float:
-    """Return the standard deviation of the tip's place along the tool, by the steps of the arm's encoders."""
-    # Kinematics take long to load, and help and logs need none.
+    """Return the standard deviation of the tip position along the tool due to the encoder resolution."""
+    # Loading the kinematics is slow, and help and logs do not need them.
     from palpate.core.motion import Kinematics
 
     return Kinematics(arm_named(config.arm), config.tool.geometry).depth_step_m() * 1e3
@@ -226,13 +226,13 @@ def verdict_on(config: RunConfig, task: str = "") -> Verdict:
     """Judge the job of a configuration on its arm, with the noise of the simulated sensor.
 
     Args:
-        task: Name of the task; the best of the shipped ones unless given.
+        task: Name of the task; if empty, the best of palpate's own tasks.
     """
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 
 def without_world(config: RunConfig) -> RunConfig:
-    """Return the configuration with the simulated cell that its job describes, and nothing else of that."""
+    """Return the configuration with the simulated cell derived from its job alone."""
     tables = derived_settings(job_of(config), SensorFacts(0.1, 0.004), config.task.name)
     return replace(config, cell=overlay(CellConfig(), tables["cell"]))
 

@@ -1,4 +1,4 @@
-"""Settings as they are declared: name, accepted values, unit, default, help. For listings and generated files."""
+"""Descriptions of settings for listings and generated files: name, accepted values, unit, default, help."""
 
 import ast
 import inspect
@@ -16,7 +16,7 @@ _UNITS: Final = {
     "mm_per_s": "mm/s", "mm_s": "mm/s", "rad_s": "rad/s", "rad_s2": "rad/s^2", "N_s_per_m": "N s/m", "m_s": "m/s",
     "per_N_s": "1/(N s)", "m_per_N_s": "m/(N s)", "kgf_mm": "kgf mm", "m_s2": "m/s^2",
 }  # fmt: skip
-"""Unit by the end of a name."""
+"""Unit by the suffix of a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +25,9 @@ class Described:
 
     Attributes:
         name: Dotted name.
-        kind: Its annotation.
-        default: None where there is none.
-        text: Help.
+        kind: Its type annotation.
+        default: Default value; None if there is none.
+        text: Help text.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Described:
 
     @property
     def unit(self) -> str:
-        """Unit that ends the name; empty for none."""
+        """Unit in the suffix of the name; empty if there is none."""
         words = self.name.rpartition(".")[2].split("_")
         ends = ("_".join(words[place:]) for place in range(1, len(words)))
         return next((_UNITS[end] for end in ends if end in _UNITS), "")
@@ -64,7 +64,7 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
 
 
 def texts_of(table: type) -> dict[str, str]:
-    """Return the docstring below each field of a class and its bases, on one line."""
+    """Return the docstring of each field of a class and its bases, on one line."""
     found: dict[str, str] = {}
     for base in reversed(table.__mro__[:-1]):
         (node,) = ast.parse(dedent(inspect.getsource(base))).body

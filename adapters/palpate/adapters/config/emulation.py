@@ -1,4 +1,4 @@
-"""What is emulated behind wires, and how badly."""
+"""Settings of emulated devices."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Self
@@ -17,7 +17,7 @@ _OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 
 @dataclass(frozen=True)
 class EmulationConfig(Settings):
-    """Which devices an emulated rig has, and what a rig file does not say of them."""
+    """Devices of an emulated rig, and their settings that a rig file does not have."""
 
     wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR, ROS2)] = ""
     """Wires of the arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (CAN drives), ur-rtde (a controller of
@@ -37,10 +37,10 @@ class EmulationConfig(Settings):
     other than the rig file has them, drawn from the seed: palpate rig calibrate has to find them."""
 
     def wired(self, arm: ArmDescription) -> Self:
-        """Return the same with the wires that this arm has.
+        """Return these settings with the wires of this arm filled in.
 
         Raises:
-            ConfigurationError: It cannot have these wires, or they do not have what else is required.
+            ConfigurationError: The arm does not have these wires, or they do not have the required sensor.
         """
         usual = ZEBRA if arm.name == "zebra-zero" else UR if arm.name in _OF_UR else CIA402
         wires = self.wires or usual

@@ -20,7 +20,7 @@ from palpate.simulation.grid import STEP_LIMIT
 TRIALS: Final = 1500
 """Trials of a run (paper, section 4)."""
 RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
-"""Of each learner the learning rate, the visits that halve it and its floor that did well with all kinds of state.
+"""Learning rate, halving visits and floor of each learner that performed well with all kinds of state.
 
 Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
 """
@@ -29,13 +29,13 @@ HMM: Final = "hmm"
 """The learner with the displacement HMM."""
 LEARNERS: Final = (*RATES, HMM)
 INITIAL: Final = {"q": -4.0, "sarsa": 0.0}
-"""Of each learner Q before the first visit. From -4, near what the way to the goal costs, Q-learning on an automaton's
-states takes half the trials that it takes from 0."""
+"""Q of each learner before the first visit. From -4, close to the cost of the way to the goal, Q-learning on an
+automaton's states needs half as many trials as from 0."""
 
 
 @dataclass(frozen=True)
 class GridLearning(Settings):
-    """How the agent learns. The penalty of an action is 1 and exploration is Boltzmann's, as in the insertion task."""
+    """Settings of the learner. Each action costs 1, and exploration is Boltzmann's, as in the insertion task."""
 
     learner: Annotated[str, OneOf(*LEARNERS)] = "q"
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
@@ -62,7 +62,7 @@ class GridLearning(Settings):
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
 
     def parameters(self) -> QParameters:
-        """Settings of a learner with a table."""
+        """Return the parameters of a learner with a table."""
         alpha, visits, floor = RATES[self.learner] if self.alpha is None else (self.alpha, 0.0, 0.0)
         common: dict[str, Any] = {
             "alpha": alpha, "alpha_visits": visits, "alpha_floor": floor, "gamma": 1.0,
@@ -74,5 +74,5 @@ class GridLearning(Settings):
         return QParameters(**common)
 
     def hmm(self) -> HmmParameters:
-        """Settings of a learner that models hidden states."""
+        """Return the parameters of the learner with a hidden Markov model."""
         return HmmParameters(reach=self.reach)

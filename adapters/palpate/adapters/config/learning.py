@@ -35,11 +35,11 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
         _OF_TABLES,
     ),
 }  # fmt: skip
-"""Settings of learning that not every learner has, and the learners that do."""
+"""Settings that apply to some learners only, and those learners."""
 
 
 def learner_in(path: str) -> str:
-    """Return the learner that the policy of a policy file was trained with; empty where it is no policy file."""
+    """Return the learner that trained the policy of a policy file; empty if it is not a policy file."""
     try:
         document = json_of_file(path)
     except (OSError, ValueError):

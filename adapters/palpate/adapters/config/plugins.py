@@ -1,4 +1,4 @@
-"""What others bring: found by the name of an entry point, or by ``package.module:Name``."""
+"""Third-party extensions, found by the name of an entry point or by ``package.module:Name``."""
 
 import importlib
 import os
@@ -13,13 +13,13 @@ from palpate.core.errors import ConfigurationError, told
 
 
 def entries(group: str) -> dict[str, EntryPoint]:
-    """The entry points of a group, by their names."""
+    """Return the entry points of a group by name."""
     return {entry.name: entry for entry in entry_points(group=group)}
 
 
 @contextmanager
 def from_here() -> Iterator[None]:
-    """While inside, what lies in the current folder can be imported, as with ``python -m``."""
+    """Make modules of the current folder importable within the context, as with ``python -m``."""
     before = list(sys.path)
     sys.path.insert(0, str(Path.cwd()))
     try:
@@ -31,8 +31,8 @@ def from_here() -> Iterator[None]:
 
 @contextmanager
 def folder_kept() -> Iterator[None]:
-    """Put the working folder back: third-party code may change it, and result paths may be relative to it."""
-    # By its number: it may have been moved meanwhile.
+    """Restore the working folder at the end: third-party code may change it, and result paths may be relative to it."""
+    # By its descriptor, because the folder may be moved meanwhile.
     here = os.open(".", os.O_PATH)
     try:
         yield
@@ -42,13 +42,13 @@ def folder_kept() -> Iterator[None]:
 
 
 def imported(field: str, place: str, accepted: str) -> Any:
-    """What ``package.module:Name`` leads to.
+    """Return the object at ``package.module:Name``.
 
     Args:
-        accepted: What would be right, for a name of another form.
+        accepted: Accepted values, for the error if the name has another form.
 
     Raises:
-        ConfigurationError: It leads to nothing.
+        ConfigurationError: There is no such object.
     """
     module_name, colon, attribute = place.partition(":")
     if not colon or not module_name or not attribute:
@@ -58,7 +58,7 @@ def imported(field: str, place: str, accepted: str) -> Any:
     except ImportError as error:
         raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
     except (Exception, SystemExit, GeneratorExit) as error:
-        # Whatever a third-party module does as it is imported.
+        # A third-party module may raise anything when it is imported.
         raise ConfigurationError(field, place, f"a module that imports without failing ({told(error)})") from error
     if not hasattr(module, attribute):
         raise ConfigurationError(field, place, f"a name in {module_name}; it has no {attribute}")

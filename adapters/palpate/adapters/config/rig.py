@@ -1,4 +1,4 @@
-"""The rig file: the only place that names hardware."""
+"""The rig file, the only configuration that names hardware."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _Ranges: TypeAlias = Annotated[Vector3, _AboveZero]
 
 @dataclass(frozen=True)
 class SensorFactsTable(Settings):
-    """What a rig file states of its force sensor, or what the sensor itself reports; None is not known."""
+    """Properties of the force sensor, from the rig file or reported by the sensor; None if unknown."""
 
     TABLE: ClassVar[str] = "force_sensor.facts"
 
@@ -50,7 +50,7 @@ class SensorFactsTable(Settings):
     """Frame of its samples; sensor by default."""
 
     def noise(self) -> SensorFacts | None:
-        """Return noise and range, from which settings are derived; None where no noise is stated."""
+        """Return noise and range, from which settings are derived; None if no noise is stated."""
         if self.noise_N is None or self.noise_Nm is None:
             return None
         ranges = {name: found for name in ("range_N", "range_Nm") if (found := getattr(self, name)) is not None}
@@ -59,7 +59,7 @@ class SensorFactsTable(Settings):
 
 @dataclass(frozen=True)
 class OperatorTable(Settings):
-    """What stops the arm at a person's word, besides the emergency stop."""
+    """Means by which a person stops the arm, besides the emergency stop."""
 
     TABLE: ClassVar[str] = "operator"
 
@@ -73,7 +73,7 @@ RIG_FORMAT: Final = 1
 
 @dataclass(frozen=True)
 class WatchdogTable(Settings):
-    """What stops the arm when its loop has gone quiet."""
+    """Watchdog that stops the arm when the control loop sends nothing."""
 
     TABLE: ClassVar[str] = "watchdog"
 
@@ -82,13 +82,13 @@ class WatchdogTable(Settings):
 
     @property
     def timeout_ns(self) -> int:
-        """The same in ns."""
+        """The timeout in ns."""
         return round(self.setpoint_timeout_ms * 1e6)
 
 
 @dataclass(frozen=True)
 class RigFile(Settings):
-    """A rig, as a TOML file describes it."""
+    """A rig, as described by a TOML file."""
 
     TABLE: ClassVar[str] = "rig"
 
@@ -130,7 +130,7 @@ class RigFile(Settings):
         """Read a rig file.
 
         Raises:
-            ConfigurationError: It is missing, no TOML, or does not say what a rig is.
+            ConfigurationError: The file is missing, is not TOML, or lacks required fields.
         """
         table = read_toml(path, "rig")
         if (found := table.pop("format", RIG_FORMAT)) != RIG_FORMAT:
@@ -164,15 +164,16 @@ class RigFile(Settings):
     def laid_over(
         self, table: Mapping[str, Any], job: Mapping[str, Any] | None, arm: str = "", *, measured: bool = True
     ) -> tuple[dict[str, Any], dict[str, Any] | None]:
-        """Return settings and job without a simulated cell, and with this rig's arm and what was measured on it.
+        """Return settings and job without a simulated cell, with the arm and the measurements of this rig.
 
         Args:
             table: Settings of a file.
-            arm: Name of the arm, where a caller gives one.
-            measured: Lay what was measured over what drawing and file say.
+            arm: Name of the arm, if the caller gives one.
+            measured: Whether measurements replace values of job and settings.
 
         Raises:
-            ConfigurationError: Neither states part and tool, or there is no model of the arm.
+            ConfigurationError: There is no model of the arm.
+            UsageError: Neither settings nor job state part and tool.
         """
         if job is None and not {"part", "tool"} <= set(table):
             problem = 'a rig needs a job, which states part and tool: give --job FILE, or a line job = "FILE" in [rig]'
@@ -182,7 +183,7 @@ class RigFile(Settings):
         stated = {**table, **(job or {})}.get("arm", "")
         name = stated.get("name", "") if isinstance(stated, Mapping) else str(stated)
         named = arm or name
-        # Where both name one arm, the table with more in it stands.
+        # If both name the same arm, the more complete table is used.
         kept = stated and self.model in ("", name) and named == name
         own: dict[str, Any] = {} if kept else {"arm": self.arm_model(named)}
         real = {key: value for key, value in table.items() if key != "cell"}
@@ -193,10 +194,10 @@ class RigFile(Settings):
         return merged(real, found, own), drawing
 
     def arm_model(self, given: str = "") -> str | ArmDescription:
-        """The arm's model: the file's, or the one that is given where it has none.
+        """Return the model of the arm: that of the file, or the given one if the file has none.
 
         Raises:
-            ConfigurationError: There is neither, or both and they differ.
+            ConfigurationError: Neither is there, or the two differ.
         """
         if not self.model and not given:
             accepted = 'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME'

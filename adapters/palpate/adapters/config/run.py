@@ -1,4 +1,4 @@
-"""The configuration of a run: one tree of frozen dataclasses, for TOML files, flags and ``run.toml`` alike."""
+"""The configuration of a run: a tree of frozen dataclasses for TOML files, flags and ``run.toml``."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final, TypeAlias
@@ -31,7 +31,7 @@ _Channels: TypeAlias = Annotated[
 
 @dataclass(frozen=True)
 class PerceptionConfig(Settings):
-    """From raw signals to states. Each stage can be exchanged on its own."""
+    """Stages from raw signals to states. Each stage can be exchanged separately."""
 
     TABLE: ClassVar[str] = "perception"
 
@@ -75,7 +75,7 @@ class PerceptionConfig(Settings):
 
 @dataclass(frozen=True)
 class RecordingConfig(Settings):
-    """The flight recorder. Recording changes nothing that is learned or measured."""
+    """The flight recorder. Recording does not affect learning or measurements."""
 
     TABLE: ClassVar[str] = "recording"
 
@@ -87,7 +87,7 @@ class RecordingConfig(Settings):
 
 @dataclass(frozen=True)
 class AdmissionConfig(Settings):
-    """What a trial's timing must be like for it to count. In the simulator every trial is admitted."""
+    """Timing that a trial must keep to count. In the simulator every trial is admitted."""
 
     TABLE: ClassVar[str] = "admission"
 
@@ -105,7 +105,7 @@ class AdmissionConfig(Settings):
 
 @dataclass(frozen=True)
 class RealTimeConfig(Settings):
-    """Real-time behaviour of the control loop. A refusal by the system is printed, and the run continues without."""
+    """Real-time behaviour of the control loop. If the system refuses one, this is printed and the run continues."""
 
     TABLE: ClassVar[str] = "real_time"
 
@@ -123,7 +123,7 @@ class RealTimeConfig(Settings):
 
 @dataclass(frozen=True)
 class RunConfig(Settings):
-    """Everything that a run depends on, apart from package versions."""
+    """All settings on which a run depends; its results depend on package versions, too."""
 
     scenario: Annotated[str, OneOf(*SCENARIOS)] = "paper"
     """Preset that the other settings start from. job: none, only the job; paper: the hole is at the nominal goal;

@@ -1,6 +1,6 @@
-"""The presets that settings start from: ``paper``, ``blind``, and ``blind`` with one condition more.
+"""Presets of settings: ``paper``, ``blind``, and ``blind`` with one further condition.
 
-``docs/how-to/choose-conditions.md`` is their table.
+``docs/how-to/choose-conditions.md`` lists them.
 """
 
 from collections.abc import Mapping
@@ -24,9 +24,9 @@ _DRIFT: Final = _DRAWN | {"zero_drift_Nm_s": round(3.0 * _KGF_MM_IN_NM / 20.0, 6
 _CORNER: Final = {"x_mm": 283.0, "y_mm": 283.0}
 
 JOB: Final = "job"
-"""Name of the scenario that adds nothing to a job."""
+"""Name of the scenario that leaves a job unchanged."""
 BLIND: Final[Table] = {"place": {"position_uncertainty_mm": 3.0, "start_uncertainty_mm": 3.0}}
-"""What all but ``paper`` and ``job`` begin with: the hole lies anywhere within 3 mm of the nominal goal."""
+"""Base of all scenarios but ``paper`` and ``job``: the hole lies anywhere within 3 mm of the nominal goal."""
 
 SCENARIOS: Final[Mapping[str, Table]] = {
     "paper": {},
@@ -60,7 +60,7 @@ SCENARIOS: Final[Mapping[str, Table]] = {
     },
     JOB: {},
 }
-"""Settings by the preset's name; over ``BLIND``, except for ``paper`` and ``job``."""
+"""Settings by the name of the preset, applied over ``BLIND`` except for ``paper`` and ``job``."""
 
 LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
@@ -78,4 +78,4 @@ LEARNERS: Final[Mapping[str, Table]] = {
         },
     },
 }  # fmt: skip
-"""What each learner begins with: time of an action, filter, states and rates that suit it, over the scenario's."""
+"""Preset of each learner: suitable action time, filter, states and rates."""

@@ -1,4 +1,4 @@
-"""Kinds of task by name: those that come with palpate, and those that other packages bring."""
+"""Kinds of task by name: those of palpate and those of other packages."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from palpate.core.errors import ConfigurationError, did_you_mean
 from palpate.core.job import KEYED, SIDES
 
 if TYPE_CHECKING:
-    # Kinematics are loaded by whoever makes a task.
+    # The kinematics are loaded when a task is made.
     from palpate.adapters.config.run import RunConfig
     from palpate.core.trial import TaskKind
 
 GROUP: Final = "palpate.tasks"
-"""Entry points of this group are kinds of task by name."""
+"""Group of the entry points that name kinds of task."""
 _FIELD: Final = "task.name"
 _BESIDE_MM: Final = 1.0
-"""A stated corner may be this far outside the peg: drawings are rounded."""
+"""A stated corner may lie this far outside the peg, because drawings are rounded."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
     "insertion-6dof": "palpate.core.tasks.insertion_6dof:INSERTION_6DOF",
 }
-"""Found without a look at what is installed."""
+"""Tasks found without a search of the installed packages."""
 
 
 @cache
 def task_kind(name: str) -> TaskKind:
-    """The kind of task of that name, or at ``package.module:Name``.
+    """Return the kind of task of that name, or at ``package.module:Name``.
 
     Raises:
-        ConfigurationError: There is none, or what there is is no kind of task.
+        ConfigurationError: There is no such object, or it is not a kind of task.
     """
     place = _OWN.get(name, "")
     if not place:
@@ -56,7 +56,7 @@ def task_kind(name: str) -> TaskKind:
 
 
 def with_options(config: RunConfig) -> RunConfig:
-    """All options of the task in the settings, so that a record of them does not depend on their defaults."""
+    """Return the settings with all options of the task, so that a record does not depend on defaults."""
     if config.task.name == INSERTION:
         return config
     from palpate.core.trial import options_of
@@ -66,10 +66,10 @@ def with_options(config: RunConfig) -> RunConfig:
 
 
 def require_corners(config: RunConfig) -> None:
-    """Refuse corners of the task that the peg of the simulated cell does not have.
+    """Check the corners in the task's options against the peg of the simulated cell.
 
     Raises:
-        ConfigurationError: Their number is another, or they would lie outside the peg or come down outside the area.
+        ConfigurationError: Their number differs, or they would lie outside the peg or touch down outside the area.
     """
     told, peg = config.task.options, config.cell.peg
     sides, corners = SIDES.get(peg.cross_section, 0), told.get("corners", 0.0)

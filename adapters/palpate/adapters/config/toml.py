@@ -1,4 +1,4 @@
-"""Configurations to and from TOML. Unknown and ill-typed fields are refused by name."""
+"""Conversion of configurations to and from TOML. Errors name unknown and ill-typed fields."""
 
 import dataclasses
 import difflib
@@ -18,10 +18,10 @@ RUN_FORMAT: Final = "palpate.run/1"
 
 
 def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
-    """The table in a TOML file. URDF and calibration of its arm are looked for from the file's folder.
+    """Return the table in a TOML file. Paths of the arm's URDF and calibration are relative to the file's folder.
 
     Raises:
-        ConfigurationError: No such file, or it is not TOML.
+        ConfigurationError: The file does not exist or is not TOML.
     """
     try:
         table = tomllib.loads(whole_text(path).read())
@@ -37,10 +37,10 @@ def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
 
 
 def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
-    """Take the table ``[run]`` out of a run's settings; empty for settings without one, which a person wrote.
+    """Remove the table ``[run]`` from a run's settings and return it; empty for settings that a person wrote.
 
     Raises:
-        ConfigurationError: The run folder has another format.
+        ConfigurationError: The run folder has a different format.
     """
     if "run" not in table:
         return {}
@@ -52,10 +52,10 @@ def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
 
 
 def overlay(base: T, table: Mapping[str, Any]) -> T:
-    """A copy of a configuration with the fields of a TOML table put over it.
+    """Return a copy of a configuration with the fields of a TOML table replaced.
 
     Raises:
-        ConfigurationError: An unknown field, or a value that its field refuses.
+        ConfigurationError: A field is unknown, or refuses its value.
     """
     changes: dict[str, Any] = {}
     for key, value in table.items():
@@ -68,12 +68,12 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
                 raise ConfigurationError(name, value, "a table")
             value = overlay(current, value)
         changes[key] = value
-    # mypy has no more of a dataclass's base than that it may be none.
+    # mypy does not see that every subclass is a dataclass.
     return dataclasses.replace(base, **changes)  # type: ignore[type-var]
 
 
 def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge nested tables; what comes later wins."""
+    """Merge nested tables; later ones win."""
     result: dict[str, Any] = {}
     for table in tables:
         for key, value in table.items():
@@ -84,13 +84,13 @@ def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def field_value(base: Settings, name: str, value: Any) -> Any:
-    """A TOML value as the field of a dotted name would hold it; whether it fits the other fields is not looked at.
+    """Convert a TOML value to the type of a field, given by its dotted name. Other fields are not checked.
 
     Args:
-        base: A configuration, with the field in it or in a table that it holds.
+        base: A configuration that holds the field, directly or in a table.
 
     Raises:
-        ConfigurationError: There is no such field, it is a table of fields, or it refuses the value.
+        ConfigurationError: The field is unknown, is a table of fields, or refuses the value.
     """
     *path, last = name.split(".")
     for key in path:
@@ -109,7 +109,7 @@ def field_value(base: Settings, name: str, value: Any) -> Any:
 
 
 def to_toml(config: Any, prefix: str = "") -> str:
-    """A configuration as TOML text; ``overlay`` of it on the default gives the configuration back."""
+    """Return a configuration as TOML text; ``overlay`` of it on the defaults restores the configuration."""
     lines, tables = [], []
     for f in dataclasses.fields(config):
         value = getattr(config, f.name)
@@ -129,13 +129,13 @@ def _unknown(table: type[Settings], name: str, value: Any, key: str) -> Configur
 
 
 def literal(value: Any) -> str:
-    """A value as TOML writes it."""
+    """Return a value as a TOML literal."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)):
         return repr(value)
     if isinstance(value, str):
-        # TOML's basic strings are JSON's, as long as nothing is written as a surrogate pair.
+        # TOML's basic strings are those of JSON unless surrogate pairs are written.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, (tuple, list)):
         return "[" + ", ".join(literal(v) for v in value) + "]"

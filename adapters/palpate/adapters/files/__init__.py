@@ -1,4 +1,4 @@
-"""Files and folders, read and written whole: of policies, examples, automata, strings and any other content."""
+"""Reading and writing of whole files and folders: policies, examples, automata, strings and other content."""
 
 import lazy_loader
 

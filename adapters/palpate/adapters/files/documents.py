@@ -1,4 +1,4 @@
-"""Files of what was learned: policies, examples and automata."""
+"""Files of learned policies and automata, and of examples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def load_policy(path: str | Path) -> PolicyDocument:
     """Read a policy file.
 
     Raises:
-        ConfigurationError: It cannot be read, or is refused.
+        ConfigurationError: The file cannot be read, or its content is refused.
     """
     return _loaded(path, PolicyDocument.TABLE, PolicyDocument.from_json_text)
 
@@ -29,7 +29,7 @@ def save_policy(document: PolicyDocument, path: Path) -> None:
     """Write a policy file as a whole or not at all; an old file stays intact until the new one is complete.
 
     Raises:
-        OSError: The place cannot be written.
+        OSError: The file cannot be written.
     """
     write_whole(path, document.to_json_text())
 
@@ -38,7 +38,7 @@ def load_automaton(path: str | Path) -> Machine:
     """Read an automaton file.
 
     Raises:
-        ConfigurationError: It cannot be read, or is refused.
+        ConfigurationError: The file cannot be read, or its content is refused.
     """
     return _loaded(path, "automaton file", from_json_text)
 
@@ -55,14 +55,14 @@ def _loaded(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
 def load_examples(
     path: str | Path, states: Sequence[str] | None = None, actions: Sequence[Action] | None = None
 ) -> tuple[tuple[str, str], ...]:
-    """Pairs of a state's and an action's name from a CSV file, such as the ``decisions.csv`` of a run, in its order.
+    """Return pairs of state and action names from a CSV file, such as the ``decisions.csv`` of a run, in its order.
 
     Args:
         path: A file with a header line that has at least ``state`` and ``action``; other columns are ignored.
-        states: When given with ``actions``, names are checked here, where the line is still known.
+        states: If given with ``actions``, names are checked, and an error states the line.
 
     Raises:
-        ConfigurationError: The file cannot be used; with the file and the line.
+        ConfigurationError: The file cannot be used; the error states the file and the line.
     """
     try:
         with whole_text(path, newline="") as lines:
@@ -89,7 +89,7 @@ def _read_examples(
                 check_known(where, state, action, states, actions)
             examples.append((state, action))
     except csv.Error as error:
-        # The inner reader has counted the line that failed, the outer one has not.
+        # Only the inner reader has counted the line that failed.
         raise ConfigurationError(
             f"{_EXAMPLES}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV"
         ) from error

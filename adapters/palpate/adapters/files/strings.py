@@ -1,4 +1,4 @@
-"""Files of strings: letters or words, and labels, as text, one string a line."""
+"""Text files of strings: one string per line, of letters or words, with optional labels."""
 
 import os
 from collections.abc import Mapping
@@ -19,8 +19,8 @@ def read_strings(path: str | os.PathLike[str]) -> Strings:
     """Read a file of strings.
 
     Raises:
-        ConfigurationError: No such file, a line that cannot be read, a symbol outside the file's alphabet, or no usable
-            set of strings (see :class:`~palpate.core.automata.strings.Strings`).
+        ConfigurationError: The file does not exist, a line cannot be read, a symbol is not in the file's alphabet, or
+            the strings are not usable (see :class:`~palpate.core.automata.strings.Strings`).
     """
     return strings_of(read_text(Path(path), "strings.file"))
 
@@ -40,7 +40,7 @@ def strings_of(text: str) -> Strings:
 
 
 def _alphabet(lines: Mapping[int, str]) -> tuple[str, ...] | None:
-    """Names of the symbols, if the file lists them."""
+    """Return the names of the symbols, if the file lists them."""
     found: tuple[str, ...] | None = None
     for place, line in lines.items():
         if line.startswith(_ALPHABET):
@@ -53,7 +53,7 @@ def _alphabet(lines: Mapping[int, str]) -> tuple[str, ...] | None:
 
 
 def _parted(place: int, line: str) -> tuple[bool, str]:
-    """A line's label and its string."""
+    """Return the label and the string of a line."""
     label, _, body = line.partition("\t")
     if label.strip() not in _LABELS or "\t" in body:
         raise ConfigurationError(f"strings.line[{place}]", line, "1 or 0, a tab, and the string")
@@ -61,7 +61,7 @@ def _parted(place: int, line: str) -> tuple[bool, str]:
 
 
 def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, labelled: bool) -> dict[int, list[str]]:
-    """Each line's symbols: words between blanks where there is a blank or a name of several letters, else letters."""
+    """Return the symbols of each line: words if there is a blank or a name of several letters, otherwise letters."""
     apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
     words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
     if apart and not labelled and alphabet is None:
@@ -80,7 +80,7 @@ def _require_known(words: Mapping[int, list[str]], alphabet: tuple[str, ...]) ->
 
 
 def _require_plain(bodies: Mapping[int, str], words: Mapping[int, list[str]]) -> None:
-    """Refuse what looks like labels and is not marked as that."""
+    """Refuse first words that look like labels but are not separated by a tab."""
     if all(word[0] in _LABELS for word in words.values()):
         place = min(words)
         accepted = "a tab, not a blank, between label and string, or '# alphabet: 0 1' if it is no label"
@@ -91,8 +91,8 @@ def text_of(strings: Strings) -> str:
     """Write strings as the text of a file.
 
     Raises:
-        ConfigurationError: A symbol's name cannot be written: it has a ``#``, a ``~``, or white space other than
-            single blanks inside.
+        ConfigurationError: A symbol's name contains ``#``, ``~``, or white space other than single blanks, and cannot
+            be written.
     """
     for name in strings.alphabet:
         if _COMMENT in name or _BLANK in name or " ".join(name.split()) != name:
@@ -107,11 +107,11 @@ def text_of(strings: Strings) -> str:
 
 
 def write_strings(strings: Strings, path: str | os.PathLike[str]) -> None:
-    """Write a file that :func:`read_strings` reads back as it was; an older one of the name is replaced.
+    """Write a file from which :func:`read_strings` restores the strings; an existing file is replaced.
 
     Raises:
         ConfigurationError: A symbol's name cannot be written.
-        OutputError: The place cannot be written to.
+        OutputError: The file cannot be written.
     """
     write_whole(Path(path), text_of(strings))
 

@@ -1,4 +1,4 @@
-"""Files and folders that are whole or not there: made under another name beside their place, renamed when complete."""
+"""Atomic files and folders: written under a temporary name in the same folder, and renamed when complete."""
 
 import io
 import json
@@ -13,19 +13,19 @@ from palpate.core.errors import ConfigurationError, OutputError
 
 
 def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper:
-    """A text file in UTF-8, without the byte-order mark that it may begin with.
+    """Open a text file in UTF-8 and skip the byte-order mark that it may begin with.
 
     Raises:
-        OSError: It cannot be read.
+        OSError: The file cannot be read.
     """
     return io.TextIOWrapper(io.BytesIO(Path(path).read_bytes()), encoding="utf-8-sig", newline=newline)
 
 
 def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:
-    """All of a text file.
+    """Return the content of a text file.
 
     Raises:
-        ConfigurationError: It cannot be read, or is not in UTF-8.
+        ConfigurationError: The file cannot be read, or is not in UTF-8.
     """
     try:
         return whole_text(path).read()
@@ -36,11 +36,11 @@ def read_text(path: Path, field: str, accepted: str = "a readable text file") ->
 
 
 def json_of_file(path: str | Path) -> Any:
-    """What is in a JSON file, of any form.
+    """Return the content of a JSON file.
 
     Raises:
-        OSError: It cannot be read.
-        ValueError: It is no JSON in UTF-8.
+        OSError: The file cannot be read.
+        ValueError: The content is not JSON in UTF-8.
     """
     text = whole_text(path).read()
     try:
@@ -50,10 +50,10 @@ def json_of_file(path: str | Path) -> Any:
 
 
 def require_no_file(path: Path, flag: str = "--out") -> None:
-    """Make sure that a file can be made there, without losing anything: before work that takes long.
+    """Check before long work that a file can be created without overwriting anything.
 
     Raises:
-        OutputError: Something of that name is there already.
+        OutputError: A file or folder of that name exists.
         OSError: Nothing can be written there.
     """
     _require_free(path, flag)
@@ -64,21 +64,21 @@ def require_no_file(path: Path, flag: str = "--out") -> None:
 
 
 def _require_free(path: Path, flag: str) -> None:
-    # lexists, because a link that leads nowhere is in the way as well.
+    # lexists, because a broken link must not be overwritten either.
     if os.path.lexists(path):
         raise OutputError(str(path), "is there already and is never overwritten", f"name another file with {flag}")
 
 
 def require_free_folder(path: Path) -> None:
-    """Make sure that a folder can be made there, or is there and empty: before work that takes long.
+    """Check before long work that a folder can be created, or exists and is empty.
 
     Raises:
-        OutputError: A file, or a folder that holds something, is there already.
+        OutputError: A file, or a folder that is not empty, exists.
         OSError: Nothing can be written there.
     """
     _require_empty(path)
     with _passing_folder(path):
-        """It can be made."""
+        """The folder can be created."""
 
 
 def _require_empty(path: Path) -> None:
@@ -91,12 +91,12 @@ def _require_empty(path: Path) -> None:
 
 
 def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> None:
-    """Write or replace a file; an old one stays intact until the new one is complete.
+    """Write or replace a file; an old file stays intact until the new one is complete.
 
     Args:
-        content: All of it; text is written as UTF-8 with the line ends that it has.
-        durable: Whether it must outlast a power cut from the moment this returns. Waiting for the disk takes
-            milliseconds; without it a power cut may leave the old file, but a killed process never leaves half of one.
+        content: The complete content; text is written as UTF-8 with its own line ends.
+        durable: Whether the file must survive a power cut after this returns. Waiting for the disk takes milliseconds;
+            without it a power cut may leave the old file. A killed process never leaves a partial file.
     """
     with _renamed(path, durable=durable) as passing:
         passing.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
@@ -104,22 +104,22 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
 
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
-    """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
+    """Yield a temporary name for a file; on success it is renamed to ``path``, on an error removed.
 
     Raises:
-        OutputError: Something is there already.
-        OSError: It cannot be written there.
+        OutputError: A file or folder of that name exists.
+        OSError: The file cannot be written.
     """
     _require_free(path, flag)
     with _renamed(path) as passing:
         yield passing
-        # Once more, because writing takes a while.
+        # Checked again, because writing takes time.
         _require_free(path, flag)
 
 
 @contextmanager
 def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
-    """Gives another name next to ``path``; on a good end what is there is renamed, on a bad one removed."""
+    """Yield a temporary name next to ``path``; on success its content is renamed, on an error removed."""
     passing = _passing_name(path)
     try:
         with _naming(path):
@@ -136,13 +136,13 @@ def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
-    """Gives an empty folder to fill; on a good end it is renamed to ``path``, on a bad one it and its content go.
+    """Yield an empty folder to fill; on success it is renamed to ``path``, on an error removed with its content.
 
-    Folders above ``path`` that are missing are made, and go again on a bad end.
+    Missing parent folders are created, and removed again on an error.
 
     Raises:
-        OutputError: A file or a folder that holds something is there already.
-        OSError: It cannot be written there.
+        OutputError: A file, or a folder that is not empty, exists.
+        OSError: The folder cannot be written.
     """
     _require_empty(path)
     with _passing_folder(path) as passing:
@@ -153,7 +153,7 @@ def new_folder(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _passing_folder(path: Path) -> Iterator[Path]:
-    """An empty folder beside ``path``; it goes at the end, and those above it that were missing and are empty."""
+    """Yield an empty folder next to ``path``; it is removed at the end, with new parent folders that are empty."""
     passing = _passing_name(path)
     made: list[Path] = []
     try:
@@ -166,13 +166,13 @@ def _passing_folder(path: Path) -> Iterator[Path]:
     finally:
         _remove(passing)
         for parent in reversed(made):
-            # Not if something has been put there meanwhile.
+            # A folder that holds something by now stays.
             with suppress(OSError):
                 parent.rmdir()
 
 
 def _sync(path: Path) -> None:
-    """Wait until a file, or the list of names in a folder, is on the disk."""
+    """Wait until a file, or a folder's list of names, is written to the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -181,7 +181,7 @@ def _sync(path: Path) -> None:
 
 
 def _passing_name(path: Path) -> Path:
-    # Hidden, so that nobody takes it for the result; with the process's number, so that two at once do not meet.
+    # Hidden, so that it is not mistaken for the result; with the process id, so that two processes do not collide.
     return path.absolute().parent / f".{path.name}.{os.getpid()}.part"
 
 
@@ -194,9 +194,9 @@ def _remove(passing: Path) -> None:
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Let an OSError name the file or folder itself, not the one that is made in its place."""
+    """Make an OSError name the file or folder itself, not the temporary one."""
     try:
         yield
     except OSError as error:
-        # Copying many files raises a list of errors, which has no one cause.
+        # Copying many files raises a list of errors without a single cause.
         raise OSError(error.errno, error.strerror or str(error)[:200], str(path)) from error

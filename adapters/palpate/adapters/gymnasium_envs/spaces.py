@@ -1,4 +1,4 @@
-"""Actions and observations of an agent in the insertion task: the spaces of its actions and observations."""
+"""Action and observation spaces of an agent in the insertion task."""
 
 from math import hypot, radians
 from typing import Any, Final, TypeAlias
@@ -16,48 +16,49 @@ from palpate.core.trial import options_of, wander_m
 
 OBSERVATION_KINDS: Final = ("symbolic", "raw", "ports")
 _MARGIN_M: Final = 2e-3
-"""Springs and rims: the tip may be measured so far beside the place to which it was led."""
+"""The measured tip may deviate from its commanded position by this much, because of springs and rims."""
 _SEARCH_M: Final = 10e-3
-"""The approach looks for the surface no deeper than this below the depth of the hole."""
+"""The approach searches for the surface down to this distance below the depth of the hole."""
 
 
 _TURN_RAD_S: Final = radians(11.0)
-"""Faster than this a lean asks more of a wrist near its singularity than it can do."""
+"""Faster tilting would exceed the speed limits of a wrist near its singularity."""
 
 
 def spatial_of(config: RunConfig) -> SpatialOptions | None:
-    """The options of a task whose tool turns; None for any other."""
+    """Return the options of a task that turns the tool; None for any other task."""
     own = task_kind(config.task.name).options is SpatialOptions
     return options_of(SpatialOptions, config.task) if own else None
 
 
 class StateIndex:
-    """The number of the state that the core has perceived, as its learners have it.
+    """Index of the perceived state, as palpate's own learners see it.
 
-    In the hole nothing is perceived any more: the state is the last one before.
+    Perception ends in the hole, so the last state before it is kept.
     """
 
     def __init__(self, states: int) -> None:
         self.space = spaces.Discrete(states)
 
     def of(self, task: InsertionTask) -> np.int64:
-        """What is seen now, after a tick of the task; new data every time."""
+        """Return a new observation after a tick of the task."""
         return np.int64(0 if task.percept is None else task.percept[1])
 
 
 class TipWrench:
     """Tip and wrench, (9,), task frame: x y z in m from the nominal goal, force in N, torque about the tip in N m.
 
-    Of a tool that turns, (12,): its commanded orientation, too: lean about x and y, yaw about z, in rad.
+    For a tool that turns, (12,): also its commanded orientation, lean about x and y and yaw about z, in rad.
 
-    It is what the core makes its symbols from: tip by the encoders, z into the hole; wrench tared, filtered, moved to
-    the tip. Bounds: the exploration area and 2 mm; from above the ready height to below the hole; the force limit, and
-    the torque of that force at the peg's rim; the turns that the task allows. What is beyond is cut off there.
+    The core derives its symbols from the same values: the tip position from the encoders, z into the hole; the wrench
+    tared, filtered and moved to the tip. Values are clipped to the bounds: the exploration area plus 2 mm; from above
+    the ready height to below the hole; the force limit, and the torque of that force at the peg's rim; the turns that
+    the task allows.
     """
 
     def __init__(self, config: RunConfig) -> None:
         task = config.task
-        # The start may lie beside the centre of the area, but never farther out than its corner.
+        # The start may lie off the centre of the area, but never farther out than its corner.
         across = wander_m(config.task) + _MARGIN_M
         up, down = task.ready_height_mm * 1e-3 + _MARGIN_M, task.insertion_depth_mm * 1e-3 + _SEARCH_M
         force, torque = task.max_force_N, task.max_force_N * config.cell.peg.diameter_mm * 0.5e-3
@@ -70,7 +71,7 @@ class TipWrench:
         self._low, self._high, self._turns = low, high, bool(turns)
 
     def of(self, task: InsertionTask) -> np.ndarray[Any, np.dtype[np.float32]]:
-        """The nine numbers, or twelve."""
+        """Return the nine or twelve numbers."""
         force, torque = task.wrench_at_tip
         seen = np.array([*task.tip_m, *force, *torque, *(task.turn_rad if self._turns else ())], np.float32)
         return np.clip(seen, self._low, self._high)
@@ -80,13 +81,13 @@ WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "to
 
 
 class PortReadings:
-    """What the ports gave in the newest tick, unfiltered, float64, in the order of ``names``; for recording.
+    """Unfiltered port data of the latest tick, float64, in the order of ``names``; for recording.
 
     Joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
-    measurements, and the command of the tick before as it was applied. Unbounded.
+    measurements, and the applied command of the previous tick. Unbounded.
 
     Attributes:
-        names: What each number is, with its unit.
+        names: Name of each number, with its unit.
     """
 
     def __init__(self, joints: int) -> None:
@@ -98,7 +99,7 @@ class PortReadings:
         self.space = spaces.Box(-np.inf, np.inf, (len(self.names),), np.float64)
 
     def of(self, task: InsertionTask) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """The numbers."""
+        """Return the numbers."""
         now = task.snapshot
         wrench, joints = now.wrench, now.joints
         applied = joints if now.applied is None else now.applied
@@ -109,12 +110,12 @@ class PortReadings:
 
 
 Observations: TypeAlias = StateIndex | TipWrench | PortReadings
-"""An observation space, and what is seen."""
+"""An observation space and its observations."""
 ACTION_KINDS: Final = ("discrete", "continuous")
 
 
 def index_of(action: Any, count: int) -> int:
-    """A discrete action as a plain number.
+    """Return a discrete action as a plain number.
 
     Raises:
         ActionRefusedError: It is not a whole number from 0 to ``count - 1``.
@@ -127,14 +128,14 @@ def index_of(action: Any, count: int) -> int:
 
 
 class NumberedActions:
-    """The actions that palpate's own learners choose from, in their order."""
+    """The numbered actions from which palpate's own learners choose."""
 
     def __init__(self, actions: tuple[Action, ...]) -> None:
         self._actions = actions
         self.space = spaces.Discrete(len(actions))
 
     def decision(self, action: Any) -> Decision:
-        """The action of that number."""
+        """Return the action of that number."""
         index = index_of(action, len(self._actions))
         return Decision(self._actions[index], index, OUTSIDE)
 
@@ -142,8 +143,8 @@ class NumberedActions:
 class FreeSteps:
     """Steps in any direction, (2,) from -1 to 1: x and y as shares of the longest step.
 
-    The tip moves at steady speed for the first 80 % of an action's time, so a step is a velocity too. No step is longer
-    than the longest: the corners of the square are led back to the circle, in their direction.
+    The tip moves at constant speed during the first 80 % of an action, so a step is also a velocity. Longer steps, in
+    the corners of the square, are shortened to the longest step in the same direction.
     """
 
     def __init__(self, longest_m: float) -> None:
@@ -151,18 +152,18 @@ class FreeSteps:
         self.space = spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def decision(self, action: Any) -> Decision:
-        """The step; it is none of a set, so no table learns from it."""
+        """Return the step; it belongs to no set of actions, so no table learns from it."""
         x, y = _shares(action, 2)
         scale = self._longest_m / max(hypot(x, y), 1.0)
         return Decision(Action(f"({x:+.4f}, {y:+.4f})", (scale * x, scale * y)), None, OUTSIDE)
 
 
 class Twists:
-    """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, lean about x and y, yaw, task frame.
+    """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, lean about x and y, and yaw, task frame.
 
-    x, y and z are shares of the longest step, the others of what the tool turns by in an action at 11 degrees/s. With z
-    below 0 the tool is lifted and moves in free space (law ``lift``); else it is pressed on (``step``), and one that
-    stands upright goes in where it loses contact. Steps and turns have the longest for their length, as free steps do.
+    x, y and z are shares of the longest step, the others shares of the turn that one action makes at 11 degrees/s. With
+    z below 0 the tool is lifted and moves in free space (law ``lift``); otherwise it keeps pressing (``step``), and an
+    upright tool enters the hole where it loses contact. The lengths of steps and turns are limited as for free steps.
     """
 
     def __init__(self, longest_m: float, action_s: float) -> None:
@@ -170,7 +171,7 @@ class Twists:
         self.space = spaces.Box(-1.0, 1.0, (6,), np.float32)
 
     def decision(self, action: Any) -> Decision:
-        """The motion; it is none of a set, so no table learns from it."""
+        """Return the motion; it belongs to no set of actions, so no table learns from it."""
         x, y, z, *turn = shares = _shares(action, 6)
         scale, turned = self._longest_m / max(hypot(x, y), 1.0), self._longest_rad / max(hypot(*turn), 1.0)
         lean_x, lean_y, yaw = (turned * share for share in turn)
@@ -180,7 +181,7 @@ class Twists:
 
 
 Actions: TypeAlias = NumberedActions | FreeSteps | Twists
-"""An action space, and the core's decision that an action of it is; there is none for one that is refused."""
+"""An action space, and the conversion of its actions to decisions of the core; invalid actions are refused."""
 
 
 def _shares(action: Any, count: int) -> list[float]:

@@ -1,4 +1,4 @@
-"""The work cell in MuJoCo behind the ports, and how it is drawn."""
+"""The work cell in MuJoCo behind the ports, and its pictures."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Arrows for forces, drawn over a picture: how long they are, and how they look."""
+"""Arrows for forces in pictures: their length and appearance."""
 
 from collections.abc import Iterable
 from math import floor, hypot, log10
@@ -16,13 +16,13 @@ _HALO: Final = (255, 255, 255)
 _LONGEST: Final = 0.5
 """The longest arrow, as a share of the picture's height."""
 _LEAST_N: Final = 1.0
-"""Forces below this are noise; they must not fill the picture."""
+"""Forces below this are noise and must not fill the picture."""
 
 
 def reference_N(forces_N: Iterable[float]) -> float:
-    """The force whose arrow stands in the picture as a scale: 1, 2 or 5 times a power of ten.
+    """Return the force of the arrow that shows the scale: 1, 2 or 5 times a power of ten.
 
-    About half of the largest of the trial's forces, given by their norms.
+    It is about half of the largest of the trial's forces, given by their norms.
     """
     half = max([_LEAST_N, *forces_N]) / 2.0
     power = 10.0 ** floor(log10(half))
@@ -30,7 +30,7 @@ def reference_N(forces_N: Iterable[float]) -> float:
 
 
 def metres_per_N(reference_N: float, view: View) -> float:
-    """Length in the world of an arrow for 1 N, so that even the largest force fits into the picture.
+    """Return the length of an arrow per newton, such that even the largest force fits into the picture.
 
     The largest force is below five times the reference, see :func:`reference_N`.
     """
@@ -40,17 +40,17 @@ def metres_per_N(reference_N: float, view: View) -> float:
 def arrow_pixels(
     view: View, size: tuple[int, int], foot_m: Array, force_N: Array, length_m_per_N: float
 ) -> tuple[Point, Point]:
-    """Foot and head, in pixels, of the arrow of a force (3,) that acts at a point (3,), both in the base frame."""
+    """Return foot and head, in pixels, of the arrow of a force (3,) at a point (3,), both in the base frame."""
     head_m = foot_m + force_N * length_m_per_N
     return view.pixel_of(foot_m, *size), view.pixel_of(head_m, *size)
 
 
 def draw_arrow(draw: ImageDraw.ImageDraw, foot: Point, head: Point, width: float, colour: tuple[int, int, int]) -> None:
-    """Draw an arrow with a light edge, which stands out from anything behind it; all in pixels."""
+    """Draw an arrow with a light edge, which is visible on any background; all values in pixels."""
     (x0, y0), (x1, y1) = foot, head
     length = hypot(x1 - x0, y1 - y0)
     if length < width:
-        # Too short for a direction: a dot shows that there is next to nothing.
+        # Too short to show a direction: draw a dot.
         for radius, shade in ((width, _HALO), (width * 0.7, colour)):
             draw.ellipse((x0 - radius, y0 - radius, x0 + radius, y0 + radius), fill=shade)
         return

@@ -1,4 +1,4 @@
-"""Off-screen graphics: EGL where there is a driver for it, else OSMesa. Both do without display and graphics card."""
+"""Off-screen graphics: EGL if it has a driver, otherwise OSMesa. Neither needs a display or a graphics card."""
 
 import importlib
 import os
@@ -15,17 +15,17 @@ _PATIENCE_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
-    """An OpenGL context to draw in, made current; the caller frees it."""
+    """Return an OpenGL context for drawing, made current; the caller frees it."""
     context = importlib.import_module(f"mujoco.{working_library()}").GLContext(width, height)
     context.make_current()
     return context
 
 
 def working_library() -> str:
-    """The library to draw with: the one that the environment variable MUJOCO_GL names, else the first that works."""
+    """Return the drawing library: the one in the environment variable MUJOCO_GL, otherwise the first that works."""
     named = os.environ.get("MUJOCO_GL", "").lower()
     problems = []
-    # Other names mean libraries that draw in windows.
+    # Other names are libraries that draw in windows.
     for library in (named,) if named in LIBRARIES else LIBRARIES:
         problem = problem_with(library)
         if not problem:
@@ -35,9 +35,10 @@ def working_library() -> str:
 
 
 def problem_with(library: str) -> str:
-    """Why a library cannot draw; empty if it can.
+    """Return why a library cannot draw; empty if it can.
 
-    Tried in a process of its own: a process keeps the first library it loads, and one without a driver may end it.
+    The library is tried in a separate process: a process keeps the first library that it loads, and a library without a
+    driver may end the process.
     """
     trial = f"from mujoco.{library} import GLContext; GLContext(8, 8).make_current()"
     environment = {**os.environ, "MUJOCO_GL": "off"}

@@ -1,4 +1,4 @@
-"""The four ports over the simulated work cell. Time is the simulation's: sleeping is what makes it go on."""
+"""The four ports of the simulated work cell. Time is simulated: sleeping advances the simulation."""
 
 from typing import Final
 
@@ -24,29 +24,29 @@ from palpate.core.ports import (
 from palpate.simulation.work_cell import WorkCell
 
 _NS: Final = 1_000_000_000
-# A member of an enumeration is looked up more slowly.
+# Looking up a member of an enumeration is slower.
 _ACTIVE: Final = Life.ACTIVE
 
 
 class MujocoClock(Clock):
-    """Exact time of the simulation: tick k is at k / 140 s, rounded down to whole nanoseconds."""
+    """Exact simulated time: tick k is at k / 140 s, rounded down to whole nanoseconds."""
 
     def __init__(self, cell: WorkCell) -> None:
         self._cell = cell
 
     def now_ns(self) -> int:
-        """Time of the newest control tick."""
+        """Return the time of the latest control tick."""
         return self._cell.time_ns
 
     def sleep_until(self, deadline_ns: int) -> None:
-        """Let physics go on, a whole control tick at a time, until the deadline is reached."""
+        """Advance the physics by whole control ticks until the deadline is reached."""
         cell = self._cell
         while cell.time_ns < deadline_ns:
             cell.advance()
 
 
 class MujocoForceSensor(ManagedDevice, ForceSensor):
-    """Wrist sensor. A sample belongs to the last physics step of its tick, so its source time is a step back."""
+    """Wrist sensor. A sample belongs to the last physics step of its tick, so its source time is one step earlier."""
 
     def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated force sensor")
@@ -70,7 +70,7 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
 
 
 class MujocoJointEncoder(ManagedDevice, JointEncoder):
-    """Joint encoders, with the arm's own resolution."""
+    """Joint encoders with the resolution of the arm."""
 
     def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated encoders")
@@ -85,7 +85,7 @@ class MujocoJointEncoder(ManagedDevice, JointEncoder):
 
 
 class MujocoArm(ManagedDevice, ArmCommand):
-    """Joint servos, with the arm's limits of velocity and position, (n,) each, applied in this order."""
+    """Joint servos. Applies the arm's limits of velocity and of position, (n,) each, in this order."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class MujocoArm(ManagedDevice, ArmCommand):
         return applied
 
     def stop(self) -> None:
-        """Hold the arm where it stands."""
+        """Stop the arm and hold its position."""
         if self._life in (Life.ACTIVE, Life.FAULTED) and not self._stopped:
             self._stopped = True
             self._hold_here()

@@ -13,13 +13,13 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 
 class SimulatedRig(Rig):
-    """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
+    """The MuJoCo work cell with its four ports. A context manager, which closes every device on exit.
 
     Attributes:
-        latch: Set by a trip or a fault of a device; while it is, no trial begins here.
+        latch: Set by a trip or a device fault; while it is set, no trial starts.
         simulated: True.
-        cell: The work cell behind them, for scoring and for pictures.
-        seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
+        cell: The simulated work cell, for scoring and for pictures.
+        seed: Determines, with a trial's index, its hole and sensor errors; it may change between trials.
     """
 
     simulated = True
@@ -51,11 +51,11 @@ class SimulatedRig(Rig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        """What the cell is set to."""
+        """Noise of the force sensor, as configured."""
         return self._facts
 
     def prepare(self, trial: int) -> None:
-        """Put the world into the state in which this trial starts, and free the arm from its last stop."""
+        """Set the world to the initial state of this trial, and release the arm from its last stop."""
         self._arm.deactivate()
         self._sensor.deactivate()
         self.cell.reset(self.seed, trial)
@@ -63,7 +63,7 @@ class SimulatedRig(Rig):
         self._arm.activate()
 
     def world(self) -> World:
-        """What a log must hold of the trial that was just prepared, to set this cell up for it again."""
+        """Return what a log must record to reproduce the trial that was just prepared."""
         truth = self.truth()
         facts = {
             "ticks": self.cell.ticks,
@@ -84,14 +84,14 @@ class SimulatedRig(Rig):
         self.cell.set_ticks(ticks)
 
     def truth(self) -> Truth:
-        """What really happened; for scoring and baselines only."""
+        """Return the ground truth; for scoring and baselines only."""
         return self.cell.truth()
 
     def __enter__(self) -> Self:
         with ExitStack() as opened:
             for device in (self._sensor, self._encoder, self._arm):
                 opened.enter_context(device)
-            # All are open: from here on closing them is __exit__'s affair, in the reverse order.
+            # All are open: from here on __exit__ closes them, in the reverse order.
             self._opened = opened.pop_all()
         return self
 

@@ -1,4 +1,4 @@
-"""The model of the cell that pictures are taken of: posed by recorded joint angles, lit, with a table under it."""
+"""The model of the cell for pictures: posed by recorded joint angles, lit, with a table below it."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,14 +20,14 @@ from palpate.simulation.work_cell import build_work_cell, quaternion, trial_worl
 
 @dataclass(frozen=True)
 class Moment:
-    """What was known at one tick.
+    """Known values at one tick.
 
     Attributes:
         time_s: Time since the first tick that can be drawn.
-        joints_rad: Joint angles, (n,), the newest that were valid.
-        force_N: Force of the world on the tool less its zero, (3,), sensor frame; None where none was measured.
-        torque_Nm: Its torque about the sensor's origin, (3,); None with the force.
-        decision: The action that runs and why; None where none does.
+        joints_rad: Latest valid joint angles, (n,).
+        force_N: Tared force of the world on the tool, (3,), sensor frame; None if it was not measured.
+        torque_Nm: Its torque about the sensor's origin, (3,); None if ``force_N`` is None.
+        decision: The current action and its reason; None outside actions.
     """
 
     tick: int
@@ -49,29 +49,29 @@ _ARM: Final = (0.76, 0.77, 0.80, 1.0)
 _SENSOR: Final = (0.16, 0.40, 0.68, 1.0)
 _PEG: Final = (0.90, 0.72, 0.38, 1.0)
 _WRIST_M: Final = 0.024
-"""Radius of the link to the sensor, which the physical model does without."""
+"""Radius of the link to the sensor, which the physical model does not have."""
 _TURNED_DEG: Final = 25.0
-# How far the camera goes round pegs with corners.
+# Angle of the camera about pegs with corners.
 _SPRINGS: Final = ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")
 _MOST_BENT: Final = np.array([0.02, 0.02, 0.02, 0.2, 0.2, 0.2])
 _MOST_GEOMS: Final = 2000
 
 
 class DrawnCell:
-    """The cell of a log, without graphics: what stands where.
+    """Geometry of the cell of a log, without graphics.
 
     Attributes:
-        hole_known: Whether the hole is drawn where it was; else it is where it was assumed to be.
+        hole_known: Whether the hole is drawn at its true position; otherwise it is drawn at the nominal goal.
 
     Raises:
-        LogError: The log does not hold what the cell looked like.
+        LogError: The log does not describe the cell completely.
     """
 
     def __init__(self, log: TrialLog) -> None:
         config = config_of(log)
         goal = goal_in_base(config.task.goal)
         world = trial_world(config.cell, log.start.seed, log.start.trial)
-        # Whatever it touched with, it is drawn as what it is.
+        # The peg is drawn in its true shape, whatever its contact model.
         cell = replace(world.cell, peg=replace(world.cell.peg, contact="hull"))
         try:
             kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
@@ -107,19 +107,19 @@ class DrawnCell:
         self._path, self.contour = log.path, cell.contour.shape != "none"
 
     def pose(self, moment: Moment) -> None:
-        """Put the arm, and the peg in its springs, to where they were at a moment.
+        """Set the arm, and the peg in its springs, to their pose at a moment.
 
-        The encoders do not measure the gripper's springs, so these are bent as the measured wrench bends them.
+        The encoders do not measure the gripper's springs, so their deflection is computed from the measured wrench.
 
         Raises:
-            LogError: The arm has another number of joints.
+            LogError: The arm has a different number of joints.
         """
         if len(moment.joints_rad) != self.joints:
             problem = f"has {len(moment.joints_rad)} joint angles, its arm {self.joints} joints"
             raise LogError(self._path, f"tick {moment.tick}", problem, "it cannot be drawn")
         self.data.qpos[:] = 0.0
         self.data.qpos[: self.joints] = moment.joints_rad
-        # Within what a gripper may do: a force that no sensor measures is no reason to draw the peg elsewhere.
+        # Limited to the deflection of a gripper: an implausible force must not displace the peg in the picture.
         self.data.qpos[self._springs] = np.clip(self._bent(moment), -_MOST_BENT, _MOST_BENT)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
@@ -142,7 +142,7 @@ class DrawnCell:
         return tip
 
     def force_in_base(self, moment: Moment) -> Array | None:
-        """The measured force on the tool, (3,) N, base frame; None where it was not measured."""
+        """Return the measured force on the tool, (3,) N, base frame; None if it was not measured."""
         if moment.force_N is None:
             return None
         rotation = self.data.body("sensor").xmat.reshape(3, 3)
@@ -150,16 +150,16 @@ class DrawnCell:
         return turned
 
     def views(self) -> tuple[View, View]:
-        """The close-up, and the whole arm as it stands now."""
+        """Return the views of the close-up and of the whole arm in its present pose."""
         points = np.vstack((self.data.xpos, self.mouth_m, self.tip_m))
         return self.close_up(), whole_arm(points)
 
     def close_up(self) -> View:
-        """Peg and hole from the side."""
+        """Return the view of peg and hole from the side."""
         return close_up(self.mouth_m, self.peg_diameter_m, 0.0 if self.peg.cross_section == "round" else _TURNED_DEG)
 
     def rim_m(self, points: int) -> Array:
-        """The rim of the hole towards the camera, where the plate is cut away, evenly spaced, (2 n, 3), base frame."""
+        """Return evenly spaced points of the hole's rim where the plate is cut away, (2 n, 3), base frame."""
         outline = np.array(self.peg.section(self.peg.clearance_mm).outline(points))
         closed = np.vstack((outline, outline[:1]))
         along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1)))
@@ -173,7 +173,7 @@ class DrawnCell:
 
 
 def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
-    """Where the hole really was, (3,), task frame; None where it is not known."""
+    """Return the true position of the hole, (3,), task frame; None if it is unknown."""
     found: Any = None
     with suppress(LogError):
         found = json_in(log, "start.world_json", log.start.world_json).get("hole_in_task_m")
@@ -188,10 +188,10 @@ def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
 
 
 class Stage:
-    """A cell with lights and a camera, for pictures up to a size in pixels; :meth:`close` it when done.
+    """A cell with lights and a camera, for pictures up to a size in pixels; :meth:`close` it after use.
 
     Raises:
-        UsageError: There is no graphics library that works.
+        UsageError: No graphics library works.
     """
 
     def __init__(self, cell: DrawnCell, size: tuple[int, int]) -> None:
@@ -200,7 +200,7 @@ class Stage:
         self._dress()
         model.vis.global_.offwidth, model.vis.global_.offheight = size
         model.vis.global_.fovy = FIELD_OF_VIEW_DEG
-        # The software renderers, which most machines without a display have, spend most of their time on shadows.
+        # Software renderers, usual on machines without a display, spend most of their time on shadows.
         model.vis.quality.shadowsize = 2048
         model.vis.quality.offsamples = 4
         self._gl = off_screen_context(*size)
@@ -213,14 +213,14 @@ class Stage:
         self._option.sitegroup[:] = 0
 
     def _dress(self) -> None:
-        """Colours, light and what of the plate is cut away."""
+        """Set colours, light and the part of the plate that is cut away."""
         cell, model = self.cell, self.cell.model
         model.vis.map.znear, model.vis.map.zfar = 0.005, 60.0
         model.vis.headlight.ambient[:] = 0.42
         model.vis.headlight.diffuse[:] = 0.38
         model.vis.headlight.specular[:] = 0.1
         plate, sensor, peg = (model.body(name).id for name in ("plate", "sensor", "peg"))
-        # Of the plate's two rings of boxes the inner one, which comes first, is the hole's wall; a contour has none.
+        # The plate has two rings of boxes; the first, inner one is the hole's wall. A contour has none.
         walls = 0 if cell.contour else cell.peg.walls
         for geom in range(model.ngeom):
             body = int(model.geom_bodyid[geom])
@@ -232,7 +232,7 @@ class Stage:
                 model.geom_rgba[geom] = _SENSOR if body == sensor else _PEG if body == peg else _ARM
 
     def picture(self, view: View, width: int, height: int) -> np.ndarray:
-        """The cell as it is posed, (height, width, 3), 8 bits a colour."""
+        """Return a picture of the cell in its present pose, (height, width, 3), 8 bits per colour."""
         camera = mujoco.MjvCamera()
         camera.lookat[:] = view.target_m
         camera.distance, camera.azimuth, camera.elevation = view.distance_m, view.azimuth_deg, view.elevation_deg
@@ -244,7 +244,7 @@ class Stage:
         self._add_backdrop(view)
         if not view.cut:
             self._add_surroundings()
-        # Seen so near, the many small boxes that the hole is made of would cast a shadow of every seam.
+        # In the close-up, the many small boxes of the hole would show a shadow at every seam.
         scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not view.cut
         self._gl.make_current()
         rect = mujoco.MjrRect(0, 0, width, height)
@@ -254,16 +254,16 @@ class Stage:
         return pixels[::-1]
 
     def _add_backdrop(self, view: View) -> None:
-        """A wall far behind everything, across the line of sight: without it the background is black."""
+        """Add a wall far behind the cell, across the line of sight; without it the background is black."""
         right, up, forward = view.axes
         far_m = view.distance_m + 8.0
         middle = np.array(view.target_m) + forward * (far_m - view.distance_m)
         facing = np.column_stack((right, up, -forward))
-        # It gives light of its own, so that it looks the same from everywhere.
+        # It emits light, so that it looks the same from every direction.
         self._add(mujoco.mjtGeom.mjGEOM_BOX, (far_m, far_m, 0.01), middle, facing, _BACKDROP).emission = 0.4
 
     def _add_surroundings(self) -> None:
-        """Floor, a block under the plate, and the link between the arm's last joint and the sensor."""
+        """Add a floor, a block below the plate, and the link between the arm's last joint and the sensor."""
         cell = self.cell
         bottom = float(cell.mouth_m[2]) - cell.plate_depth_m
         floor = min(0.0, bottom - 0.01)
@@ -296,7 +296,7 @@ class Stage:
         return geom
 
     def close(self) -> None:
-        """Let the graphics library go."""
+        """Release the graphics library."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()

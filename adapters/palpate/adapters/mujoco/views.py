@@ -1,4 +1,4 @@
-"""Where a picture is seen from, and where in it a point of the world comes to lie. No graphics library is needed."""
+"""Camera views, and the pixels of points in them. No graphics library is needed."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin, tan
@@ -11,9 +11,9 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 CAMERAS: Final = ("both", "close-up", "arm")
 FIELD_OF_VIEW_DEG: Final = 20.0
-"""Vertical; narrow, so that lengths near and far compare."""
+"""Vertical; narrow, so that near and far lengths are comparable."""
 _PEGS_HIGH: Final = 3.1
-"""How many diameters of the peg the close-up is high."""
+"""Height of the close-up in diameters of the peg."""
 _MARGIN: Final = 1.3
 
 
@@ -22,11 +22,11 @@ class View:
     """A camera that looks at a point.
 
     Attributes:
-        target_m: The point in the middle of the picture, (3,), base frame.
-        distance_m: From the camera to it.
+        target_m: The point in the centre of the picture, (3,), base frame.
+        distance_m: Distance from the camera to the target.
         azimuth_deg: Heading in which the camera looks, from the base's x towards its y.
         elevation_deg: Above the horizon; negative looks down.
-        cut: Whether the half of the plate that is towards the camera is left out, to see into the hole.
+        cut: Whether the half of the plate nearer to the camera is omitted, to show the inside of the hole.
     """
 
     target_m: tuple[float, float, float]
@@ -37,30 +37,30 @@ class View:
 
     @property
     def axes(self) -> Array:
-        """Right, up and forward of the picture as rows, (3, 3), base frame."""
+        """Directions right, up and forward of the picture as rows, (3, 3), base frame."""
         a, e = radians(self.azimuth_deg), radians(self.elevation_deg)
         forward = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
         right = np.array([sin(a), -cos(a), 0.0])
         return np.array([right, np.cross(right, forward), forward])
 
     def pixels_per_m(self, height: int) -> float:
-        """Scale at the target, across the line of sight, in a picture of this height."""
+        """Return the scale at the target, across the line of sight, in a picture of this height."""
         return height / (2.0 * self.distance_m * tan(radians(FIELD_OF_VIEW_DEG) / 2.0))
 
     def pixel_of(self, point_m: Array, width: int, height: int) -> tuple[float, float]:
-        """Column and row in a picture of this size, from its upper left corner, at which a point (3,) appears."""
+        """Return column and row of a point (3,) in a picture of this size, from the upper left corner."""
         right, up, forward = self.axes @ (np.asarray(point_m) - np.array(self.target_m))
         scale = self.pixels_per_m(height) * self.distance_m / (self.distance_m + forward)
         return width / 2.0 + float(right * scale), height / 2.0 - float(up * scale)
 
 
 def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View:
-    """Peg and hole from the side, a little from above, the plate cut open.
+    """Return a view of peg and hole from the side, slightly from above, with the plate cut open.
 
     Args:
         mouth_m: Centre of the hole's mouth, (3,), base frame.
         diameter_m: Width of the peg.
-        turned_deg: How far the camera goes round it, for a peg with corners to be seen from one.
+        turned_deg: Angle of the camera about the hole's axis, so that a peg with corners shows a corner.
     """
     high = _PEGS_HIGH * diameter_m
     x, y, z = mouth_m.tolist()
@@ -68,7 +68,7 @@ def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View
 
 
 def whole_arm(points_m: Array) -> View:
-    """All of these points (n, 3), base frame, from the side and from above."""
+    """Return a view of all of these points (n, 3), base frame, from the side and from above."""
     low, high = points_m.min(axis=0), points_m.max(axis=0)
     middle = (low + high) / 2.0
     x, y, z = middle.tolist()

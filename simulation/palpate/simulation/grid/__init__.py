@@ -1,4 +1,4 @@
-"""Grid worlds with ambiguous sensors, and what can be known about them exactly."""
+"""Grid worlds with ambiguous sensors, and their exact optima."""
 
 import lazy_loader
 

@@ -1,6 +1,6 @@
-"""Grid maps: one ambiguous sensor value a cell, a goal, walls (paper, section 4 and Fig. 2).
+"""Grid maps: one ambiguous sensor value per cell, a goal, and walls (paper, section 4 and Fig. 2).
 
-The agent has neither the map nor its place: it reads the value of its cell, which other cells may share.
+The agent knows neither the map nor its position: it reads the value of its cell, which other cells may share.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from palpate.core.policy import COMPASS_NAMES, Action
 GOAL: Final = "·"
 WALL: Final = "#"
 LARGEST: Final = 99
-"""Longest side of a map; nothing here needs more, and a typing error in a size must not fill the memory."""
+"""Longest side of a map, so that a typing error in a size does not fill the memory."""
 
 CELL_M: Final = 1e-3
-"""A cell counts as one millimetre where actions have lengths, so that policy files show whole numbers."""
+"""Length of a cell in actions, so that policy files show whole millimetres."""
 
 COMPASS: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 """(dx, dy) of each action in cells, x to the right and y upwards, in the order of the insertion task's actions."""
@@ -28,7 +28,7 @@ _ALPHABET: Final = f"capital letters A to Z, {WALL} for a wall and one {GOAL} or
 
 
 def grid_actions() -> tuple[Action, ...]:
-    """The eight moves, named as the compass steps of the insertion task."""
+    """Return the eight moves, named as the compass steps of the insertion task."""
     return tuple(
         Action(name, (CELL_M * dx, CELL_M * dy)) for name, (dx, dy) in zip(COMPASS_NAMES, COMPASS, strict=True)
     )
@@ -36,16 +36,16 @@ def grid_actions() -> tuple[Action, ...]:
 
 @dataclass(frozen=True)
 class GridMap:
-    """A map, and where each move leads on it.
+    """A map, and the result of each move on it.
 
     Attributes:
-        rows: Rows of the map, the upper one first, all of one length.
-        cells: (column, row) of each cell that the agent can stand on, in reading order; the goal is none of them.
-        readings: Sensor value of each cell, as its place in ``symbols``.
+        rows: Rows of the map, from the top, all of the same length.
+        cells: (column, row) of each cell that the agent can occupy, in reading order, without the goal.
+        readings: Sensor value of each cell, as an index into ``symbols``.
         moves: Next cell by cell and action, (cells, 8); None is the goal. Against a wall the agent stays.
 
     Raises:
-        ConfigurationError: It is not a map, has not exactly one goal, or the goal cannot be reached from everywhere.
+        ConfigurationError: The rows are not a map with exactly one goal that can be reached from every cell.
     """
 
     rows: tuple[str, ...]
@@ -75,7 +75,7 @@ class GridMap:
 
     @classmethod
     def from_text(cls, text: str) -> GridMap:
-        """A map from rows of characters, one line a row; empty lines before and after do not count.
+        """Return a map from lines of characters, one per row; empty lines before and after are ignored.
 
         Raises:
             ConfigurationError: See the class.
@@ -84,17 +84,17 @@ class GridMap:
 
     @classmethod
     def from_regions(cls, notation: str, size: int = 7) -> GridMap:
-        """A square map from the labels of eight regions, such as ``ABC/C·E/BDF``.
+        """Return a square map from the labels of eight regions, such as ``ABC/C·E/BDF``.
 
-        The regions are the signs of (dx, dy) from a one-cell goal in the middle: the letters left and right of the
-        goal, above and below it stand for strips one cell wide, those in the corners for squares.
+        The regions are the signs of (dx, dy) from a one-cell goal in the centre: the letters left, right, above and
+        below the goal are strips one cell wide, those in the corners are squares.
 
         Args:
-            notation: Three rows of three, separated by ``/``; the goal is in the middle.
+            notation: Three rows of three, separated by ``/``, with the goal in the centre.
             size: Length of a side in cells, odd.
 
         Raises:
-            ConfigurationError: The notation or the size is something else; see the class too.
+            ConfigurationError: The notation or the size is invalid, or the map is (see the class).
         """
         rows = tuple(row.strip().replace(".", GOAL) for row in notation.split("/"))
         goals = [place for place, letter in enumerate("".join(rows)) if letter == GOAL]
@@ -108,7 +108,7 @@ class GridMap:
 
     @property
     def distances(self) -> dict[int | None, int]:
-        """Fewest steps from each cell to the goal, which is None; cells that cannot reach it are missing."""
+        """Fewest steps from each cell to the goal, whose key is None; cells that cannot reach it are missing."""
         before: dict[int | None, set[int]] = {}
         for cell, targets in enumerate(self.moves):
             for target in targets:
@@ -130,11 +130,11 @@ class GridMap:
 SCENARIO_1: Final = "ABC/C·E/BDF"
 """The first scenario: six symbols, two of them replicated.
 
-The printed layout is lost; of all labellings of eight regions, two print the string of Fig. 2 and are otherwise as the
-paper says, and this is one of them.
+The printed layout is lost; of all labellings of eight regions, two yield the string of Fig. 2 and otherwise agree with
+the paper. This is one of the two.
 """
 SCENARIO_2: Final = "ABA/C·D/DBC"
-"""The second scenario: four symbols, all replicated; of the labellings that behave as the paper says, one of two."""
+"""The second scenario: four symbols, all replicated; one of the two labellings that agree with the paper."""
 TWIN: Final = "ABC/C·D/DAB"
 """The other candidate for the second scenario."""
 
@@ -161,5 +161,5 @@ def _check_rows(rows: tuple[str, ...]) -> None:
 def _moves(rows: tuple[str, ...], places: list[tuple[int, int]]) -> tuple[tuple[int | None, ...], ...]:
     number: dict[tuple[int, int], int | None] = {place: cell for cell, place in enumerate(places)}
     number |= {(row.index(GOAL), y): None for y, row in enumerate(rows) if GOAL in row}
-    # Rows are counted downwards and y upwards.
+    # Rows count downwards, y upwards.
     return tuple(tuple(number.get((x + dx, y - dy), cell) for dx, dy in COMPASS) for cell, (x, y) in enumerate(places))

@@ -1,13 +1,13 @@
-"""Yardsticks: the fewest steps with full information, and with the map known but not the place; the random walk.
+"""Baselines: mean steps of the random walk, and fewest steps with the position known and with the map alone known.
 
-Moves and readings are certain here, so all that can be known is which cells are still possible, and how often: where
-the walls push two possible places together, one cell stands for both. Such beliefs are finite in number, and no optimal
-plan meets one twice, since nothing would have been learned in between (Bonet, "Deterministic POMDPs Revisited"). The
-best plan is found by LAO*-like search: values begin at what full information would need, which is never too much, and
-are backed up along the greedy plan until nothing changes. Counts are whole numbers, so "nothing" is exact.
+Moves and readings are deterministic, so a belief is the set of possible cells with their multiplicities: walls may move
+two possible positions into the same cell. The number of such beliefs is finite, and no optimal plan visits one twice,
+since nothing would have been learned in between (Bonet, "Deterministic POMDPs Revisited"). A search like LAO* finds the
+best plan: values start at the cost with full information, which is a lower bound, and are backed up along the greedy
+plan until none changes. Counts are integers, so this test is exact.
 
-The belief-state optimum bounds every policy over symbols, past symbols or automaton states
-from below: a better result has a leak.
+The belief-state optimum is a lower bound for every policy over symbols, past symbols or automaton states: a better
+result indicates a leak of information.
 """
 
 from collections import Counter
@@ -22,12 +22,12 @@ from palpate.simulation.grid.maps import COMPASS, GridMap
 
 
 def full_information_optimum(grid: GridMap) -> Fraction:
-    """Mean length of the shortest ways to the goal, from a uniformly random start."""
+    """Return the mean length of the shortest paths to the goal from a uniformly random start."""
     return Fraction(sum(grid.distances.values()), len(grid.cells))
 
 
 def random_walk_steps(grid: GridMap, step_limit: int) -> float:
-    """Mean steps of the random walk from a uniformly random start, cut off at the limit; exact."""
+    """Return the exact mean steps of the random walk from a uniformly random start, cut off at the limit."""
     goal = len(grid.cells)
     targets = np.array([[goal if target is None else target for target in row] for row in grid.moves])
     here, steps = np.full(goal, 1.0 / goal), 0.0
@@ -39,26 +39,26 @@ def random_walk_steps(grid: GridMap, step_limit: int) -> float:
 
 
 Belief: TypeAlias = tuple[tuple[int, int], ...]
-"""Possible cells in rising order, each with how many of the starts have led there."""
+"""Possible cells in ascending order, each with the number of starts that lead there."""
 
 MOST_CELLS: Final = 2_000_000
-"""Cells of beliefs that the search may look at before it gives up, after less than a minute. The maps of the paper need
-some thousands, maps of 15 x 15 some tens of thousands."""
+"""Limit of the search, in cells of visited beliefs, reached in less than a minute. The maps of the paper need
+thousands, maps of 15 x 15 tens of thousands."""
 MOST_BLIND_CELLS: Final = 100_000
-"""The same where there is one symbol alone, so that reading parts nothing: 15 cells need 8400, 19 some 62 000 and 24
-some 595 000. It takes a second or two."""
+"""The limit for maps with a single symbol, whose readings carry no information: 15 cells need 8400, 19 about 62 000
+and 24 about 595 000. It is reached in one or two seconds."""
 
 
 @lru_cache(maxsize=64)
 def belief_optimum(grid: GridMap, most_cells: int | None = None) -> Fraction:
-    """Mean steps to the goal of the best policy over all that was read and done, from a uniformly random start.
+    """Return the mean steps of the best policy over all past readings and actions, from a uniformly random start.
 
     Args:
-        most_cells: Bound of the effort: cells of all beliefs that are looked at; None takes ``MOST_CELLS``, or
-            ``MOST_BLIND_CELLS``.
+        most_cells: Limit of the search, in cells of visited beliefs; None for ``MOST_CELLS``, or ``MOST_BLIND_CELLS``
+            with a single symbol.
 
     Raises:
-        ConfigurationError: More of them would have to be looked at.
+        ConfigurationError: The search exceeds the limit.
     """
     if most_cells is None:
         most_cells = MOST_CELLS if len(grid.symbols) > 1 else MOST_BLIND_CELLS
@@ -72,24 +72,24 @@ class _BeliefSearch:
         self._grid, self._left = grid, most_cells
         self._distances = grid.distances
         self._values: dict[Belief, int] = {}
-        # Of each belief that was looked at: what each useful action leads to, and the steps that are spent on it.
+        # Of each visited belief: the beliefs that may follow each useful action.
         self._outcomes: dict[Belief, tuple[tuple[Belief, ...], ...]] = {}
 
     def divided(self, possible: Counter[int]) -> tuple[Belief, ...]:
-        """What is left of the possible cells by each reading."""
+        """Return the possible cells divided by reading."""
         parts: dict[int, list[tuple[int, int]]] = {}
         for cell in sorted(possible):
             parts.setdefault(self._grid.readings[cell], []).append((cell, possible[cell]))
         return tuple(tuple(parts[reading]) for reading in sorted(parts))
 
     def solve(self, root: Belief) -> int:
-        """Fewest steps in all, summed over the starts that the belief stands for."""
+        """Return the fewest steps, summed over the starts of the belief."""
         while self._swept(root):
             pass
         return self._values[root]
 
     def _swept(self, root: Belief) -> bool:
-        """Back up every belief of the greedy plan, those that come last first; whether any value changed."""
+        """Back up every belief of the greedy plan, from the last to the first, and return whether a value changed."""
         changed = False
         seen = {root}
         stack = [(root, False)]
@@ -108,7 +108,7 @@ class _BeliefSearch:
         return changed
 
     def _best(self, belief: Belief) -> tuple[int, tuple[Belief, ...]]:
-        """Value of a belief by those of what may follow, and what follows the best action."""
+        """Return the value of a belief from those of its successors, and the successors of the best action."""
         if belief not in self._outcomes:
             self._expand(belief)
         values = self._values
@@ -129,7 +129,7 @@ class _BeliefSearch:
                 if target is not None:
                     possible[target] += count
             parts = self.divided(possible)
-            if parts != (belief,):  # an action that changes nothing is never a best one
+            if parts != (belief,):  # an action that changes nothing is never the best
                 outcomes[parts] = None
         for parts in outcomes:
             for part in parts:

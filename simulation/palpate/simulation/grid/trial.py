@@ -1,7 +1,7 @@
-"""Trials in a grid world, with the states, policies and learners that the insertion task has.
+"""Trials in a grid world, with the states, policies and learners of the insertion task.
 
-What :class:`~palpate.core.tasks.insertion.agent.Agent` does above a force sensor is done here above a map: a symbol,
-its state, what the last action came to, the next action, in this order.
+The agent works on a map as :class:`~palpate.core.tasks.insertion.agent.Agent` does on a force sensor: it reads a
+symbol, updates the state, learns from the last action, and chooses the next one.
 """
 
 from dataclasses import dataclass
@@ -31,11 +31,11 @@ _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """What happened in a trial.
+    """Course of a trial.
 
     Attributes:
-        symbols: Readings in their order, that of the start first and none at the goal; with the goal, as many as there
-            were actions.
+        symbols: Readings in order, from that of the start, without one at the goal; if the goal is reached, their
+            number equals that of the actions.
     """
 
     start: int
@@ -50,20 +50,20 @@ class Walk:
 
 
 class Walker:
-    """The agent in its map during one trial, move by move; the caller chooses the moves.
+    """The agent on its map during one trial; the caller chooses the moves.
 
     Args:
-        grid: The map; the agent gets nothing of it but readings.
-        identifier: From readings to states; it is reset first.
-        trial: Index of the trial; with the seed it gives the start.
-        start: Number of the cell in which it begins; None for the one that seed and trial give.
+        grid: The map; the agent receives only readings of it.
+        identifier: Identifies states from readings; it is reset first.
+        trial: Index of the trial; with the seed it determines the start.
+        start: Index of the first cell; None for the one determined by seed and trial.
 
     Attributes:
-        cell: Where it is; None at the goal.
-        state: The state there; at the goal, where nothing is read, that of the cell before.
+        cell: Present cell; None at the goal.
+        state: State of the present cell; at the goal, which has no reading, that of the previous cell.
 
     Raises:
-        ConfigurationError: The identifier has other symbols than the map.
+        ConfigurationError: The symbols of identifier and map differ.
     """
 
     def __init__(
@@ -96,18 +96,18 @@ class Walker:
 
     @property
     def walk(self) -> Walk:
-        """What happened so far."""
+        """Course of the trial so far."""
         return Walk(self._start, tuple(self._symbols), tuple(self._actions), reached=self.cell is None)
 
     def observation(self) -> Observation:
-        """What a policy chooses by: nothing but the state is known, no position and no force."""
+        """Return the observation for the policy, which holds only the state: positions and forces are zero."""
         return Observation(self.state, _NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, self.steps)
 
     def move(self, action: int) -> int | None:
-        """Make a move; returns the next state, None at the goal.
+        """Make a move and return the next state; None at the goal.
 
         Raises:
-            CommandError: The goal is reached already.
+            CommandError: The goal has been reached before.
         """
         if self.cell is None:
             raise CommandError("at the goal there is no move", action)
@@ -130,19 +130,19 @@ def run_trial(
     step_limit: int = STEP_LIMIT,
     start: int | None = None,
 ) -> Walk:
-    """One trial from a random cell to the goal, or to the limit.
+    """Run one trial from a random cell to the goal or the step limit.
 
-    The policy learns in the ordinary way: a trial that is cut off ends with an ordinary transition. What it came to is
-    told as in the insertion task, but of a place nothing is known.
+    The policy learns as usual: a trial that is cut off ends with an ordinary transition. The policy receives the
+    outcome as in the insertion task, but without a position.
 
     Args:
-        grid: The map; the agent gets nothing of it but readings.
-        trial: Index of the trial; with the seed it gives the start and the policy's random numbers.
-        start: Number of the cell in which it begins; None for the one that seed and trial give.
+        grid: The map; the agent receives only readings of it.
+        trial: Index of the trial; with the seed it determines the start and the policy's random numbers.
+        start: Index of the first cell; None for the one determined by seed and trial.
 
     Raises:
-        ConfigurationError: The identifier has other symbols than the map, or the limit is below 1.
-        CommandError: The policy chose something that is not of the action set.
+        ConfigurationError: The symbols of identifier and map differ, or the limit is below 1.
+        CommandError: The policy chose an action outside the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)
     walker = Walker(grid, identifier, seed, trial, start)
@@ -169,12 +169,12 @@ def walks_from_all_cells(
     walks: int = 1,
     seed: int = 0,
 ) -> list[Walk]:
-    """Trials from every cell, as many from each: what a frozen policy costs.
+    """Run the same number of trials from every cell, to measure the cost of a frozen policy.
 
-    With one walk a cell the mean is exact where the policy leaves nothing to chance.
+    With one walk per cell the mean is exact if the policy is deterministic.
 
     Args:
-        policy: A frozen one.
+        policy: A frozen policy.
     """
     return [
         run_trial(grid, identifier, policy, seed, trial, step_limit=step_limit, start=trial // walks)
@@ -183,19 +183,18 @@ def walks_from_all_cells(
 
 
 def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT) -> Strings:
-    """Readings of random walks that ended at the goal, the start's first; the goal itself has none.
+    """Return the readings of random walks that ended at the goal, from that of the start; the goal itself has none.
 
-    The walks are trials 0, 1, 2, ... of :func:`run_trial` under a random policy; those
-    that have not reached the goal after ``longest`` steps are left out, and the next trial takes their place. Files of
-    such strings are those of :mod:`palpate.core.automata.strings`.
+    The walks are trials 0, 1, 2, ... of :func:`run_trial` with a random policy. A trial that has not reached the goal
+    after ``longest`` steps is replaced by the next. :mod:`palpate.core.automata.strings` describes the strings.
 
     Args:
-        count: How many strings, from 1.
-        seed: Gives the walks, which have nothing in common with learning runs of the same seed.
-        longest: Most symbols of a string, which is the most steps of a walk.
+        count: Number of strings, at least 1.
+        seed: Determines the walks, which are independent of learning runs with the same seed.
+        longest: Largest number of symbols of a string, and of steps of a walk.
 
     Raises:
-        ConfigurationError: A number is out of its range, or the walks show a single symbol only.
+        ConfigurationError: A number is out of range, or the walks contain only a single symbol.
     """
     require_whole("walks", count, 1, 10_000_000)
     require_whole("longest", longest, 1, 10_000_000)
