@@ -239,7 +239,6 @@ CASES = {
         "drive 2: went to 'not ready to switch on' by itself",
     ),
     "beyond its limits": (astray, DeviceFaultError, "drive 2: is at 1.1000 rad"),
-    "too fast": (lambda b: put(b, 0.2), DeviceFaultError, "drive 2: moves at"),
     "status 9": (status(9), DeviceFaultError, r"drive 2: does not obey this bus \(remote, .*from local to remote"),
     "status 13": (status(13), DeviceFaultError, r"drive 2: has fallen behind its set-points \(following error"),
     "mode taken": (

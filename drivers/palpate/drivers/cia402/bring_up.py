@@ -20,7 +20,8 @@ from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
-_STILL_CYCLES: Final = 3
+_STILL_CYCLES, _STILL_COUNTS = 3, 2
+"""A joint that moves by no more counts, in so many cycles in a row, is at rest."""
 _NS: Final = 1e-9
 
 
@@ -122,7 +123,8 @@ class BringUp:
             if not heard:
                 # They have been told; waiting longer brings nothing more.
                 raise SilentError("arm", "no drive answers a quick stop", "use the emergency stop")
-            still = still + 1 if all(self._is_still(i, views[i]) for i in heard) else 0
+            is_still = all(views[i].missed_in_a_row == 0 and abs(views[i].moved_counts) <= _STILL_COUNTS for i in heard)
+            still = still + 1 if is_still else 0
             self._pause(begin_ns)
 
     def watchdogs(self, *, on: bool) -> None:
@@ -148,11 +150,6 @@ class BringUp:
 
     def _run(self, words: Sequence[Controlword]) -> tuple[AxisView, ...]:
         return self._exchange.run(words, self._exchange.hold())
-
-    def _is_still(self, axis: int, view: AxisView) -> bool:
-        joint = self._settings.joints[axis]
-        moved_counts = view.speed_rad_per_s * self._settings.period_s * abs(joint.counts_per_rad)
-        return view.missed_in_a_row == 0 and moved_counts <= 1.0
 
     def _deadline_ns(self) -> int:
         return self._now_ns() + int(self._settings.transition_timeout_s / _NS)

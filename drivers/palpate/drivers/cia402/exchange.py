@@ -15,7 +15,6 @@ from palpate.drivers.cia402.codec import (
     SYNC,
     TPDO,
     TPDO1,
-    DriveState,
     state_of,
 )
 from palpate.drivers.cia402.link import CanopenLink
@@ -25,9 +24,6 @@ from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
 
 _HEARTBEATS_PER_WATCHDOG: Final = 3
-_NS: Final = 1e-9
-_SPEED_INTERVALS: Final = 3
-_POWERED: Final = (DriveState.ENABLED, DriveState.QUICK_STOP)
 
 
 class CyclicExchange:
@@ -50,7 +46,6 @@ class CyclicExchange:
         self._deadline_ns = int(settings.period_ns * ANSWER_SHARE)
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
-        self._samples: list[tuple[tuple[int, float], ...]] = [()] * len(self._nodes)
         self.cycles = 0
         self.missing = [0] * len(self._nodes)
         self.views: tuple[AxisView, ...] = ()
@@ -78,7 +73,7 @@ class CyclicExchange:
     def start_over(self) -> None:
         """Forget what was known of the drives before they were set up."""
         self._mailbox.start_over()
-        self.views, self._samples = (), [()] * len(self._nodes)
+        self.views = ()
 
     def command_nmt(self, command: int) -> None:
         """Send an NMT command to each drive, one at a time: other devices on the bus are none of our business."""
@@ -140,25 +135,9 @@ class CyclicExchange:
         if not box.answered or box.tpdo is None:
             missed = 1 if old is None else old.missed_in_a_row + 1
             if old is None:
-                return AxisView(box, None, None, None, None, 0.0, missed)
+                return AxisView(box, None, None, None, None, 0, missed)
             return replace(old, box=box, missed_in_a_row=missed)
         statusword, counts, mode = TPDO.unpack(box.tpdo)
         position_rad = self._settings.joints[axis].angle_rad(counts)
-        speed = self._speed_rad_per_s(axis, box.tpdo_ns, position_rad, None if old is None else old.state)
-        return AxisView(box, statusword, state_of(statusword), counts, position_rad, speed, 0, mode)
-
-    def _speed_rad_per_s(self, axis: int, answered_ns: int, position_rad: float, was: DriveState | None) -> float:
-        """The least speed that a drive had over its last intervals, rad/s.
-
-        The longest that may have passed counts: adapters and hosts hold frames up, and a SYNC may have reached the
-        drive as late as just before its answer. SYNCs closer together than a period are no better known in time than a
-        period. One interval would not do under power: after a SYNC that was held up a sound drive makes up for it in
-        the next, and a late answer is taken for one to the newest SYNC.
-        """
-        samples = self._samples[axis] if was in _POWERED else self._samples[axis][-1:]
-        self._samples[axis] = (*samples, (self.sync_ns, position_rad))[-_SPEED_INTERVALS:]
-        if not samples:
-            return 0.0
-        began_ns, began_rad = samples[0]
-        elapsed_ns = max(answered_ns - began_ns, len(samples) * self._settings.period_ns)
-        return abs(position_rad - began_rad) / (elapsed_ns * _NS)
+        moved = 0 if old is None or old.counts is None else counts - old.counts
+        return AxisView(box, statusword, state_of(statusword), counts, position_rad, moved, 0, mode)

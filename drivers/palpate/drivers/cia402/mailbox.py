@@ -35,7 +35,6 @@ class NodeBox:
 
     node: int
     tpdo: bytes | None = None
-    tpdo_ns: int = 0
     answered: bool = False
     heartbeat_ns: int = 0
     nmt_state: int | None = None
@@ -56,12 +55,11 @@ class Mailbox:
 
     def on_tpdo(self, identifier: int, data: bytearray, _timestamp: float) -> None:
         """Subscriber of process data."""
-        time_ns = self._now_ns()
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != self._tpdo_bytes:
                 return
-            box.tpdo, box.tpdo_ns = bytes(data), time_ns
+            box.tpdo = bytes(data)
             if self._waiting and not box.answered:
                 box.answered = True
                 self._missing -= 1

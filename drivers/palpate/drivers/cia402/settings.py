@@ -14,8 +14,6 @@ ANSWER_SHARE: Final = 0.5
 """Share of the period within which all drives must have answered a SYNC."""
 POSE_MARGIN_RAD: Final = 0.02
 """How far the measured pose may lie outside the limits."""
-VELOCITY_MARGIN: Final = 1.5
-"""By what factor the measured velocity may exceed its limit; the times of two SYNCs jitter."""
 _INT32: Final = 2**31 - 1
 
 
