@@ -1,4 +1,4 @@
-"""The Zebra's transmission against its equations and its own inverse; limits of a set-point; settings."""
+"""The Zebra's transmission against its equations and its own inverse; settings."""
 
 from math import inf, nan, pi
 
@@ -8,18 +8,12 @@ from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.nmc import BusSettings
-from palpate.drivers.zebra_zero import JointLimits, Transmission, ZebraZeroSettings
+from palpate.drivers.zebra_zero import Transmission, ZebraZeroSettings
 from palpate.drivers.zebra_zero.codec import ALTERNATIVE_WRIST_FACTOR, HOME_RAD
-from tests.unit.drivers.test_zebra_zero_device import moved
 
 C, W = 30557.75, 11034.53
 PLAIN = Transmission()
 VARIANTS = [PLAIN, Transmission(joint_1_sign=-1), Transmission(wrist_factor=ALTERNATIVE_WRIST_FACTOR)]
-LIMITS = JointLimits()
-PERIOD_S = 1 / 46.0
-STILL = (0.0,) * 6
-INSIDE = st.tuples(*(st.floats(lo, hi) for lo, hi in zip(LIMITS.lower_rad, LIMITS.upper_rad, strict=True)))
-SPEEDS = st.tuples(*[st.floats(-1.0, 1.0)] * 6)
 
 
 def test_home_is_zero_counts_and_a_turn_has_as_many_as_published():
@@ -69,39 +63,6 @@ def test_counts_come_back_exactly(counts, transmission):
 def test_pose_of_other_than_six_finite_angles_is_refused(bad):
     with pytest.raises(RefusedError):
         PLAIN.to_counts(bad)
-    with pytest.raises(RefusedError):
-        LIMITS.applied(bad, HOME_RAD, STILL, PERIOD_S)
-
-
-def test_setpoint_is_held_at_the_position_limit():
-    near = moved(0.125, joint=1)
-    at_limit = LIMITS.applied(moved(0.2, joint=1), near, STILL, PERIOD_S)
-    assert at_limit[1] == 1.70
-    assert LIMITS.applied(moved(9.0, joint=1), at_limit, STILL, PERIOD_S) == at_limit
-    assert LIMITS.outside(moved(nan)) == 0
-
-
-def test_setpoint_is_held_to_acceleration_and_then_velocity():
-    pose, velocity, steps = HOME_RAD, STILL, []
-    for _ in range(5):
-        applied = LIMITS.applied(moved(1.0), pose, velocity, PERIOD_S)
-        steps.append((applied[0] - pose[0]) / PERIOD_S)
-        velocity = tuple((q - p) / PERIOD_S for q, p in zip(applied, pose, strict=True))
-        pose = applied
-    assert steps == pytest.approx([19 * PERIOD_S, 38 * PERIOD_S, 1.0, 1.0, 1.0])
-
-
-@given(INSIDE, INSIDE, SPEEDS, st.floats(0.0, PERIOD_S))
-def test_applied_lies_on_the_way_to_what_is_asked_and_keeps_all_limits(asked, previous, velocity, step_s):
-    applied = LIMITS.applied(asked, previous, velocity, step_s)
-    shares = []
-    for q, p, a, v in zip(applied, previous, asked, velocity, strict=True):
-        assert min(p, a) - 1e-12 <= q <= max(p, a) + 1e-12
-        assert abs(q - p) <= 1.0 * step_s + 1e-12
-        assert abs(q - p) <= (abs(v) + 19.0 * step_s) * step_s + 1e-12
-        shares += [(q - p) / (a - p)] if abs(a - p) > 1e-3 else []
-    assert shares == pytest.approx(shares[:1] * len(shares), abs=1e-9)
-    assert LIMITS.outside(applied, 1e-12) is None
 
 
 def test_rate_that_the_bus_cannot_carry_is_refused():

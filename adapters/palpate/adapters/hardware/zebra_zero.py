@@ -85,7 +85,7 @@ class ZebraTable(ArmTable):
     velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = 1.0
     """Limit of each joint's velocity."""
     acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = 19.0
-    """Limit of each joint's acceleration."""
+    """Limit of each joint's acceleration, kept by firmware that runs trapezoids."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
     reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = 100.0
     """What the modules get to wake after a reset."""

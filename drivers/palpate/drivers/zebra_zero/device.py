@@ -6,7 +6,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from palpate.drivers.device import ArmState, LatchingArm, Measured, listed, require_angles
+from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, listed, require_angles
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.nmc import NOP, Aux, Module, NmcBus, NmcCommand, NmcStatus, start
 from palpate.drivers.serial_port import ByteStream
@@ -23,7 +23,7 @@ from palpate.drivers.zebra_zero.servos import (
     streaming_for,
 )
 from palpate.drivers.zebra_zero.settings import STOP_TIMEOUT_S, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking
+from palpate.drivers.zebra_zero.tracking import Rounds, Tracking
 
 
 class CountsStore(Protocol):
@@ -71,7 +71,7 @@ class ZebraZero(LatchingArm):
         self._clock_ns = clock_ns
         self._bus = NmcBus(stream, clock_ns, sleep_s, self.settings.bus)
         self._servos = Servos(self._bus, self.settings)
-        self._tracking, self._setpoints = Tracking(self.settings), Setpoints(self.settings)
+        self._tracking, self._stepped_ns = Tracking(self.settings), 0
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
         self.modules: tuple[Module, ...] = ()
         self.streaming = Streaming.STOP_HERE
@@ -122,7 +122,9 @@ class ZebraZero(LatchingArm):
             _raise(fault or self._rounds.beyond_limits())
             for axis in AXES:
                 _raise(self._servos.enable(axis))
-        self._setpoints.begin_at(self._tracking.position_rad, self._clock_ns())
+        self.setpoint_rad = self._tracking.position_rad
+        # The first step may take a whole period.
+        self._stepped_ns = self._clock_ns() - round(1e9 / self.settings.rate_Hz)
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
@@ -231,9 +233,13 @@ class ZebraZero(LatchingArm):
             self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
             require_angles(asked_rad, JOINTS)
         if asked_rad is None or self._state is not ArmState.ENABLED:
-            self._setpoints.hold()
             return (NOP,) * JOINTS
-        self.setpoint_rad = self._setpoints.advance(asked_rad, now_ns)
+        limits = self.settings.limits
+        # No more than a period counts, so that a late cycle gets no longer step.
+        step_s = min((now_ns - self._stepped_ns) * 1e-9, 1.0 / self.settings.rate_Hz)
+        within = clamped(asked_rad, limits.lower_rad, limits.upper_rad)
+        self.setpoint_rad = held_back(within, self.setpoint_rad, [limits.velocity_rad_per_s * step_s] * JOINTS)
+        self._stepped_ns = now_ns
         counts = self.settings.transmission.to_counts(self.setpoint_rad)
         return tuple(setpoint(self.streaming, count) for count in counts)
 

@@ -3,10 +3,8 @@
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import copysign
 from typing import Final
 
-from palpate.drivers.device import clamped, held_back
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc import (
     BusSettings,
@@ -17,7 +15,7 @@ from palpate.drivers.nmc import (
     set_gain,
     stop_motor,
 )
-from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, Transmission, six
+from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, Transmission
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +27,8 @@ class JointLimits:
             there that they are still to be fixed).
         upper_rad: Upper ends, (6,); likewise.
         velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; of the arm itself NOT FOUND.
-        acceleration_rad_per_s2: Highest joint acceleration. CALC from the port's servo default of 10 000 on joints 1
-            to 3. (One configuration of it has 0.2, another software cap.)
+        acceleration_rad_per_s2: Highest joint acceleration, kept by firmware that runs trapezoids. CALC from the port's
+            servo default of 10 000 on joints 1 to 3. (One configuration of it has 0.2, another software cap.)
     """
 
     lower_rad: Six = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
@@ -45,35 +43,6 @@ class JointLimits:
             if not self.lower_rad[joint] - tolerance_rad <= angle <= self.upper_rad[joint] + tolerance_rad:
                 return joint
         return None
-
-    def applied(
-        self,
-        asked_rad: Sequence[float],
-        previous_rad: Sequence[float],
-        velocity_rad_per_s: Sequence[float],
-        step_s: float,
-    ) -> Six:
-        """The set-point for the next cycle: within the position limits, and no further than the joints may go.
-
-        All joints are held back by the same share, so the path keeps its direction. Speeding up is limited, slowing
-        down is not: a set-point that overshoots what was asked would press on what the arm touches, while the step
-        that remains is no larger than one the servos have just followed.
-
-        Args:
-            asked_rad: What is wanted, (6,).
-            velocity_rad_per_s: Velocity of the set-points so far.
-            step_s: Time since then; at most the period of the cycle.
-
-        Raises:
-            RefusedError: There are not six finite angles.
-        """
-        within = clamped(six(asked_rad), self.lower_rad, self.upper_rad)
-        moves = zip(within, previous_rad, velocity_rad_per_s, strict=True)
-        return six(held_back(within, previous_rad, [self._most_rad(q - p, speed, step_s) for q, p, speed in moves]))
-
-    def _most_rad(self, step_rad: float, velocity_rad_per_s: float, step_s: float) -> float:
-        already = max(0.0, copysign(1.0, step_rad) * velocity_rad_per_s)
-        return min(self.velocity_rad_per_s, already + self.acceleration_rad_per_s2 * step_s) * step_s
 
 
 REPLY_ITEMS: Final = StatusItem.POSITION | StatusItem.AUX

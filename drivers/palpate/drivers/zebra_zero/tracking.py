@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Final
 
 from palpate.drivers.errors import DriverError, GarbledError
 from palpate.drivers.nmc import ERRORS_IN_A_ROW, NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
-from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts, six
+from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, SixCounts
 from palpate.drivers.zebra_zero.faults import ArmFaultError, FaultKind, fault_in
 from palpate.drivers.zebra_zero.servos import AXES, Servos
 from palpate.drivers.zebra_zero.settings import (
@@ -15,8 +14,6 @@ from palpate.drivers.zebra_zero.settings import (
     STORED_TOLERANCE_COUNTS,
     ZebraZeroSettings,
 )
-
-_STILL: Final = six((0.0,) * JOINTS)
 
 
 class Tracking:
@@ -94,33 +91,6 @@ class Tracking:
     def _doubt(self, index: int) -> int:
         self._doubts[index] += 1
         return self._doubts[index]
-
-
-class Setpoints:
-    """Set-points of one stretch with the servos on."""
-
-    def __init__(self, settings: ZebraZeroSettings) -> None:
-        self._limits = settings.limits
-        self._period_s = 1.0 / settings.rate_Hz
-        self._position, self._velocity, self._time_ns = _STILL, _STILL, 0
-
-    def begin_at(self, position_rad: Six, now_ns: int) -> None:
-        """Begins where the servos hold the arm; the first step may take a whole period."""
-        self._position, self._velocity = position_rad, _STILL
-        self._time_ns = now_ns - round(self._period_s * 1e9)
-
-    def hold(self) -> None:
-        """A cycle without a set-point: the next one starts from rest."""
-        self._velocity = _STILL
-
-    def advance(self, asked_rad: Sequence[float], now_ns: int) -> Six:
-        """What is applied now; no more than a period counts, so that a late cycle gets no longer step."""
-        step_s = min((now_ns - self._time_ns) * 1e-9, self._period_s)
-        applied = self._limits.applied(asked_rad, self._position, self._velocity, step_s)
-        if step_s > 0.0:
-            self._velocity = six([(q - p) / step_s for q, p in zip(applied, self._position, strict=True)])
-            self._position, self._time_ns = applied, now_ns
-        return applied
 
 
 class Rounds:
