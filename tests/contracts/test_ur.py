@@ -50,14 +50,17 @@ class Bench(VirtualUr):
             self.reader.read()
         self.is_plugged = True
 
-    def unplug(self):
-        self.is_plugged = False
-
-    def plug(self):
-        self.is_plugged = True
+    def set_plugged(self, is_plugged):
+        self.is_plugged = is_plugged
 
     def fall_silent(self):
         self.is_silent = True
+
+    def knobs(self):
+        return {
+            "clock": self.clock, "advance": self.ticks, "runs_by_itself": True, "is_open": lambda: self.is_open,
+            "disconnect": lambda: self.set_plugged(False), "reconnect": lambda: self.set_plugged(True),
+        }  # fmt: skip
 
 
 class TestUrEncoder(JointEncoderContract):
@@ -68,10 +71,8 @@ class TestUrEncoder(JointEncoderContract):
         bench = Bench()
         arm = bench.arm()
         return JointEncoderRig(
-            device=arm, clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6,
-            expected_rad=HOME, tolerance_rad=2e-4, arm=arm, provoke_fault=bench.fail, disconnect=bench.unplug,
-            reconnect=bench.plug,
-            go_silent=bench.fall_silent, runs_by_itself=True, is_open=lambda: bench.is_open,
+            device=arm, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6, expected_rad=HOME, tolerance_rad=2e-4, arm=arm,
+            provoke_fault=bench.fail, go_silent=bench.fall_silent, **bench.knobs(),
         )  # fmt: skip
 
 
@@ -79,11 +80,9 @@ class TestUrArm(ArmCommandContract):
     def make(self):
         bench = Bench()
         return ArmCommandRig(
-            device=bench.arm(), clock=bench.clock, advance=bench.ticks, home_rad=HOME, lower_rad=LOWER,
-            upper_rad=UPPER, step_rad=4e-3, fast_step_rad=0.03, position_rad=bench.controller.targets_rad,
-            tolerance_rad=2e-4, settle_ticks=60, limit_ticks=100, provoke_fault=bench.fail, disconnect=bench.unplug,
-            reconnect=bench.plug,
-            is_open=lambda: bench.is_open, runs_by_itself=True,
+            device=bench.arm(), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3, fast_step_rad=0.03,
+            position_rad=bench.controller.targets_rad, tolerance_rad=2e-4, settle_ticks=60, limit_ticks=100,
+            provoke_fault=bench.fail, **bench.knobs(),
         )  # fmt: skip
 
 
@@ -98,10 +97,8 @@ class TestUrToolForce(ForceSensorContract):
             bench.load[3:] = (x, y, z)
 
         return ForceSensorRig(
-            device=bench.sensor(), clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 10_000_000,
-            push_N=push, twist_Nm=twist, go_silent=bench.fall_silent, disconnect=bench.unplug,
-            reconnect=bench.plug,
-            is_open=lambda: bench.is_open, provoke_fault=bench.cut, runs_by_itself=True,
+            device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, push_N=push, twist_Nm=twist,
+            go_silent=bench.fall_silent, provoke_fault=bench.cut, **bench.knobs(),
         )  # fmt: skip
 
 
