@@ -6,8 +6,8 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from palpate.adapters.config import RunConfig, compose, overlay, scenario, task_kind
-from palpate.adapters.experiments import ChosenPolicy, ready_pose, trial_setup
+from palpate.adapters.config import RunConfig, compose, configured, overlay, scenario, task_kind
+from palpate.adapters.experiments import ChosenPolicy, Run, ready_pose, trial_setup
 from palpate.adapters.experiments import build_task as build_trial_task
 from palpate.adapters.experiments.planning import run_series
 from palpate.adapters.mujoco import SimulatedRig
@@ -207,3 +207,10 @@ def test_a_peg_on_the_floor_comes_up_and_counts():
     config = compose("job", "belief", job=JOB, task="insertion")
     outcomes = [(each.outcome, each.success) for each in run_series(config, "", range(4))]
     assert outcomes == [("inserted", True)] * 4
+
+
+def test_contact_that_is_lost_with_the_budget_spent_is_verified_by_a_wall():
+    """A stiff gripper spends it in one step: nothing was pressed on any more, and every such trial tripped."""
+    flags = {"tool": {"lateral_N_per_mm": 150.0}, "limits": {"lag_ms": 45.0}}
+    config = configured("examples/jobs/dowel-12-h7.toml", arm="ur10e", flags=flags)
+    assert Run(config).trial("spiral-5", 37).report.outcome is Outcome.INSERTED

@@ -121,7 +121,9 @@ class Insert(RunningPhase):
             self._walled = True
             monitor.push(None)
         due = not self._walled or monitor.spent_N > _DUE_SHARE * monitor.budget_N
-        vx, vy, vz = self._pressing(push=due and self._depth_m > self._wall_m)
+        # Contact that is lost with the budget spent leaves nothing to press on: only a wall can respond.
+        lost = monitor.spent and not self._pressed
+        vx, vy, vz = self._pressing(push=due and (lost or self._depth_m > self._wall_m))
         if monitor.spent:
             monitor.wait(f"at {self._depth_m * 1e3:.2f} mm in the hole")
             vz = min(vz, 0.0)
