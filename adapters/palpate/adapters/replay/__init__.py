@@ -1,4 +1,4 @@
-"""Recorded trials fed back through the unmodified core, and every output held against what was recorded."""
+"""Replay of recorded trials through the unmodified core, with comparison of every output."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Many logs, replayed by several processes, each log by itself."""
+"""Replay of many logs by several processes."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -19,7 +19,7 @@ _MOST_JOBS: Final = 1024
 def replay_file(
     path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
-    """Replay one log; what is wrong with it is the result, not an error."""
+    """Replay one log. Problems with the log are returned as results, not raised."""
     try:
         with folder_kept():
             return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, out=out)
@@ -31,11 +31,11 @@ def replay_file(
 
 @dataclass(frozen=True)
 class WhatIf:
-    """How a batch is replayed otherwise than recorded.
+    """Changes to the replay of a batch.
 
     Attributes:
-        in_mujoco: Let the simulator go on from the first command that is not the recorded one.
-        out: Folder for logs of what came of it; None writes none.
+        in_mujoco: Continue in the simulator from the first command that differs from the recording.
+        out: Folder for the logs of the replays; None for no logs.
     """
 
     changes: Changes = field(default_factory=Changes)
@@ -44,13 +44,13 @@ class WhatIf:
 
 
 def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
-    """Replay logs in their order, some at a time; the results do not depend on the number of processes.
+    """Replay logs in order, in groups; the results do not depend on the number of processes.
 
     Raises:
-        ConfigurationError: ``jobs`` is none of 1 to 1024.
+        ConfigurationError: ``jobs`` is not from 1 to 1024.
     """
     require_whole("jobs", jobs, 1, _MOST_JOBS)
-    # Long parts: of a learner by a model each part fits it anew.
+    # Long groups, because a model-based learner is fitted again in each of them.
     size = max(1, -(-len(paths) // (4 * jobs)))
     named = list(zip(paths, names_for(paths), strict=True))
     parts = [named[i : i + size] for i in range(0, len(named), size)]
@@ -79,7 +79,7 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
 
 
 def exit_code(replays: Sequence[Replay], *, strict: bool) -> int:
-    """0: all equal; 1: something differs; 2: nothing differs, but a log could not be replayed, or not to its end."""
+    """Return 0 if all are equal, 1 if any differs, 2 if none differs but a log could not be replayed to its end."""
     verdicts = {one.verdict for one in replays}
     if Verdict.DIVERGED in verdicts or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
         return 1
@@ -87,7 +87,7 @@ def exit_code(replays: Sequence[Replay], *, strict: bool) -> int:
 
 
 def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
-    """What differs, and the known causes; one line."""
+    """Return what differs, and the known causes, on one line."""
     if one.verdict is Verdict.REFUSED:
         return f"{one.problem}\n"
     text = f"{one.path}: "

@@ -1,4 +1,4 @@
-"""What is different from the time of a recording, and so may be why a replay is not equal."""
+"""Known differences from the time of a recording, which may explain an unequal replay."""
 
 import json
 
@@ -8,7 +8,7 @@ from palpate.core.policy import ForeignPolicy, PolicyDocument
 
 
 def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
-    """What is different from the time of the recording, as far as the log holds it."""
+    """Return the differences from the time of the recording that the log shows."""
     start, causes = log.start, []
     recorded: dict[str, str] = json.loads(start.versions_json or "{}")
     for name, version in made_with().items():
@@ -31,5 +31,5 @@ def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def other_processor(log: TrialLog) -> bool:
-    """Whether it was recorded where the last bits of a computation may differ."""
+    """Return whether the recording processor may compute other last bits than this one."""
     return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())

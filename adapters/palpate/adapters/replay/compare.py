@@ -1,4 +1,4 @@
-"""Compares what a recorder takes down of the replayed trial with the log, record by record."""
+"""Comparison of the records of the replayed trial with the log."""
 
 import json
 from collections.abc import Collection, Sequence
@@ -33,19 +33,19 @@ _OF_THE_RECORDING: Final = {
     "schema", "command", "config_toml", "model_sha256", "core_sha256", "world", "world_json", "versions_json",
     "processor_json", "derived_from", "stopped_by", "timing_json",
 }  # fmt: skip
-"""Fields of start and end that the core neither makes nor can contradict."""
+"""Fields of the start and end records that the core neither produces nor can contradict."""
 _OF_THE_POLICY: Final = {"policy", "policy_json", "learner_json", "policy_sha256"}
 _ROUNDED: Final = {"detail", "text"}
-"""Texts that hold rounded numbers, which another processor may round otherwise."""
+"""Texts with rounded numbers, which another processor may round differently."""
 
 
 def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None:
-    """Compare what was recorded with what is recorded now, but for ticks, which the ports compare.
+    """Compare the records of the log with those of the replay, except ticks, which the ports compare.
 
     Args:
-        whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
-            the tick, and what the last decision earned.
-        what_if: Something is changed: start and learner must be other.
+        whole: Whether the log extends to the end of the trial. Otherwise it may lack the results of its last tick,
+            which are written after the tick, and the reward of the last decision.
+        what_if: Whether settings or policy are changed, so that start and learner differ.
     """
     log, differences, made = trial.tape.log, trial.tape.differences, trial.made
     if not what_if:
@@ -76,14 +76,14 @@ def _compare_start(trial: ReplayedTrial) -> None:
     if rebuilt.recorded_decisions:
         skipped = skipped | _OF_THE_POLICY
     else:
-        # An agent outside names a seed for each of its trials.
+        # An external agent chooses a seed for each trial.
         now = replace(now, seed=rebuilt.config.seed)
     _compare_fields(differences, 0, "/start", start, now, skipped)
     differences.compare(0, "/start", "ready pose", [*start.ready_rad, *start.tip_rotation], _ready(rebuilt.config))
 
 
 def _ready(config: RunConfig) -> list[float] | None:
-    """Joint angles and orientation of the tool above the goal, as they are found now; None where they are not."""
+    """Return joint angles and tool orientation at the ready pose, computed now; None if it cannot be reached."""
     try:
         ready = ready_pose(config)
     except UnreachableError:
@@ -103,17 +103,17 @@ def _compare_end(trial: ReplayedTrial, end: EndRecord, *, what_if: bool) -> None
     elif now.error == TapeEndError.__name__:
         now = replace(now, error=_STILL_RUNNING)
     if "error" not in skipped:
-        # First, because all else follows from it.
+        # First, because everything else depends on it.
         tape.differences.compare(tape.tick, "/end", "error", end.error, now.error)
     _compare_fields(tape.differences, tape.tick, "/end", end, now, skipped | {"error"})
     if rebuilt.recorded_decisions and end.policy_sha256:
-        # Without the policy's code nothing else could contradict what the log says of it.
+        # Without the code of the policy, only this digest can contradict the log.
         digest = policy_digest(made.of[DecisionEntry], tape.log.start.learner_json, end.learner_json)
         tape.differences.compare(tape.tick, "/end", "policy_sha256", end.policy_sha256, digest)
 
 
 def _flags(log: TrialLog) -> set[str]:
-    """A what-if calls itself that; no other log may."""
+    """Return the field that marks a what-if, if the log is one; other logs must not set it."""
     return {"counterfactual"} if log.start.derived_from else set()
 
 
@@ -129,7 +129,7 @@ def _compare_fields(
 
 
 def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
-    """Fields of the end record that only a truth gives, scored again by that in the log."""
+    """Return the fields of the end record that need the ground truth, scored again with that in the log."""
     end = log.end
     if end is None or len(end.true_tip_in_task_m) != 3 or len(end.true_hole_in_task_m) != 3:
         return {}
@@ -144,16 +144,16 @@ def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str,
 
 
 def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
-    """Compare what keeps the rig stationary with the recorded trip, or with the device's error."""
+    """Compare the cause of the latch with the recorded trip, or with the device's error."""
     trips = (event.detail for event in tape.log.events if event.name == "trip")
     told = next(trips, str(error) if isinstance(error, DeviceError) else "")
-    # A trip's text holds rounded numbers.
+    # The text of a trip contains rounded numbers.
     gross = bool(told) is not bool(cause)
     tape.differences.compare(tape.tick, "/end", "latch", told, cause, gross=gross)
 
 
 def ending_note(tape: Tape) -> str:
-    """What is to be said of a trial that would continue where the recorded samples end, if nothing differs."""
+    """Return the remark on an equal trial that would continue where the recorded samples end."""
     end, last = tape.log.end, len(tape.log.ticks) - 1
     if end is None:
         return f"the log ends at tick {last}, before the trial did"

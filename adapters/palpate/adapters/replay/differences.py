@@ -1,4 +1,4 @@
-"""What a replay gave otherwise than it was recorded, and how far two numbers may be apart."""
+"""Differences between a replay and its recording, and the tolerance of numbers."""
 
 import struct
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ from typing import Any, Final
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One output of the core that is not what was recorded."""
+    """One output of the core that differs from the recording."""
 
     tick: int
     channel: str
@@ -21,11 +21,11 @@ class Difference:
 
 
 class Differences:
-    """Collects what differs.
+    """Collects differences.
 
     Attributes:
-        first: The first in time.
-        first_gross: The first that is more than a matter of the last bits.
+        first: The first difference in time.
+        first_gross: The first difference that exceeds the last bits.
     """
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class Differences:
     def add(
         self, tick: int, channel: str, field: str, recorded: object, replayed: object, *, gross: bool = True
     ) -> None:
-        """Take note of one."""
+        """Add a difference."""
         difference = Difference(tick, channel, field, recorded, replayed)
         self.count += 1
         if self.first is None or difference.tick < self.first.tick:
@@ -69,16 +69,16 @@ class Differences:
 
 
 RELATIVE: Final = 1e-9
-"""Numbers this close may come from another processor's last bits."""
+"""Relative difference of numbers that another processor may cause in the last bits."""
 _ABSOLUTE: Final = 1e-12
 
 
 def close_enough(a: float, b: float) -> bool:
-    """Whether two numbers differ by no more than another processor may make them differ."""
+    """Return whether two numbers differ by no more than another processor may cause."""
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
 
 
 def same_bits(a: Iterable[float], b: Iterable[float]) -> bool:
-    """Whether two vectors are equal bit by bit: -0.0 is not 0.0, and a NaN is itself."""
+    """Return whether two vectors are equal bit for bit: -0.0 differs from 0.0, and a NaN equals itself."""
     x, y = tuple(a), tuple(b)
     return len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y)

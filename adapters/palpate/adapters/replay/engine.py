@@ -1,4 +1,4 @@
-"""Replays one log: the unmodified core on the recorded inputs, every output held against the recorded one."""
+"""Replay of one log: runs the unmodified core on the recorded inputs and compares every output."""
 
 import enum
 import json
@@ -20,7 +20,7 @@ from palpate.core.ports import Ports, World
 
 
 class Verdict(enum.Enum):
-    """What a replay came to."""
+    """Result of a replay."""
 
     EQUAL = "equal"
     NOT_BIT_COMPARABLE = "not bit-comparable"
@@ -31,15 +31,15 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True)
 class Replay:
-    """One log, replayed.
+    """Replay of one log.
 
     Attributes:
-        replayed_outcome: How the core ends it now; empty while it would go on.
-        decisions: The core's decisions now, for a what-if.
-        counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
-            samples are no answer to what the core does. None when all commands are equal.
-        other_code: Whether other code of the core recorded it; False where the log does not say.
-        recorded_decisions: Why the decisions were taken from the log, and not made anew; empty where they were made.
+        replayed_outcome: Outcome in the replay; empty if the trial would continue.
+        decisions: Decisions in the replay, for a what-if.
+        counterfactual_from: Tick of the first command that differs from the recording; the recorded samples after it do
+            not result from the core's commands. None if all commands are equal.
+        other_code: Whether different code of the core recorded the log; False if the log does not tell.
+        recorded_decisions: Why the decisions were taken from the log; empty if the policy made them again.
     """
 
     path: str
@@ -64,12 +64,12 @@ def replay(
     """Replay one log.
 
     Args:
-        in_mujoco: Let the simulator continue from the first command that is not the recorded one.
+        in_mujoco: Continue in the simulator from the first command that differs from the recording.
         out: Recorder of the replay, and the name of its log.
 
     Raises:
-        LogError: It cannot be replayed.
-        ConfigurationError: A change does not fit.
+        LogError: The log cannot be replayed.
+        ConfigurationError: A change does not fit the log.
     """
     if log.missing:
         raise LogError(log.path, "", log.missing, "a trial can only be replayed whole")
@@ -90,7 +90,7 @@ def replay(
             note, whole = ending_note(tape), whole and not _torn(tape)
         elif tape.sends.left:
             differences.add(tape.tick, "/end", "ticks", f"{len(log.ticks)} ticks", f"{tape.tick + 1} ticks")
-    # In the simulator the records are no answer to what the core does from the first other command on.
+    # In the simulator, the records after the first different command do not result from the core's commands.
     if not in_mujoco or differences.first_command_tick is None:
         compare_records(trial, whole=whole, what_if=rebuilder.what_if)
     if whole and not in_mujoco:
@@ -116,9 +116,9 @@ def replay(
 
 
 def _torn(tape: Tape) -> bool:
-    """Whether something else than the core, such as a second Ctrl-C, ended the trial in the middle of a tick.
+    """Return whether something outside the core, such as a second Ctrl-C, ended the trial within a tick.
 
-    Then it is open how much of that tick was done.
+    It is then unknown how much of that tick was executed.
     """
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
@@ -126,7 +126,7 @@ def _torn(tape: Tape) -> bool:
 
 
 def run_over(trial: ReplayedTrial) -> Exception | None:
-    """Run the core over the tape; returns what ended it, if it did not end by itself."""
+    """Run the core over the tape and return the error that ended it; None if the trial ended normally."""
     tape = trial.tape
     sensor = ReplaySensor("recorded force sensor", tape.wrenches)
     encoder, arm = ReplaySensor("recorded encoders", tape.joints), ReplayArm(tape)
@@ -145,7 +145,7 @@ def run_over(trial: ReplayedTrial) -> Exception | None:
 
 
 def _continued(log: TrialLog, scored: ScoredTrial) -> str:
-    """The outcome of a trial that was continued in the simulator, and the recorded one."""
+    """Return the outcome of a trial that was continued in the simulator, and the recorded one."""
     report, end = scored.report, log.end
     now = "" if report.outcome is None else report.outcome.value
     text = f"in the simulator: {now} after {report.exploration_time_s:.2f} s of exploration"

@@ -1,8 +1,8 @@
-"""A what-if that continues in the simulator from the first command that is not the recorded one.
+"""What-ifs that continue in the simulator from the first command that differs from the recording.
 
-The simulator's state at that tick is not read from the log but reached again: from the trial's start the simulator gets
-the recorded commands, which up to there are also the core's own. MuJoCo is deterministic, so this restores all of it -
-integration state, sensor history, noise, contacts - and every tick on the way is compared with the recorded one.
+The log does not hold the simulator's state at that tick. It is restored by executing the recorded commands from the
+start of the trial, which equal the core's own until then. MuJoCo is deterministic, so this restores the complete state
+(integration state, sensor history, noise, contacts), and every tick until then is compared with the recording.
 """
 
 import json
@@ -23,10 +23,10 @@ from palpate.core.trial import TrialReport
 
 
 def continue_in_mujoco(trial: ReplayedTrial) -> ScoredTrial:
-    """Run the trial in the simulator, on the recorded path for as long as the core gives the recorded commands.
+    """Run the trial in the simulator, on the recorded path as long as the core sends the recorded commands.
 
     Raises:
-        LogError: The log did not come from the simulator, or this simulator does not give its samples again.
+        LogError: The log is not from the simulator, or this simulator does not reproduce its samples.
     """
     log, rebuilt = trial.tape.log, trial.rebuilt
     facts = _simulator_facts(log)
@@ -55,7 +55,7 @@ def _simulator_facts(log: TrialLog) -> dict[str, Any]:
 
 
 class _RecordedPath(LoopObserver):
-    """Compares each tick with the recorded one, until the core gives another command."""
+    """Compares each tick with the recorded one, until the core sends a different command."""
 
     def __init__(self, tape: Tape) -> None:
         self._tape = tape

@@ -1,4 +1,4 @@
-"""The four ports over a recorded trial: inputs come from the log, outputs are compared with it."""
+"""The four ports for a recorded trial: inputs come from the log, outputs are compared with it."""
 
 from typing import Generic
 
@@ -18,30 +18,30 @@ from palpate.core.ports import (
 
 
 class ReplayClock(Clock):
-    """The recorded time, reading by reading."""
+    """Clock that returns the recorded readings."""
 
     def __init__(self, tape: Tape) -> None:
         self._tape = tape
 
     def now_ns(self) -> int:
-        """The clock's reading at this call."""
+        """Return the recorded reading of this call."""
         return self._tape.clock.next()
 
     def sleep_until(self, deadline_ns: int) -> None:
-        """A tick begins: no time passes."""
+        """Start the next tick without waiting."""
         self._tape.tick += 1
         self._tape.check_deadline(deadline_ns)
 
 
 class ReplaySensor(ManagedDevice, Generic[T]):
-    """Recorded samples, call by call."""
+    """Sensor that returns the recorded samples."""
 
     def __init__(self, name: str, track: Track[T]) -> None:
         super().__init__(name)
         self._track = track
 
     def read(self) -> T:
-        """The sample of this call."""
+        """Return the recorded sample of this call."""
         if self._life is not Life.ACTIVE:
             self._track.pass_refused()
             self._require_active("read()")
@@ -49,10 +49,10 @@ class ReplaySensor(ManagedDevice, Generic[T]):
 
 
 class ReplayArm(ManagedDevice, ArmCommand):
-    """Answers a command as the arm did when it was recorded; a command that differs is noted.
+    """Answers commands as the recorded arm did, and notes commands that differ.
 
-    After the first difference the arm's answer is unknown: what was asked counts as applied, unless
-    the arm was held back or stopped at that time.
+    After the first difference the arm's answer is unknown: the requested command counts as applied, unless the arm was
+    limited or stopped at that time.
     """
 
     def __init__(self, tape: Tape) -> None:
@@ -77,7 +77,7 @@ class ReplayArm(ManagedDevice, ArmCommand):
 
     @override
     def stop(self) -> None:
-        # There is nothing to bring to rest. That it is called, and what failed then, is compared with the log.
+        # Nothing moves here. The call, and any failure in it, is compared with the log.
         if self._life is Life.ACTIVE:
             self._stopped = True
             if self._tape.stops.left:

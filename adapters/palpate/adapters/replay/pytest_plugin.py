@@ -1,6 +1,6 @@
 """``pytest --palpate-logs DIR``: every log in DIR is a test that passes when the trial replays equal, bit for bit.
 
-So a laboratory gates its own repository on its own trials. Light to import: pytest loads it in every run.
+A laboratory can test its repository on its own trials. Imports are few, because pytest loads this module in every run.
 """
 
 from pathlib import Path
@@ -12,7 +12,7 @@ _REBUILDER: Final = pytest.StashKey[Any]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add our options."""
+    """Add palpate's options."""
     group = parser.getgroup("palpate", "recorded trials as tests (palpate)")
     group.addoption(
         "--palpate-logs",
@@ -30,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Add one test for each log; before other plugins choose among the tests."""
+    """Add one test for each log, before other plugins select tests."""
     names = config.getoption("palpate_logs")
     if not names:
         return
@@ -45,7 +45,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 
 
 class ReplayDiffersError(Exception):
-    """A recorded trial does not replay; the message holds all of it."""
+    """A recorded trial does not replay equally; the message holds the full explanation."""
 
 
 class LogItem(pytest.Item):
@@ -56,7 +56,7 @@ class LogItem(pytest.Item):
         self._log = log
 
     def runtest(self) -> None:
-        """Replay it."""
+        """Replay the trial."""
         from palpate.adapters.replay.batch import exit_code, explanation, replay_file
         from palpate.adapters.replay.rebuild import Changes, Rebuilder
 
@@ -67,11 +67,11 @@ class LogItem(pytest.Item):
             raise ReplayDiffersError(explanation(one, Changes(), strict=strict).strip())
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], *_: Any) -> Any:
-        """One line for a trial that differs; the whole story for anything else."""
+        """Return one line for a trial that differs, and the traceback for any other error."""
         if isinstance(excinfo.value, ReplayDiffersError):
             return str(excinfo.value)
         return super().repr_failure(excinfo)
 
     def reportinfo(self) -> tuple[Path, None, str]:
-        """Where the test is."""
+        """Return the location of the test."""
         return self._log, None, f"replay of {self._log}"

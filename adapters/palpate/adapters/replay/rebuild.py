@@ -37,16 +37,16 @@ from palpate.core.supervision import SupervisionConfig, Supervisor, weaker_setti
 from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
-"""Settings of the world and of the recorder: what was recorded does not change with them."""
+"""Settings of the world and of the recorder, which do not change a replay."""
 
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """The core as it was when the trial began.
+    """The core at the beginning of the trial.
 
     Attributes:
-        recorded_decisions: Why the decisions are the log's own: the policy's code is not there. Empty where they are
-            the policy's.
+        recorded_decisions: Why the decisions come from the log, such as missing code of the policy; empty if the policy
+            makes them.
     """
 
     config: RunConfig
@@ -63,11 +63,11 @@ class Rebuilt:
 
 @dataclass(frozen=True)
 class Changes:
-    """What a replay shall do otherwise than the recording.
+    """Changes of a replay to the recording.
 
     Attributes:
-        settings: ``name=value`` pairs over the log's configuration.
-        policy: Another policy: a document, what makes a foreign one, or the name of a baseline.
+        settings: ``name=value`` pairs that replace settings of the log.
+        policy: Another policy: a document, a factory of a third-party policy, or the name of a baseline.
     """
 
     settings: tuple[str, ...] = ()
@@ -76,22 +76,22 @@ class Changes:
 
     @property
     def any(self) -> bool:
-        """Whether there are any."""
+        """Whether anything is changed."""
         return bool(self.settings) or self.policy is not None
 
 
 def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
-    """The configuration to replay with.
+    """Return the configuration of the replay.
 
     Raises:
-        ConfigurationError: A change cannot be made.
+        ConfigurationError: A change is refused.
     """
     config = config_of(log)
     for setting in changes.settings:
         table = parse_setting(setting)
         limits = table.get(SupervisionConfig.TABLE)
         if isinstance(limits, dict):
-            # A limit that was weak, and is not any more, need not be named as one.
+            # A limit that is no longer weak need not be declared as weak.
             weak = weaker_settings({**vars(config.supervision), **limits})
             limits.setdefault("weakened", [name for name in config.supervision.weakened if name in weak])
         config = overlay(config, table)
@@ -99,10 +99,10 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
 
 
 def parse_setting(setting: str) -> dict[str, Any]:
-    """The nested table of ``name.of.field=value``.
+    """Return the nested table of ``name.of.field=value``.
 
     Raises:
-        ConfigurationError: It is not of that form, or changes nothing that a replay depends on.
+        ConfigurationError: The text has another form, or names a setting that does not affect a replay.
     """
     name, equals, text = setting.partition("=")
     parts = name.strip().split(".")
@@ -114,7 +114,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
     try:
         value = tomllib.loads(f"value = {text.strip()}")["value"]
     except tomllib.TOMLDecodeError:
-        # Text need not be quoted.
+        # Text needs no quotes.
         value = text.strip()
     table: dict[str, Any] = {parts[-1]: value}
     for part in reversed(parts[:-1]):
@@ -123,10 +123,10 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class Rebuilder:
-    """Rebuilds the core for one log after the other, and keeps what they have in common.
+    """Rebuilds the core for successive logs, and reuses what they have in common.
 
     Args:
-        around: Makes of each policy what the task is given in its place; without one, that is the policy.
+        around: Wraps the policy that the task receives; None for no wrapper.
     """
 
     def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
@@ -142,11 +142,11 @@ class Rebuilder:
         return self._changes.any
 
     def rebuild(self, log: TrialLog) -> Rebuilt:
-        """The core as it was when the trial of this log began.
+        """Return the core at the beginning of the trial of this log.
 
         Raises:
-            LogError: The log does not say all that it takes.
-            ConfigurationError: A change does not fit.
+            LogError: The log lacks required data.
+            ConfigurationError: A change does not fit the log.
         """
         try:
             return self._rebuilt(log)
@@ -157,7 +157,7 @@ class Rebuilder:
 
     def _rebuilt(self, log: TrialLog) -> Rebuilt:
         start = log.start
-        # An interruption leaves its trace in a task, so those are not used again.
+        # A task that was interrupted is not reused, because its state has changed.
         interrupted = any(event.name == "interrupt" for event in log.events)
         key = (
             start.config_toml, start.perception_json, start.policy, start.policy_json, start.frozen,
@@ -225,7 +225,7 @@ class Rebuilder:
     def _foreign(
         self, log: TrialLog, config: RunConfig, perception: Perception, document: PolicyDocument, entry: ForeignEntry
     ) -> Policy:
-        """The policy that others' code makes; where that is not there, what it decided when it was recorded."""
+        """Return the third-party policy, or its recorded decisions if its code is missing."""
         document.check_matches(perception.states, task_actions(config))
         if entry.code != log.start.policy:
             raise ValueError(f"it names two policies, {log.start.policy} and {entry.code}")
@@ -237,7 +237,7 @@ class Rebuilder:
             return self._told(log, config, perception, str(error))
 
     def _told(self, log: TrialLog, config: RunConfig, perception: Perception, problem: str) -> Policy:
-        """What was decided when it was recorded."""
+        """Return a policy that repeats the recorded decisions."""
         if self.what_if:
             text = f"the policy's code is not there, and the log holds no answer to a what-if ({problem})"
             raise LogError(log.path, "", text, "install what made it, or name another --policy")

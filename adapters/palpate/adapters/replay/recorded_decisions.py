@@ -1,4 +1,4 @@
-"""Decisions as a log has them, for a trial of a policy whose code is not there."""
+"""Recorded decisions, for a trial of a policy whose code is missing."""
 
 from collections.abc import Sequence
 
@@ -11,10 +11,10 @@ from palpate.core.policy import Action, Decision, FixedPolicy, Observation, Spat
 
 
 class RecordedDecisions(FixedPolicy):
-    """Gives one recorded decision after the other, whatever is observed: what follows from them is still the core's.
+    """Returns the recorded decisions in order, whatever is observed; the core still computes what follows from them.
 
     Args:
-        observed: How many of the numbers that a decision was chosen by are none of the policy's own.
+        observed: Number of the values of a decision that do not come from the policy.
     """
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
@@ -29,12 +29,12 @@ class RecordedDecisions(FixedPolicy):
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        # A skill is chosen once, and each of its actions is recorded.
+        # A skill is chosen once, but each of its actions is recorded.
         if self.log is None or observation.action_number >= len(self.log.decisions):
             raise TapeEndError("policy")
         told = self.log.decisions[observation.action_number]
         if told.index is not None and 0 <= told.index < len(self._actions):
-            # A log that says otherwise contradicts itself, which is found where decisions are compared.
+            # Otherwise the log contradicts itself, which the comparison of decisions detects.
             return Decision(self._actions[told.index], told.index, told.source, told.grounds[self._observed :])
         if len(told.displacement_m) != 2 or told.index is not None:
             problem = "does not say where the action leads"

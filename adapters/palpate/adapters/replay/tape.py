@@ -1,4 +1,4 @@
-"""A recorded trial, port by port: what each call gave, and the commands that the core gives again."""
+"""A recorded trial as a tape for each port: the results of each call, and the commands to compare."""
 
 from collections import defaultdict, deque
 from collections.abc import Callable
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class TapeEndError(Exception):
-    """The core wants more than was recorded. No error of palpate's own: nothing in the trial failed."""
+    """The core requests more than was recorded. It is not a palpate error, because nothing in the trial failed."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -42,7 +42,7 @@ class Raised:
 
 
 class Track(Generic[T]):
-    """What one port gave, call by call."""
+    """Recorded results of one port, call by call."""
 
     def __init__(self, port: str, load: Callable[[], bool]) -> None:
         self._port, self._load = port, load
@@ -50,10 +50,10 @@ class Track(Generic[T]):
         self.append = self._items.append
 
     def next(self) -> T:
-        """The next one; what failed fails again.
+        """Return the next result, or raise the recorded error again.
 
         Raises:
-            TapeEndError: There is no more.
+            TapeEndError: The recording has ended.
         """
         if not self.left:
             raise TapeEndError(self._port)
@@ -64,23 +64,23 @@ class Track(Generic[T]):
 
     @property
     def left(self) -> bool:
-        """Whether there is more."""
+        """Whether results are left."""
         while not self._items:
             if not self._load():
                 return False
         return True
 
     def pass_refused(self) -> None:
-        """The call is refused here, as it was when it was recorded: pass over that refusal."""
+        """Skip the recorded refusal of a call that is refused in the replay as well."""
         if self.left and isinstance(self._items[0], Raised):
             self._items.popleft()
 
 
 class Tape:
-    """A recorded trial, port by port; ticks are decoded as they are needed.
+    """A recorded trial with the tapes of its ports; ticks are decoded when needed.
 
     Attributes:
-        tick: The tick that is under way in the replay; -1 before the first.
+        tick: Present tick of the replay; -1 before the first.
         last: The last tick that was loaded.
     """
 
@@ -103,7 +103,7 @@ class Tape:
         self._add_calls(-1)
 
     def _load(self) -> bool:
-        """Bring what the next tick holds; False when there is none."""
+        """Load the next tick and return True; return False if there is none."""
         record = next(self._records, None)
         if record is None:
             return False
@@ -146,9 +146,9 @@ class Tape:
                 self.stops.append(failed if call.error else None)
 
     def next_answer(self, asked_rad: JointVector) -> AppliedCommand:
-        """Compare a command with the recorded one; returns what was applied of that."""
+        """Compare a command with the recorded one and return the applied command of the recording."""
         recorded, applied = self.sends.next()
-        # Most are equal, and this is the cheapest exact way to see it: only zeros have two bit patterns.
+        # Most commands are equal, and this is the cheapest exact test: only zeros have two bit patterns.
         if asked_rad != recorded or (0.0 in asked_rad and not same_bits(asked_rad, recorded)):
             self._command_differs("asked_rad", recorded, asked_rad)
         elif applied.reason is CommandReason.AS_ASKED and not same_bits(applied.position_rad, asked_rad):

@@ -1,4 +1,4 @@
-"""The touches of recorded trials, whichever policy acted in them, and the belief that they give."""
+"""Contacts in recorded trials of any policy, and the belief learned from them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ from palpate.core.policy.belief import FEWEST_TOUCHES, Touch, TouchedTrial
 
 
 class TouchWatch(Policy):
-    """Lets a policy act, and keeps the touches that it acts by, of each trial that ends in the hole."""
+    """Wraps a policy and keeps the contacts of each trial that ends in the hole."""
 
     def __init__(self, policy: Policy, trials: list[TouchedTrial]) -> None:
         self._policy, self._trials = policy, trials
@@ -66,11 +66,11 @@ class TouchWatch(Policy):
 
 @dataclass(frozen=True)
 class FoundTouches:
-    """What recorded trials showed of the touch.
+    """Contacts found in recorded trials.
 
     Attributes:
-        config: The configuration of the first one, with the settings that suit a belief.
-        document: Content of a policy file: a belief that has learned from them.
+        config: Configuration of the first trial, with the settings that suit a belief.
+        document: Content of a policy file with a belief that has learned from the trials.
     """
 
     config: RunConfig
@@ -80,13 +80,13 @@ class FoundTouches:
 
 
 def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundTouches:
-    """What logs of one tool show of the touch. The core is replayed over each, so any policy may have acted.
+    """Return the contacts in the logs of one tool. The core is replayed over each log, so any policy may have acted.
 
     Args:
-        paths: The logs, at least one, in the order in which they are remembered.
+        paths: At least one log, in the order of learning.
 
     Raises:
-        ConfigurationError: They are of different tools, or hold too few touches.
+        ConfigurationError: The logs are of different tools, or contain too few contacts.
         LogError: The first log cannot be read.
     """
     trials: list[TouchedTrial] = []
@@ -103,7 +103,7 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
             left_out.append(one_line(error))
         else:
             if came_to.verdict is Verdict.DIVERGED:
-                # What the core would do now was never felt.
+                # Actions that differ from the recording were never executed.
                 del trials[before:]
                 left_out.append(f"{path}: does not replay: {came_to.first}")
         gone_through()
@@ -130,7 +130,7 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
-    """Refuse a log whose torques mean something else."""
+    """Refuse a log of another tool, whose torques have another meaning."""
     wanted, there = (
         {**tool_of(each), "perception.calibration": each.perception.calibration} for each in (first, config)
     )

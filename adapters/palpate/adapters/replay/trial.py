@@ -1,4 +1,4 @@
-"""Runs the core's part of a recorded trial, over any ports, and has it recorded again."""
+"""Runs the core for a recorded trial on any ports, and records the trial again."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from palpate.core.trial import INTERRUPT, Task, TrialReport
 
 
 class ReplayedRecords(Sink):
-    """Keeps the records of one trial, by their kind."""
+    """Keeps the records of one trial by kind."""
 
     def __init__(self) -> None:
         self.troubles = []
@@ -42,8 +42,8 @@ class ReplayedTrial:
     """A trial that is run again.
 
     Attributes:
-        made: What a recorder takes down of it.
-        out: Another recorder, and the name of its log, which says from where on it is counterfactual; None for none.
+        made: Records of the replay.
+        out: Another recorder and the name of its log, which marks the counterfactual ticks; None for none.
     """
 
     tape: Tape
@@ -58,10 +58,10 @@ class ReplayedTrial:
         facts: Callable[[TrialReport], dict[str, Any]],
         observers: Sequence[LoopObserver] = (),
     ) -> TrialReport:
-        """Run it.
+        """Run the trial.
 
         Args:
-            facts: Gives the fields of the end record that the core does not have.
+            facts: Returns the fields of the end record that the core does not know.
         """
         rebuilt = self.rebuilt
         recorders = [TrialRecorder(self.made, Path(), RecordingConfig())]
@@ -94,7 +94,7 @@ class ReplayedTrial:
 
 
 class _Interrupts(LoopObserver):
-    """Interrupts the task in the ticks in which it was interrupted."""
+    """Interrupts the task in the recorded ticks."""
 
     def __init__(self, tape: Tape, task: Task) -> None:
         self._task = task

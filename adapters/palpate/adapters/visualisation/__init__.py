@@ -1,4 +1,4 @@
-"""Pictures and pages of what was recorded: films, reports, and viewers."""
+"""Films, reports and live views of recorded trials."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""A recorded trial as moments to be drawn: what was newest at each tick. No graphics library is needed."""
+"""A recorded trial as moments for pictures, with the latest values at each tick. No graphics library is needed."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from palpate.core.errors import ConfigurationError, LogError, require_in
 from palpate.core.trial import Phase
 
 FORCE_TICKS: Final = 5
-"""Drawn forces are means over so many ticks, 36 ms: the noise of single samples would make the arrow flicker."""
+"""Drawn forces are means over this many ticks (36 ms), because the noise of single samples makes arrows flicker."""
 _SAME_S: Final = 1e-6
-"""A tick that comes so little after a picture's time counts as being at it: both are rounded."""
+"""A tick within this time after a picture counts as simultaneous, because both times are rounded."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Course:
     """All moments of a trial, in order.
 
     Attributes:
-        tared: Whether the sensor's zero is known and taken from the forces.
+        tared: Whether the forces are tared.
     """
 
     moments: tuple[Moment, ...]
@@ -31,11 +31,11 @@ class Course:
 
     @property
     def duration_s(self) -> float:
-        """Time of the last moment."""
+        """Return the time of the last moment."""
         return self.moments[-1].time_s
 
     def stretch(self, begin_s: float | None, end_s: float | None) -> tuple[float, float]:
-        """The stretch of the trial to show, as two times within it."""
+        """Return the begin and end of the part to show, limited to the trial."""
         last = self.duration_s
         begin, end = 0.0 if begin_s is None else begin_s, last if end_s is None else end_s
         require_in("begin_s", begin, 0.0, round(last, 3))
@@ -44,7 +44,7 @@ class Course:
         return min(begin, last), min(end, last)
 
     def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
-        """A moment for each picture of a film, the last one included; ``speed`` is seconds of the trial per second."""
+        """Return a moment for each picture of a film, including the last; ``speed`` is trial time per film time."""
         step_s = speed / fps
         count = floor((end_s - begin_s) / step_s + _SAME_S) + 1
         if count > most:
@@ -59,10 +59,10 @@ class Course:
 
 
 def course_of(log: TrialLog) -> Course:
-    """The moments of a trial, from the first tick with a time and joint angles on.
+    """Return the moments of a trial, from the first tick with a time and joint angles.
 
     Raises:
-        LogError: There is no such tick, or a message is not what it should be.
+        LogError: There is no such tick, or a message is invalid.
     """
     series = series_of(log)
     phase_ticks, phases = zip((-1, Phase.LIFT.value), *log.phases, strict=True)
@@ -95,7 +95,7 @@ def course_of(log: TrialLog) -> Course:
 
 
 def _decisions(log: TrialLog) -> tuple[list[int], list[DecisionEntry | None]]:
-    """From which tick on which decision runs: until the next one, or until the phase ends."""
+    """Return the decisions with their first ticks; each lasts until the next one or until its phase ends."""
     changes: list[tuple[int, DecisionEntry | None]] = [(d.tick, d) for d in log.decisions]
     changes += [(tick, None) for tick, _ in log.phases]
     changes.sort(key=lambda change: change[0])

@@ -1,4 +1,4 @@
-"""Films as MP4 or GIF; each picture is written as it is painted."""
+"""Films as MP4 or GIF; each picture is written when it is painted."""
 
 from collections.abc import Iterable
 from fractions import Fraction
@@ -11,14 +11,14 @@ from PIL import Image
 from palpate.core.errors import UsageError
 
 HOLD_S: Final = 1.0
-"""How long a film rests on its last picture."""
+"""Time for which a film shows its last picture."""
 
 
 def require_video() -> Any:
-    """PyAV, which an extra of palpate brings.
+    """Return PyAV, which is installed by an extra of palpate.
 
     Raises:
-        UsageError: It is not installed, or without the encoder.
+        UsageError: PyAV is not installed, or lacks the encoder.
     """
     try:
         import av
@@ -30,19 +30,19 @@ def require_video() -> Any:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """H.264, which every player decodes, of RGB pictures of one size with even sides; at least one.
+    """Write at least one RGB picture, all of one size with even sides, as H.264, which every player decodes.
 
-    Equal pictures give equal bytes with equal versions of PyAV.
+    Equal pictures give equal bytes with the same version of PyAV.
 
     Raises:
-        UsageError: PyAV is not there.
+        UsageError: PyAV is not installed.
     """
     av = require_video()
     rate = Fraction(fps).limit_denominator(1000)
     frames = iter(pictures)
     first = next(frames)
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
-        # One thread: with more of them the bytes depend on their number.
+        # One thread, because the bytes depend on the number of threads.
         stream = container.add_stream("libx264", rate=rate, options={"crf": "20", "threads": "1"})
         stream.width, stream.height, stream.pix_fmt = *first.size, "yuv420p"
         last = first
@@ -54,7 +54,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: int) -> None:
-    """Write ``count`` RGB pictures of one size as a GIF, which begins again and again.
+    """Write ``count`` RGB pictures of one size as an endlessly repeated GIF.
 
     The format counts time in hundredths of a second.
     """
@@ -64,7 +64,7 @@ def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: in
 
 
 def gif_durations_ms(count: int, fps: float) -> list[int]:
-    """How long each picture stays: whole hundredths of a second, rounded so that no error adds up."""
+    """Return the duration of each picture in whole hundredths of a second, rounded so that errors do not add up."""
     ends = [round(100 * k / fps) for k in range(count + 1)]
     durations = [10 * (b - a) for a, b in pairwise(ends)]
     durations[-1] += round(1000 * HOLD_S)

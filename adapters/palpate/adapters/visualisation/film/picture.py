@@ -1,4 +1,4 @@
-"""One picture of a trial: the cell, the force at the tip, and what the core saw and did."""
+"""One picture of a trial: the cell, the force at the tip, and the core's state and action."""
 
 from __future__ import annotations
 
@@ -32,30 +32,30 @@ _INSET: Final = 0.42
 """Width and height of the inset, as a share of the picture's height."""
 _RING: Final = (0, 110, 120)
 _CORNERS: Final = 64
-"""Corners of the half of the hole's rim that is shown; every other line between them is drawn."""
+"""Points of the visible half of the hole's rim; every other line between them is drawn."""
 _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
-"""Where the arrow that shows the scale begins, as shares of width and height."""
+"""Start of the arrow that shows the scale, as shares of width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
-"""What the arrow of each action looks like, in diameters of the peg; steps themselves would be too small to see."""
+"""Arrow of each action, in diameters of the peg; at true scale the steps would be too small to see."""
 _FINE: Final = 2
-"""Arrows and lines are drawn so much larger and made smaller then, which smooths them."""
+"""Factor by which arrows and lines are drawn larger and then reduced, to smooth them."""
 _LINES: Final = 30
-"""This many lines of text would fill a picture from top to bottom."""
+"""Number of lines of text that fill the height of a picture."""
 _SMALLEST_PX: Final = 7
 _INK: Final = (24, 32, 42)
 _PAPER: Final = (255, 255, 255, 190)
 
 
 class Painter:
-    """Paints pictures of one trial. A context manager: on exit the graphics library is let go.
+    """Paints pictures of one trial. A context manager, which releases the graphics library on exit.
 
     Args:
         camera: ``close-up``, ``arm`` or ``both``.
 
     Raises:
-        LogError: The log does not hold what the cell looked like.
-        UsageError: There is no graphics library that works.
+        LogError: The log does not describe the cell completely.
+        UsageError: No graphics library works.
     """
 
     def __init__(self, log: TrialLog, course: Course, size: tuple[int, int], camera: str) -> None:
@@ -74,10 +74,10 @@ class Painter:
         self._stage = Stage(self._cell, size)
 
     def paint(self, moment: Moment) -> Image.Image:
-        """The picture of a moment, RGB.
+        """Return the picture of a moment, RGB.
 
         Raises:
-            LogError: Its joint angles do not fit the arm.
+            LogError: The joint angles do not fit the arm.
         """
         self._cell.pose(moment)
         view = self._arm if self._camera == "arm" else self._close
@@ -124,7 +124,7 @@ class Painter:
         in_task = None if force is None else (self._to_task @ force).tolist()
         write(picture, (0.03, 0.03), now_text(moment, in_task), "la")
         write(picture, (_SCALE_AT[0], _SCALE_AT[1] - 0.03), f"{self._reference_N:g} N on the tool", "ls")
-        # The outcome comes last in time and stands above, so that nothing moves when it appears.
+        # The outcome, which appears last, is placed above, so that no other text moves.
         remarks = [self._outcome] if self._outcome and moment.tick == self._last else []
         write(picture, (0.97, 0.97), "\n".join((*remarks, *self._notes)), "rd")
 
@@ -137,17 +137,17 @@ class Painter:
 
 @cache
 def _font(size_px: int) -> ImageFont.FreeTypeFont:
-    """DejaVu Sans Mono as Matplotlib brings it along: the same letters on every machine."""
+    """Return DejaVu Sans Mono from Matplotlib, which is the same on every machine."""
     from matplotlib import get_data_path
 
     return ImageFont.truetype(str(Path(get_data_path(), "fonts", "ttf", "DejaVuSansMono.ttf")), size_px)
 
 
 def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
-    """Return the caption of a moment: names and values, a line each.
+    """Return the caption of a moment: names and values, one per line.
 
     Args:
-        force_N: The measured force in the task frame, (3,); None where none was measured.
+        force_N: The measured force in the task frame, (3,); None if it was not measured.
     """
     decision, force, parts = moment.decision, "not measured", "-"
     if force_N is not None:
@@ -162,26 +162,26 @@ def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
 
 
 def title_of(log: TrialLog) -> str:
-    """Return which trial this is."""
+    """Return the title of the trial."""
     start = log.start
     return f"{Path(log.path).stem}: {start.arm}, {'learned policy' if start.policy == 'document' else start.policy}"
 
 
 def outcome_of(log: TrialLog) -> str:
-    """Return the outcome of a trial; empty where the log does not hold it."""
+    """Return the outcome of a trial; empty if the log does not contain it."""
     if log.end is None:
         return ""
     return f"ended: {log.end.error}" if log.end.error else log.end.outcome
 
 
 def notes_of(*, tared: bool, hole_known: bool, world: str, part: str = "hole") -> list[str]:
-    """Return limits of the picture that a viewer must see: what is drawn from assumptions."""
+    """Return notes for the viewer on what is drawn from assumptions."""
     place = f"{part}: where the {world} had it" if hole_known else f"{part}: where it is believed to be"
     return [place] if tared else [place, "force: raw, weight included"]
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
-    """Write lines on a light ground; place as shares of width and height, ``anchor`` as Pillow has it."""
+    """Write lines on a light background; ``place`` in shares of width and height, ``anchor`` as in Pillow."""
     width, height = picture.size
     size_px = max(round(min(height, width * 0.75) / _LINES), _SMALLEST_PX)
     corner, pad, draw = (place[0] * width, place[1] * height), size_px * 0.4, ImageDraw.Draw(picture, "RGBA")

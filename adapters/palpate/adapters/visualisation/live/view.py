@@ -27,28 +27,28 @@ from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, Validity
 from palpate.core.trial import Outcome, TrialReport
 
 PORT: Final = 9876
-"""The port at which Rerun's viewer looks by itself."""
+"""Default port of Rerun's viewer."""
 _MEMORY: Final = "512MB"
-"""What the server keeps for viewers that come late; then it drops the oldest."""
+"""Memory of the server for viewers that connect late; beyond it, the oldest data are dropped."""
 _CLOCK: Final = "run clock"
 _SERIES: Final[dict[str, tuple[str, ...]]] = {
     "wrench": ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm"),
     "tip": ("x_mm", "y_mm", "z_mm"),
     "timing": ("late_ms", "wrench_age_ms"),
 }
-"""Time series: the tared wrench in the sensor's frame; the tip in the task frame; how late a tick began and how old its
-wrench was."""
+"""Time series: the tared wrench in the sensor's frame, the tip in the task frame, the lateness of each tick and the age
+of its wrench."""
 _POSE_TICKS: Final = 5
-"""Ticks between two poses: 28 poses a second."""
+"""Ticks between two poses: 28 poses per second."""
 _FLUSH_TICKS: Final = 14
-"""Time series are sent together, ten times a second."""
+"""Ticks between two transmissions of time series: ten per second."""
 _MEAN_TICKS: Final = 5
 """The force arrow is a mean over this many ticks; the noise of single samples would make it flicker."""
 _MOST_TRIALS: Final = 1000
 _SPHERES_OF_CONTACT: Final = 3
-"""Group of the spheres by which the peg touches: too small to be seen."""
+"""Group of the peg's contact spheres, which are too small to be visible."""
 _M_PER_N: Final = 0.015
-"""Length of the arrow for a force."""
+"""Length of a force arrow per newton."""
 _NO_TARE: Final = Tare((0.0,) * 6, "nothing")
 Row: TypeAlias = tuple[float, ...]
 
@@ -57,7 +57,7 @@ class LiveView(TrialsObserver):
     """Shows trials while they run. A context manager.
 
     Args:
-        stream: What Rerun records.
+        stream: Recording stream of Rerun.
         server: Rerun's server process, which ends with the view.
         address: Where viewers connect.
     """
@@ -72,7 +72,7 @@ class LiveView(TrialsObserver):
         self._events = self._decisions = self._deadline_ns = 0
         self._wrenches: deque[Row] = deque(maxlen=_MEAN_TICKS)
         self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in _SERIES}
-        # The wall clock says nothing about the run.
+        # Wall-clock times have no meaning for the run.
         stream.set_log_time_enabled(False)
         stream.set_log_tick_enabled(False)
         for topic, names in _SERIES.items():
@@ -84,7 +84,7 @@ class LiveView(TrialsObserver):
         """Serve viewers on this computer.
 
         Args:
-            port: Where viewers connect; 0 for Rerun's usual one.
+            port: Port for viewers; 0 for Rerun's default port.
 
         Raises:
             ConfigurationError: The port is taken.
@@ -97,13 +97,13 @@ class LiveView(TrialsObserver):
         except OSError as error:
             accepted = f"a free port ({error.strerror}); --live-port chooses another"
             raise ConfigurationError("live_port", port, accepted) from error
-        # A recording that serves itself listens on every address; Rerun's program takes one.
+        # A recording's own server listens on every address; Rerun's program accepts one address.
         program = next(iter(rerun_cli.__path__)) + "/rerun"
         words = ["--serve-grpc", "--bind", "127.0.0.1", "--port", str(port), "--server-memory-limit", _MEMORY]
         quiet = subprocess.DEVNULL
         server = subprocess.Popen(
             [program, *words], stdin=quiet, stdout=quiet, stderr=quiet, preexec_fn=_end_with_parent,
-            # No usage statistics are sent from machines that test.
+            # With CI set, Rerun sends no usage statistics.
             env={**os.environ, "CI": "1"},
         )  # fmt: skip
         stream, address = rr.RecordingStream("palpate"), f"rerun+http://127.0.0.1:{port}/proxy"
@@ -176,12 +176,12 @@ class LiveView(TrialsObserver):
         self._tell(f"trial is over: {error or ('' if outcome is None else outcome.value)}", serious=error is not None)
         if error is None and outcome not in (None, Outcome.INTERRUPTED):
             self._times_s.append(report.exploration_time_s)
-            # Rerun draws lines over time only: one bar for each trial.
+            # Rerun draws lines only over time, so each trial is a bar.
             self._stream.log("learning_curve", rr.BarChart(self._times_s[-_MOST_TRIALS:]))
         self._report = None
 
     def _follow(self) -> None:
-        """Show what the report holds that is new."""
+        """Show the new entries of the report."""
         report = self._report
         if report is None:
             return
@@ -232,13 +232,13 @@ class LiveView(TrialsObserver):
 
 
 class CellShapes:
-    """What stands where in a cell.
+    """Geometry of a cell.
 
     Attributes:
-        shapes: For each frame its shapes by name.
+        shapes: Shapes of each frame by name.
 
     Raises:
-        LogError: The log does not hold what the cell looked like.
+        LogError: The log does not describe the cell completely.
     """
 
     def __init__(self, log: TrialLog) -> None:
@@ -260,7 +260,7 @@ class CellShapes:
             arrow, base frame, m; and the tip by the encoders, task frame, (3,) in mm.
         """
         cell = self._cell
-        # By the encoders, as everywhere: they do not measure how the gripper is bent.
+        # From the encoders, which do not measure the gripper's deflection.
         cell.pose(replace(moment, force_N=None, torque_Nm=None))
         tip_mm = tuple((self._task_in_base.act(cell.tip_m) * 1e3).tolist())
         cell.pose(moment)
@@ -269,7 +269,7 @@ class CellShapes:
         tip, force = cell.tip_m, cell.force_in_base(moment)
         arrow = None
         if force is not None:
-            # It ends where it acts: beyond, it would run within the peg.
+            # The arrow ends at its point of action; otherwise it would lie within the peg.
             vector = force * _M_PER_N
             arrow = tuple((tip - vector).tolist()), tuple(vector.tolist())
         return frames, arrow, tip_mm
@@ -297,7 +297,7 @@ def _shape(model: mujoco.MjModel, geom: int) -> Any:
 
 
 def _as_log(trials: Trials, report: TrialReport) -> TrialLog:
-    """The log of a trial as far as its cell follows from it."""
+    """Return a log of a trial with the data that describe its cell."""
     ready, world, setup = trials.ready, world_of(trials.rig), report.setup
     start = StartRecord(
         schema=SCHEMA, command="live", config_toml=to_toml(with_options(trials.config)), arm=str(trials.config.arm),
@@ -309,7 +309,7 @@ def _as_log(trials: Trials, report: TrialReport) -> TrialLog:
 
 
 def _layout() -> blueprint.Blueprint:
-    """Which views the viewer shows where."""
+    """Return the arrangement of the viewer's views."""
     return blueprint.Blueprint(
         blueprint.Horizontal(
             blueprint.Vertical(

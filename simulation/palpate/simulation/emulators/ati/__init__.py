@@ -1,4 +1,4 @@
-"""ATI's Net F/T as its box behaves: the RDT stream over UDP and the page with its settings over HTTP."""
+"""Emulation of ATI's Net F/T box: the RDT stream over UDP and the page of settings over HTTP."""
 
 import lazy_loader
 

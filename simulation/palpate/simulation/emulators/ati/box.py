@@ -18,15 +18,15 @@ _LOOK_S: Final = 0.02
 
 
 class EmulatedBox:
-    """The box: takes requests, gives records at its own times; uses neither sockets nor a clock.
+    """The box: receives requests and sends records at its own rate; uses neither sockets nor a clock.
 
     Args:
         wrench: Force and torque on the transducer at a time in ns, (6,), in the box's units.
-        rate_Hz: Records a second, at most 7000.
+        rate_Hz: Records per second, at most 7000.
 
     Attributes:
         status: Status word of the records.
-        network: The datagrams that arrive; set it to lose, repeat or reorder some.
+        network: Filter of outgoing datagrams; set it to lose, repeat or reorder some.
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], rate_Hz: int = 1000) -> None:
@@ -42,11 +42,11 @@ class EmulatedBox:
             self._wanted = int.from_bytes(request[4:])
 
     def next_event_ns(self) -> int:
-        """Time of the next datagram; far off without one."""
+        """Return the time of the next datagram; a distant time if there is none."""
         return self._begin_ns + (self._sent + 1) * _NS // self._rate_Hz if self.streams else 1 << 62
 
     def step(self, now_ns: int) -> list[bytes]:
-        """The datagrams that are due."""
+        """Return the datagrams that are due."""
         datagrams = []
         while self.next_event_ns() <= now_ns:
             datagrams.append(self._record())
@@ -54,7 +54,7 @@ class EmulatedBox:
         return self.network(datagrams)
 
     def page(self) -> bytes:
-        """The page of its settings, ``/netftapi2.xml``."""
+        """Return the page of settings, ``/netftapi2.xml``."""
         fields = {
             "runrate": _INTERNAL_HZ, "cfgcalsn": "FT00000", "scfgfu": "N", "scfgtu": "Nm",
             "cfgcpf": _COUNTS_PER_UNIT, "cfgcpt": _COUNTS_PER_UNIT, "cfgmr": "330;330;990;30;30;30",
@@ -104,7 +104,7 @@ class NetFtServer:
         while not self._ended.is_set():
             wait_s = (self._box.next_event_ns() - self._clock_ns()) * 1e-9
             ready, _, _ = select.select([self._rdt, self._web], [], [], max(0.0, min(wait_s, _LOOK_S)))
-            # A client that is gone shows as an error of the next call; the box continues.
+            # A client that has gone causes an error in the next call; the box continues.
             with suppress(OSError):
                 if self._web in ready:
                     self._answer()

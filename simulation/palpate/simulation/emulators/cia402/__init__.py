@@ -1,4 +1,4 @@
-"""CiA 402 drives, seen from the wire."""
+"""Emulation of CiA 402 drives on the bus."""
 
 import lazy_loader
 

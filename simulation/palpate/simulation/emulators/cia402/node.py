@@ -1,9 +1,9 @@
 """An emulated CiA 402 servo drive as a node on a CAN bus: NMT, heartbeat, SDO, PDO, EMCY, and a motor.
 
-It stands for a modern refit: there is no evidence that any Zebra Zero had such drives.
+It represents a modern refit: there is no evidence that any Zebra Zero had such drives.
 
 Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection set). Process data are the first RPDO,
-which acts at the next SYNC, and the first TPDO, which is sent at each; the others can be switched off.
+which takes effect at the next SYNC, and the first TPDO, which is sent at each SYNC; other PDOs can be switched off.
 """
 
 import enum
@@ -49,10 +49,10 @@ class CanopenDrive(CanNode):
 
     Args:
         node: Node number, 1 to 127.
-        axis: Which of the motors is this drive's.
+        axis: Index of the motor of this drive.
 
     Attributes:
-        outgoing: The frames that leave the drive; set it to lose, keep, change or repeat some.
+        outgoing: Filter of outgoing frames; set it to lose, keep, change or repeat some.
     """
 
     def __init__(self, node: int, motors: JointPlant, axis: int) -> None:
@@ -79,7 +79,7 @@ class CanopenDrive(CanNode):
         return self._flush()
 
     def reset(self) -> None:
-        """Lose the supply for a moment: everything is forgotten, a boot-up message follows."""
+        """Interrupt the supply: the state is lost, and a boot-up message follows."""
         self._power_up(self._now_ns or 0)
 
     def fail(self, code: int, vendor: bytes = b"") -> None:
@@ -88,7 +88,7 @@ class CanopenDrive(CanNode):
         self.emergency(code, vendor)
 
     def emergency(self, code: int, vendor: bytes = b"") -> None:
-        """Send an EMCY message only; code 0 is for no fault any more."""
+        """Send only an EMCY message; code 0 reports that the fault has ended."""
         self.objects[0x1001] = int(code & 0xFF00 != 0)
         self._send(0x080 + self.node, _EMCY.pack(code, self.objects[0x1001], vendor))
 
@@ -106,7 +106,7 @@ class CanopenDrive(CanNode):
         self._choose_concerns()
 
     def _choose_concerns(self) -> None:
-        # A bus of six drives carries mostly frames for the other five, and each would cost a step of the servo.
+        # With six drives most frames are for the other five, and each would cost a step of the servo.
         host = 0x700 + (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) >> 16 & 0x7F)
         rpdo = self.objects.sub(od.RPDO_SETTINGS, 1)
         self._concerns = frozenset((0x000, _SYNC, 0x600 + self.node, host, rpdo))
@@ -135,13 +135,13 @@ class CanopenDrive(CanNode):
                 self.fail(EMCY_FOLLOWING_ERROR)
 
     def _show(self) -> None:
-        """Bring up to date what is read only where a frame comes in: status and position."""
+        """Update status and position, which are read only when a frame arrives."""
         self.objects[od.STATUSWORD] = self.machine.statusword
         self.objects[od.POSITION] = self._servo.measured
 
     def _fault(self) -> None:
         if self.machine.state not in POWERED:
-            # There is nothing to slow down; what counts is where the motor is now.
+            # The motor already stands, so the target is its present position.
             self._servo.engage()
         self.machine.fail()
 
@@ -223,7 +223,7 @@ class CanopenDrive(CanNode):
             self._servo.retarget()
 
     def send_message(self, can_id: int, data: bytes) -> None:
-        """Take what the SDO server answers; the name is canopen's."""
+        """Send an answer of the SDO server; the name is canopen's."""
         self._send(can_id, bytes(data))
 
     def _send(self, identifier: int, data: bytes) -> None:

@@ -1,7 +1,7 @@
-"""The object dictionary of an emulated drive: sizes, access, defaults, and the abort codes for what it refuses.
+"""The object dictionary of an emulated drive: sizes, access, defaults, and abort codes of refused accesses.
 
-Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above). Transfers are those
-of ``canopen.sdo.SdoServer``, to which the dictionary is a node.
+Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above). Transfers are made by
+``canopen.sdo.SdoServer``, for which the dictionary acts as a node.
 """
 
 from collections.abc import Callable
@@ -47,10 +47,10 @@ _OFFERS_CSP: Final = 1 << 7
 
 @dataclass(slots=True)
 class Entry:
-    """One object: value and what may be done with it.
+    """One object: its value and access.
 
     Attributes:
-        signed: Two's complement.
+        signed: Whether the value is in two's complement.
     """
 
     value: int
@@ -60,11 +60,11 @@ class Entry:
     mappable: bool = False
 
     def encode(self) -> bytes:
-        """Its bytes on the wire."""
+        """Return the value as bytes on the bus."""
         return self.value.to_bytes(self.size, "little", signed=self.signed)
 
     def decode(self, data: bytes) -> None:
-        """Take over bytes from the wire."""
+        """Set the value from bytes on the bus."""
         self.value = int.from_bytes(data, "little", signed=self.signed)
 
 
@@ -106,7 +106,7 @@ class ObjectDictionary:
             (0x6502, 0): Entry(_OFFERS_CSP, 4),
         }
         for pdo in range(_PDOS):
-            # Switched on after power-up, as many makers do.
+            # Switched on after power-up, as by many manufacturers.
             self._add_pdo(RPDO_SETTINGS + pdo, 0x200 + 0x100 * pdo + node)
             self._add_pdo(TPDO_SETTINGS + pdo, 0x180 + 0x100 * pdo + node)
         for mapping, mapped in ((RPDO_MAPPING, CONTROLWORD), (TPDO_MAPPING, STATUSWORD)):
@@ -121,11 +121,11 @@ class ObjectDictionary:
         self._entries[index, 0].value = value
 
     def sub(self, index: int, subindex: int) -> int:
-        """Value of a sub-index."""
+        """Return the value of a sub-index."""
         return self._entries[index, subindex].value
 
     def entry(self, index: int, subindex: int) -> Entry:
-        """An object."""
+        """Return an object."""
         found = self._entries.get((index, subindex))
         if found is None:
             known = any(i == index for i, _ in self._entries)
@@ -154,7 +154,7 @@ class ObjectDictionary:
         self._written(index)
 
     def mapped(self, mapping_index: int) -> list[Entry]:
-        """The objects that a PDO holds, in order."""
+        """Return the objects that are mapped into a PDO, in order."""
         words = [self.sub(mapping_index, sub) for sub in range(1, self.sub(mapping_index, 0) + 1)]
         return [self._entries[word >> 16, word >> 8 & 0xFF] for word in words]
 

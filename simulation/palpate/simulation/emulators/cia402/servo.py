@@ -1,4 +1,4 @@
-"""The inside of an emulated CiA 402 drive: its state machine, and the servo that moves the motor."""
+"""State machine and servo of an emulated CiA 402 drive."""
 
 import enum
 from math import copysign
@@ -17,7 +17,7 @@ from palpate.simulation.emulators.motors import JointPlant
 
 
 class PowerState(enum.Enum):
-    """The eight states, each with its bits of the statusword."""
+    """The eight states with their bits of the statusword."""
 
     NOT_READY = 0b0000_0000
     SWITCH_ON_DISABLED = 0b0100_0000
@@ -44,7 +44,7 @@ POWERED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_RE
 
 
 class PowerMachine:
-    """One drive's state machine."""
+    """State machine of one drive."""
 
     def __init__(self) -> None:
         self.state = PowerState.NOT_READY
@@ -52,7 +52,7 @@ class PowerMachine:
 
     @property
     def statusword(self) -> int:
-        """Object 0x6041, with the bits besides the state as a real drive sets them."""
+        """Object 0x6041, including the bits outside the state as a real drive sets them."""
         word = self.state.value | _REMOTE
         if self.state not in (PowerState.NOT_READY, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT):
             word |= _VOLTAGE_ENABLED
@@ -61,12 +61,12 @@ class PowerMachine:
         return word
 
     def wake(self) -> None:
-        """Self-test passed."""
+        """Complete the self-test."""
         if self.state is PowerState.NOT_READY:
             self.state = PowerState.SWITCH_ON_DISABLED
 
     def apply(self, controlword: int) -> None:
-        """Act on a controlword (object 0x6040)."""
+        """Execute a controlword (object 0x6040)."""
         rising = controlword & ~self._previous
         self._previous = controlword
         if self.state is PowerState.FAULT:
@@ -76,15 +76,15 @@ class PowerMachine:
             self._power(controlword)
 
     def fail(self) -> None:
-        """A fault appears."""
+        """Report a fault."""
         if self.state is not PowerState.FAULT:
             self.state = PowerState.FAULT_REACTION
 
     def stopped(self, *, stay: bool) -> None:
-        """The motor has come to rest during a quick stop or a fault reaction.
+        """Complete a quick stop or a fault reaction, when the motor has come to rest.
 
         Args:
-            stay: Stay under torque in quick stop (option code 5 to 8 of object 0x605A).
+            stay: Whether the motor keeps torque in quick stop (option code 5 to 8 of object 0x605A).
         """
         if self.state is PowerState.FAULT_REACTION:
             self.state = PowerState.FAULT
@@ -106,7 +106,7 @@ class PowerMachine:
         elif not word & _SWITCH_ON:
             self.state = PowerState.READY
         elif word & _ENABLE_OPERATION:
-            # From ready this is two transitions in one word, which the standard allows.
+            # From ready, these are two transitions in one word, which the standard allows.
             self.state = PowerState.ENABLED
         else:
             self.state = PowerState.SWITCHED_ON
@@ -119,8 +119,8 @@ _NO_WINDOW: Final = 0xFFFF_FFFF
 class DriveServo:
     """Position demand of one axis over time.
 
-    A new target is approached in a straight line over the interpolation period (object 0x60C2), as drives do. A quick
-    stop decelerates from the speed of that moment. In no mode at all the demand stays.
+    The demand moves linearly to a new target over the interpolation period (object 0x60C2), as in real drives. A quick
+    stop decelerates from the present speed. Without a mode of operation the demand stays.
     """
 
     def __init__(self, motors: JointPlant, axis: int, objects: ObjectDictionary) -> None:
@@ -131,28 +131,28 @@ class DriveServo:
 
     @property
     def at_rest(self) -> bool:
-        """Whether a stop has done its work."""
+        """Whether a stop has been completed."""
         return self._speed == 0.0
 
     @property
     def measured(self) -> int:
-        """Reading of the encoder."""
+        """Return the reading of the encoder."""
         return self._motors.motor_counts(self._axis)
 
     @property
     def following_error(self) -> bool:
-        """Whether the motor has fallen too far behind."""
+        """Return whether the motor lags too far behind the demand."""
         window = self._objects[FOLLOWING_ERROR_WINDOW]
         watched = self._objects[MODE] == CSP and window != _NO_WINDOW
         return watched and abs(self._demand - self.measured) > window
 
     def engage(self) -> None:
-        """Torque comes on: hold where the motor is, until the next target."""
+        """Switch the torque on, and hold the present position until the next target."""
         self._demand = self._goal = float(self.measured)
         self._speed = 0.0
 
     def retarget(self) -> None:
-        """A SYNC: take the newest target over."""
+        """Apply the latest target, at a SYNC."""
         if self._objects[MODE] != CSP:
             self._goal, self._speed = self._demand, 0.0
             return
@@ -163,7 +163,7 @@ class DriveServo:
             self._demand = self._goal
 
     def advance(self, elapsed_ns: int, *, stopping: bool) -> None:
-        """Let the demand go on, and pass it to the motor."""
+        """Advance the demand, and pass it to the motor."""
         elapsed_s = elapsed_ns * _NS
         if stopping:
             self._slow_down(elapsed_s)

@@ -1,4 +1,4 @@
-"""The JR3 board, seen from the wire."""
+"""Emulation of the JR3 board on the bus."""
 
 import lazy_loader
 

@@ -8,7 +8,7 @@ from palpate.simulation.emulators.jr3.node import BOOT_NS, Jr3Node, Notice, Samp
 from palpate.simulation.emulators.lines import BusFrame
 
 POLL_ns = 1_000_000
-"""Pause of the main loop, which looks for commands in between. FACT: jr3-mbed-firmware-can main.cpp."""
+"""Pause of the main loop between two checks for commands. FACT: jr3-mbed-firmware-can main.cpp."""
 
 _QUEUE_FRAMES = 32
 _NODE_BITS = 0x7F
@@ -29,10 +29,10 @@ class CanOperation(IntEnum):
 
 
 class Jr3CanNode:
-    """A `CanNode` that behaves like the CAN firmware, as far as a host that streams needs it: no SYNC, RESET or ZERO.
+    """A `CanNode` with the functions of the CAN firmware that a streaming host needs, without SYNC, RESET and ZERO.
 
-    Commands wait in a queue of 32 for the main loop, which looks every millisecond, so an acknowledgement never comes
-    out of `feed` for its own command but up to a millisecond later. More than 32 waiting push out the oldest
+    Commands wait in a queue of 32 for the main loop, which reads it every millisecond. Therefore `feed` never returns
+    the acknowledgement of its own command, which follows up to a millisecond later. A full queue drops the oldest command
     (INFERENCE: circular buffer of Mbed OS).
 
     Raises:
@@ -48,20 +48,20 @@ class Jr3CanNode:
         self._next_poll_ns: int | None = None
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Hear a frame of the bus; one with this node's number is queued."""
+        """Receive a frame of the bus; a frame with this node's number is queued."""
         frames = self.advance(now_ns)
         if self.firmware.serving and arbitration_id & _NODE_BITS == self.node_id:
             self._commands.append((arbitration_id & ~_NODE_BITS, data))
         return frames
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Let time pass and return what the node put on the bus meanwhile."""
+        """Advance the time and return the frames that the node sent meanwhile."""
         if self._next_poll_ns is None:
             self._next_poll_ns = now_ns + POLL_ns
         frames: list[BusFrame] = []
         while self._next_poll_ns <= now_ns:
             if not self._commands:
-                # Passes of the loop that find nothing to do leave no trace.
+                # Passes of the loop without commands have no effect.
                 self._next_poll_ns += ((now_ns - self._next_poll_ns) // POLL_ns + 1) * POLL_ns
                 break
             frames += self._run_until(self._next_poll_ns)
@@ -71,7 +71,7 @@ class Jr3CanNode:
         return [] if self.firmware.silent else frames
 
     def reboot(self, now_ns: int) -> None:
-        """Cut the power for a moment; BOOTUP follows after the boot time."""
+        """Interrupt the power; BOOTUP follows after the boot time."""
         self._commands.clear()
         self.firmware.reboot(now_ns)
 

@@ -1,4 +1,4 @@
-"""The firmware of a JR3 force/torque node, without its wire."""
+"""The firmware of a JR3 force/torque node, without its bus."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from palpate.simulation.emulators.jr3.sensor import (
 )
 
 WrenchSource = Callable[[int], Iterable[float]]
-"""Gives the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
+"""Returns the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
 
 _COUNTER_MODULUS = 65536
 _FRESH_WORDS = (0xA5A5,) * 6
 BOOT_NS = 2_033_000_000
-"""From power to the end of the calibration's reading. FACT: jr3-mbed-firmware-can main.cpp, 2 s; CALC: 256 bytes, one
-in each acquisition."""
+"""Time from power-up until the calibration has been read. FACT: jr3-mbed-firmware-can main.cpp, 2 s; CALC: 256 bytes,
+one per acquisition."""
 
 
 def unsigned(data: bytes, offset: int, size: int) -> int:
-    """Little-endian number, or 0 where the payload is too short. FACT: jr3-mbed-firmware-can main.cpp."""
+    """Return a little-endian number; 0 if the payload is too short. FACT: jr3-mbed-firmware-can main.cpp."""
     return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
 
 
@@ -37,14 +37,14 @@ class BoardState(IntEnum):
 
 
 class Notice(Enum):
-    """What the firmware reports besides samples."""
+    """Reports of the firmware other than samples."""
 
     BOOTED = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One reading as it goes on the wire.
+    """One reading as sent on the bus.
 
     Attributes:
         counts: Six signed 16-bit counts; 16384 is one full scale.
@@ -56,17 +56,17 @@ class Sample:
 
 
 class Jr3Node:
-    """Sampling, filtering and streaming, driven by the time it is told.
+    """Sampling, filtering and streaming, driven by the times of its calls.
 
-    The first time it is given is the time of power-up. The input is taken once a step and held for all acquisitions
-    since the step before, so a load that changes quickly needs short steps.
+    The first time is that of power-up. The input is read once per step and held for all acquisitions since the previous
+    step, so a load that changes quickly needs short steps.
 
     Attributes:
-        silent: Whether nothing that the node sends reaches the wire.
+        silent: Whether the node's messages do not reach the bus.
         connected: Whether the sensor is plugged into the board. Without it acquisitions stop and streams repeat
             themselves (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp).
-        serving: Whether the board has booted; before that it loses what it is sent.
-        state: What it says of its sensor.
+        serving: Whether the board has booted; before that it loses received commands.
+        state: Reported state of the sensor.
     """
 
     def __init__(self, wrench: WrenchSource, boot_ns: int = BOOT_NS) -> None:
@@ -89,12 +89,12 @@ class Jr3Node:
         self._period_ns = 0
 
     def reboot(self, now_ns: int) -> None:
-        """Cut the power for a moment: everything is forgotten and the boot sequence begins."""
+        """Interrupt the power: the state is lost, and the boot sequence begins."""
         self._power_down()
         self._booted_ns = now_ns + self._boot_ns
 
     def advance(self, now_ns: int) -> list[Sample | Notice]:
-        """Let time pass; samples of the asynchronous stream and notices, in the order in which they came."""
+        """Advance the time; return samples of the asynchronous stream and notices in order of time."""
         if self._booted_ns is None:
             self.reboot(now_ns)
         happened: list[Sample | Notice] = []
@@ -124,9 +124,9 @@ class Jr3Node:
         return Sample(tuple(min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts), self._counter)
 
     def start(self, cut_off_cHz: int, now_ns: int, period_us: int) -> None:
-        """Start sampling, or retune it if it runs; nothing happens unless the node is ready.
+        """Start sampling, or change its settings if it runs; without effect unless the node is ready.
 
-        A start after a stop has a filter at zero (FACT: it is local to the sampling thread, jr3-mbed-firmware
+        A start after a stop begins with the filter at zero (FACT: it is local to the sampling thread, jr3-mbed-firmware
         Jr3Controller.cpp). While sampling, only cut-off and period change (INFERENCE, same source).
         The first sample of a stream comes one acquisition after the start (assumed).
 
@@ -152,7 +152,7 @@ class Jr3Node:
     def full_scale_words(self) -> tuple[int, ...]:
         """Six unsigned 16-bit words of a full-scale answer.
 
-        FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready leaves the buffer as it was, so the words are
-        whatever was in it before; what a fresh buffer holds is assumed.
+        FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
+        previous content. The content of a fresh buffer is assumed.
         """
         return WRIST_FULL_SCALES if self.state is BoardState.READY else _FRESH_WORDS

@@ -1,24 +1,24 @@
-"""The emulated JR3 sensor: full scales and times, and the low-pass filter of its firmware."""
+"""The emulated JR3 sensor: full scales, times, and the low-pass filter of its firmware."""
 
 import math
 from collections.abc import Iterable
 from typing import Final
 
 FULL_SCALE_COUNTS = 16384
-"""Counts of a load of one full scale. FACT: comedi jr3_pci.h."""
+"""Counts at full scale. FACT: comedi jr3_pci.h."""
 
 LARGEST_COUNTS = 32767
-"""Where the signed 16-bit reading saturates, about two full scales. FACT: comedi jr3_pci.h."""
+"""Saturation of the signed 16-bit reading, at about two full scales. FACT: comedi jr3_pci.h."""
 
 WRIST_FULL_SCALES = (115, 111, 185, 56, 52, 61)
 """Fx, Fy, Fz in N and Mx, My, Mz in 0.1 N m. FACT: example of jr3-mbed-firmware-can can-plotter.py."""
 
 SHORTEST_PERIOD_ns = 222_000
-"""Fastest the wire carries samples, ns; a shorter period asked for is stretched to it. CALC: two CAN frames of 111 bits
+"""Shortest period of samples on the bus; shorter requested periods are raised to it. CALC: two CAN frames of 111 bits
 at 1 Mbit/s."""
 
 ACQUISITION_PERIOD_ns = 128_500
-"""Time between complete six-axis acquisitions: 128.5 us, 7782 a second. FACT: jr3-mbed-firmware Jr3Controller."""
+"""Time between complete six-axis acquisitions: 128.5 us, 7782 per second. FACT: jr3-mbed-firmware Jr3Controller."""
 
 UNFILTERED = 0
 """Cut-off that switches the filter off. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
@@ -29,7 +29,7 @@ _MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)
 
 
 def counts_of(wrench: Iterable[float]) -> list[float]:
-    """Turn a true wrench into six saturated counts along the sensor's axes, not rounded.
+    """Return the six counts of a true wrench along the sensor's axes, saturated but not rounded.
 
     Args:
         wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, in right-handed axes.
@@ -40,7 +40,7 @@ def counts_of(wrench: Iterable[float]) -> list[float]:
 
 
 def smoothing_factor(cut_off_cHz: int) -> float:
-    """Weight of a new acquisition for a cut-off frequency, above 0 and at most 1.
+    """Return the weight of a new acquisition for a cut-off frequency, above 0 and at most 1.
 
     FACT (jr3-mbed-firmware Jr3Controller.cpp): Ts / (Ts + 1 / (2 pi fc)), and 1 without a filter.
     """
@@ -51,7 +51,7 @@ def smoothing_factor(cut_off_cHz: int) -> float:
 
 
 def smoothed(value: Iterable[float], counts: Iterable[float], alpha: float, acquisitions: int) -> list[float]:
-    """State of the exponential moving average after it has taken the same input a number of times.
+    """Return the state of the exponential moving average after a number of equal inputs.
 
     CALC: after k acquisitions of x the state y has become x + (y - x) (1 - alpha)^k.
     """

@@ -1,4 +1,4 @@
-"""Pseudo-terminals, slcan adapters and virtual CAN, with line timing and fault knobs."""
+"""Pseudo-terminals, slcan adapters and virtual CAN, with line timing and fault injection."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""An emulated CAN bus: its frames and nodes. Frames take no time and reach everybody in the order they were sent."""
+"""An emulated CAN bus with its frames and nodes. Frames take no time and reach all nodes in the order of sending."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -22,26 +22,26 @@ class BusFrame:
 class CanNode(Protocol):
     """A device on the bus, without any input or output of its own.
 
-    Both methods receive the time of the bus in nanoseconds, which never runs backwards, and return
-    the frames the device puts on the bus, in order. A node never reads a clock.
+    Both methods receive the bus time in nanoseconds, which never decreases, and return the frames that the device
+    sends, in order. A node never reads a clock.
     """
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Hand the node one frame seen on the bus and return what it answers at once."""
+        """Pass one frame of the bus to the node and return its immediate answers."""
         ...
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Let time pass until ``now_ns`` and return what the node sent of its own accord."""
+        """Advance the time to ``now_ns`` and return the frames that the node sent unprompted."""
         ...
 
 
 class EmulatedCanBus:
     """A bus with emulated nodes and one host, without any input or output of its own.
 
-    A frame is received by all but its sender. There is neither arbitration nor a limit to what the bus carries.
+    All participants but the sender receive a frame. There is no arbitration and no limit of the load.
 
     Args:
-        bit_rate_Hz: Rate that a host has to set to hear anything.
+        bit_rate_Hz: Bit rate that a host must set to communicate.
     """
 
     def __init__(self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = 1_000_000) -> None:
@@ -50,14 +50,14 @@ class EmulatedCanBus:
         self._sent: deque[tuple[CanNode | None, BusFrame]] = deque()
 
     def send(self, frame: BusFrame) -> None:
-        """Take a frame of the host; it reaches the nodes when time goes on."""
+        """Accept a frame of the host; it reaches the nodes at the next advance of time."""
         self._sent.append((None, frame))
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Let time pass; frames that the host receives, in order.
+        """Advance the time and return the frames that the host receives, in order.
 
         Args:
-            now_ns: Time to go to, ns; never before an earlier one.
+            now_ns: New time, ns; never before an earlier one.
         """
         for node in self._nodes:
             self._sent += [(node, frame) for frame in node.advance(now_ns)]

@@ -25,7 +25,8 @@ _TERMIOS2: Final = struct.Struct("=40xI")
 class PtyLine:
     """A raw pseudo-terminal; the device has the master, the host opens the slave's path.
 
-    The slave is kept open here too: a master whose slave is not open cannot be read, and a host may come and go.
+    The server also keeps the slave open, because a master without an open slave cannot be read, and hosts may connect
+    and disconnect.
     """
 
     def __init__(self, baud: int = 38400) -> None:
@@ -38,19 +39,19 @@ class PtyLine:
         self.path = os.ttyname(self._slave)
 
     def host_baud(self) -> int:
-        """Rate that the host has set; also one without a name in ``termios``, as 250000."""
+        """Return the rate set by the host, including rates without a name in ``termios`` such as 250000."""
         (baud,) = _TERMIOS2.unpack(fcntl.ioctl(self._slave, _TCGETS2, bytes(_TERMIOS2.size)))
         return int(baud)
 
     def read(self, size: int) -> bytes:
-        """What the host has written; nothing if nothing is there."""
+        """Return the bytes that the host has written, if any."""
         try:
             return os.read(self.master, size)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes | bytearray) -> int:
-        """Hand bytes to the host; returns how many its buffer has taken."""
+        """Pass bytes to the host and return the number that its buffer accepted."""
         try:
             return os.write(self.master, data)
         except BlockingIOError:
@@ -65,17 +66,17 @@ class PtyLine:
 _NS: Final = 1_000_000_000
 _READ_SIZE: Final = 4096
 _BACKLOG_BYTES: Final = 16_384
-"""What is kept for a host that does not read; what comes later is lost, as in a UART without handshake. assumed."""
-_WAKES_LATE_NS: Final = 60_000  # an ordinary kernel ends a sleep about that much late
+"""Buffer for a host that does not read; further bytes are lost, as in a UART without handshake (assumed)."""
+_WAKES_LATE_NS: Final = 60_000  # usual delay of a wake-up on an ordinary kernel
 
 
 class PtyServer(Generic[Emulator]):
-    """A thread that connects an emulator to a pseudo-terminal. A context manager: inside, it is plugged in.
+    """A thread that connects an emulator to a pseudo-terminal. A context manager, within which it is plugged in.
 
-    Others act on the device within `exclusive()`.
+    Other threads access the device within `exclusive()`.
 
     Args:
-        paced: Whether bytes take their time on the line.
+        paced: Whether bytes take time on the line.
     """
 
     def __init__(
@@ -90,7 +91,7 @@ class PtyServer(Generic[Emulator]):
 
     @property
     def path(self) -> str:
-        """What the host opens. OSError while unplugged."""
+        """Path that the host opens; raises OSError while unplugged."""
         if self._line is None:
             raise OSError("the emulated port is not plugged in")
         return self._line.path
@@ -108,12 +109,12 @@ class PtyServer(Generic[Emulator]):
 
     @contextmanager
     def exclusive(self) -> Iterator[Emulator]:
-        """The emulator, while the server's thread keeps its hands off it."""
+        """Yield the emulator, which the server's thread does not access meanwhile."""
         with self._lock:
             yield self._serial.emulator
 
     def unplug(self) -> None:
-        """Pull the adapter: the host gets a hang-up, the device keeps its power. Harmless if unplugged."""
+        """Unplug the adapter: the host sees a hang-up, the device keeps its power. Without effect if unplugged."""
         with self._lock:
             line, self._line = self._line, None
             self._serial.disconnect()
@@ -129,7 +130,7 @@ class PtyServer(Generic[Emulator]):
                 fds = [] if self._line is None else [self._line.master]
                 timeout_s = max(0, self._serial.next_event_ns() - self._clock_ns() - _WAKES_LATE_NS) / _NS
             try:
-                # The next event is a millisecond away at most: a terminal that is closed meanwhile lives no longer.
+                # The next event is at most a millisecond away, so a terminal that is closed meanwhile ends by then.
                 ready, _, _ = select.select(fds, [], [], timeout_s)
             except OSError:
                 continue  # the terminal was closed between the lock and the call
@@ -139,6 +140,6 @@ class PtyServer(Generic[Emulator]):
                     self._serial.receive(self._line.read(_READ_SIZE), self._clock_ns())
 
     def _write(self) -> None:
-        # A full terminal takes nothing or a part; the rest waits for its turn.
+        # A full terminal accepts some bytes or none; the rest is sent later.
         if self._backlog and self._line is not None:
             del self._backlog[: self._line.write(self._backlog)]

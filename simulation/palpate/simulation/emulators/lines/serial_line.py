@@ -1,4 +1,4 @@
-"""A serial line between a host and an emulated device: the time of bytes, and the effect of a wrong rate."""
+"""A serial line between a host and an emulated device: byte timing, and the effect of a wrong rate."""
 
 from collections import deque
 from collections.abc import Callable
@@ -12,34 +12,34 @@ _RX_GRAIN_NS: Final = 500_000
 _LONGEST_BYTE: Final = 12  # a slow byte covers no more fast ones than 230400 baud has in one of 19200
 _POLL_NS: Final = 1_000_000
 """Longest time between two calls of `advance`."""
-_RATE_TOLERANCE: Final = 0.04  # half a bit over ten is 5 %, and both ends have their share (assumed)
+_RATE_TOLERANCE: Final = 0.04  # half a bit in ten is 5 %, shared by both ends (assumed)
 
 
 class SerialEmulator(Protocol):
-    """A device at the byte level. It reads no clock: time only comes as `now_ns`.
+    """A device at the byte level. It reads no clock: times are given as `now_ns`.
 
-    `now_ns` never goes back by more than the grain of the line's wake-ups; an emulator ignores time that does.
+    `now_ns` never decreases by more than the period of the line's wake-ups; an emulator ignores a decrease.
     """
 
     @property
     def baud(self) -> int:
-        """Line rate at which the device sends and receives now, 8N1."""
+        """Present line rate of the device, 8N1."""
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Take bytes from the host, the last of which has arrived at `now_ns`; returns what the device answers."""
+        """Receive bytes from the host, the last of which arrived at `now_ns`, and return the device's answer."""
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time go on; returns what the device sends by itself."""
+        """Advance the time and return the bytes that the device sends unprompted."""
 
 
 Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
 class SerialLine(Generic[Emulator]):
-    """The line, without any input, output or clock of its own. The device keeps its power while no host is there.
+    """The line, without any input, output or clock of its own. The device keeps its power without a host.
 
     Args:
-        paced: Whether bytes take their time (10 bits each at the device's rate); else everything is at once.
+        paced: Whether bytes take time (10 bits each at the device's rate); otherwise they are immediate.
     """
 
     def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
@@ -52,28 +52,28 @@ class SerialLine(Generic[Emulator]):
         self._rx_clear_ns = self._tx_clear_ns = self._polled_ns = 0
 
     def connect(self, host_baud: Callable[[], int], now_ns: int) -> None:
-        """A host is there; its end has the rate that `host_baud` gives."""
+        """Connect a host, whose line rate `host_baud` returns."""
         self._host_baud = host_baud
         self._rx_clear_ns = self._tx_clear_ns = now_ns
 
     def disconnect(self) -> None:
-        """The host is gone; bytes under way are lost."""
+        """Disconnect the host; bytes on the line are lost."""
         self._host_baud = None
         self._rx.clear()
         self._tx.clear()
 
     def next_event_ns(self) -> int:
-        """When `step` has something to do: the poll, the next delivery, or received bytes that are through the line."""
+        """Return the time of the next event for `step`: the poll, the next delivery, or complete received bytes."""
         due_ns = self._polled_ns + _POLL_NS
         if self._tx:
             due_ns = min(due_ns, self._tx[0][0])
         if self._rx:
-            # A wake-up for each byte would cost more than it is worth: take them in grains.
+            # A wake-up for each byte would be too costly, so bytes are handled in groups.
             due_ns = min(due_ns, max(self._rx[0][0], min(self._rx[-1][0], self._rx[0][0] + _RX_GRAIN_NS)))
         return due_ns
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Take what the host has written and let each byte pass the line in its time."""
+        """Accept bytes from the host and time the passage of each over the line."""
         if not data or self._host_baud is None:
             return
         baud, host_baud = self.emulator.baud, self._host_baud()
@@ -89,11 +89,11 @@ class SerialLine(Generic[Emulator]):
         self._rx_clear_ns = at_ns
 
     def step(self, now_ns: int) -> list[bytes]:
-        """Everything that is due now: bytes in, time passing in the device; returns what the host gets."""
+        """Deliver all bytes that are due, advance the device, and return the bytes for the host."""
         while self._rx and self._rx[0][0] <= now_ns:
             at_ns, data = self._rx.popleft()
             baud = self.emulator.baud
-            # A reply to a change of the rate still goes out at the old one.
+            # The reply to a change of the rate is still sent at the old rate.
             self._send(self.emulator.feed(data, at_ns), at_ns, baud)
         if data := self.emulator.advance(now_ns):
             self._send(data, now_ns, self.emulator.baud)
@@ -104,7 +104,7 @@ class SerialLine(Generic[Emulator]):
         return arrived
 
     def _send(self, reply: bytes, start_ns: int, baud: int) -> None:
-        """Put bytes on the line to the host; they become readable when the last of them has arrived."""
+        """Send bytes to the host; they become readable when the last has arrived."""
         if not reply or self._host_baud is None:
             return
         host_baud = self._host_baud()
@@ -114,7 +114,7 @@ class SerialLine(Generic[Emulator]):
         self._tx.append((self._tx_clear_ns, data))
 
     def _garbage(self, data: bytes, stretch: float) -> bytes:
-        """What a receiver at another line rate makes of bytes: others, and about `stretch` times as many."""
+        """Return what a receiver at another line rate reads: other bytes, about `stretch` times as many."""
         return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
 

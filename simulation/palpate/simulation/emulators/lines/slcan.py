@@ -18,14 +18,14 @@ _FRAME: Final = re.compile(rb"t([0-7][0-9a-fA-F]{2})([0-8])((?:[0-9a-fA-F]{2})*)
 class SlcanAdapter:
     """The adapter, a ``SerialEmulator``.
 
-    It knows what hosts need: S sets the bit rate, O opens, C closes, t sends a frame. Extended and remote frames are
-    refused: no emulated node reacts to one. An empty line is passed over in silence (assumed; python-can sends one
-    while it sets the bit rate). An adapter that is set to another bit rate than the bus exchanges nothing with it.
+    It supports the commands that hosts need: S sets the bit rate, O opens, C closes, t sends a frame. Extended and
+    remote frames are refused, because no emulated node reacts to them. An empty line is ignored (assumed; python-can sends one
+    while it sets the bit rate). An adapter whose bit rate differs from that of the bus exchanges no frames.
 
     Attributes:
-        baud: Without meaning on USB; what python-can sets by default.
-        is_open: Whether the channel is.
-        bit_rate_Hz: What the host has set; None before.
+        baud: Default of python-can, without meaning on USB.
+        is_open: Whether the channel is open.
+        bit_rate_Hz: Bit rate set by the host; None before.
     """
 
     baud: Final = 115_200
@@ -36,13 +36,13 @@ class SlcanAdapter:
         self._line = b""
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Take bytes from the host; gives the answer, and the frames that follow from them at once."""
+        """Receive bytes from the host and return the answer and the frames that follow immediately."""
         *lines, rest = (self._line + data).split(_DONE)
         self._line = rest[: _LONGEST_LINE_BYTES + 1]
         return b"".join([self._execute(line) for line in lines if line]) + self.advance(now_ns)
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time pass on the bus; gives the frames that the host receives."""
+        """Advance the time of the bus and return the frames that the host receives."""
         frames = self.bus.advance(now_ns)
         return b"".join(map(_frame_line, frames)) if self._on_bus() else b""
 

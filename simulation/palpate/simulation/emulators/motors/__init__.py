@@ -1,4 +1,4 @@
-"""Motors under the emulated drives: of the simulated cell, or direct."""
+"""Motors of the emulated drives: those of the simulated cell, or ideal ones."""
 
 import lazy_loader
 

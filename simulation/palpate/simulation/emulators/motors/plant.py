@@ -1,4 +1,4 @@
-"""What the emulated servos move: the motors and, behind the gears, the arm."""
+"""Motors that the emulated servos move, and the gears between them and the arm."""
 
 from collections.abc import Sequence
 from math import pi
@@ -13,17 +13,17 @@ AXES: Final = 6
 HOME_RAD: Final[JointVector] = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 """Joint angles at which the encoders are zero at power-up (FACT, brendandburns/ros2_zebra_zero)."""
 ARM_COUNTS_PER_rad: Final = 30_557.75
-"""Joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts a turn)."""
+"""Joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
 WRIST_COUNTS_PER_rad: Final = 11_034.53
-"""Base ratio of the wrist's gears (FACT, same sources; CALC: 69 332 counts a turn)."""
+"""Base ratio of the wrist's gears (FACT, same sources; CALC: 69 332 counts per turn)."""
 
 
 class ArmGears:
-    """Counts to joint angles and back, by one matrix and its exact inverse.
+    """Conversion between counts and joint angles by a matrix and its exact inverse.
 
-    The motors of the wrist sit behind joint 3 and drive through one another, so joint 3 turns all three of them and
-    the wrist's joints need two or three motors each (FACT, forward relations of brendandburns/ros2_zebra_zero, whose
-    rounded inverse agrees with this one within a count).
+    The wrist motors are coupled to joint 3 and to one another: joint 3 turns all three of them, and each wrist joint
+    needs two or three motors (FACT, forward relations of brendandburns/ros2_zebra_zero, whose rounded inverse agrees
+    with this one within a count).
     """
 
     def __init__(self) -> None:
@@ -42,18 +42,18 @@ class ArmGears:
         self._rad_per_count = _rows(np.asarray(np.linalg.inv(forward), dtype=np.float64))
 
     def counts(self, joints_rad: JointVector) -> tuple[float, ...]:
-        """Encoder counts from home, (6,), unrounded."""
+        """Return encoder counts from home, (6,), unrounded."""
         offsets = [angle - home for angle, home in zip(joints_rad, HOME_RAD, strict=True)]
         return tuple(_product(row, offsets) for row in self._counts_per_rad)
 
     def joints_rad(self, counts: tuple[float, ...]) -> JointVector:
-        """Joint angles, (6,) rad."""
+        """Return joint angles, (6,) rad."""
         values = list(counts)
         return tuple(home + _product(row, values) for home, row in zip(HOME_RAD, self._rad_per_count, strict=True))
 
 
 def _rows(matrix: npt.NDArray[np.float64]) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """The matrix without what is zero; the inverse's rounding residues count as zero."""
+    """Return the non-zero elements of the matrix; rounding residues of the inverse count as zero."""
     return tuple(
         tuple((i, float(value)) for i, value in enumerate(row) if abs(value) > 1e-12 * np.abs(matrix).max())
         for row in matrix
@@ -65,33 +65,33 @@ def _product(row: tuple[tuple[int, float], ...], values: list[float]) -> float:
 
 
 class DirectGears:
-    """A motor for each joint; zero counts are angle zero."""
+    """One motor per joint; zero counts correspond to angle zero."""
 
     def __init__(self, counts_per_rad: Sequence[float]) -> None:
         self._scale = counts_per_rad
 
     def counts(self, joints_rad: JointVector) -> tuple[float, ...]:
-        """Encoder counts, (n,), unrounded."""
+        """Return encoder counts, (n,), unrounded."""
         return tuple(q * k for q, k in zip(joints_rad, self._scale, strict=True))
 
     def joints_rad(self, counts: tuple[float, ...]) -> JointVector:
-        """Joint angles, (n,) rad."""
+        """Return joint angles, (n,) rad."""
         return tuple(count / k for count, k in zip(counts, self._scale, strict=True))
 
 
 class JointPlant:
-    """Motors as emulated servos and drives control them, before an arm simulated elsewhere, for instance in MuJoCo.
+    """Motors controlled by emulated servos and drives, which move an arm simulated elsewhere, for instance in MuJoCo.
 
-    A motor is held at a set-point, or free. All methods are called from the thread that runs the servos.
+    A motor is either held at a set-point or free. All methods are called from the thread that runs the servos.
 
-    Each control tick of that simulation: command its joint servos with `targets_rad()`, step it, and hand its exact
-    joint angles to `measured_rad()`. Encoders then show these angles, so between two control ticks they stand still
-    while the set-points move on; allow for that in the limit of position error, and note that the modules' velocity
-    item has the same steps.
+    In each control tick of that simulation, command its joint servos with `targets_rad()`, step it, and pass its exact
+    joint angles to `measured_rad()`. Encoders show these angles, so they are constant between two control ticks while
+    the set-points move. The limit of position error must allow for that, and the modules' velocity item has the same
+    steps.
 
     Args:
-        joints_rad: Where the arm is, (n,) rad.
-        gears: Between motors and joints; those of the Zebra Zero if not given.
+        joints_rad: Initial joint angles of the arm, (n,) rad.
+        gears: Gears between motors and joints; those of the Zebra Zero if not given.
     """
 
     def __init__(self, joints_rad: JointVector = HOME_RAD, gears: ArmGears | DirectGears | None = None) -> None:
@@ -100,25 +100,25 @@ class JointPlant:
         self._driven, self._held = list(self._motors), [False] * len(joints_rad)
 
     def set_motor_counts(self, axis: int, counts: float) -> None:
-        """The servo of an axis, from 0, now holds this position, in counts."""
+        """Set the position, in counts, that the servo of an axis (from 0) holds."""
         self._driven[axis], self._held[axis] = counts, True
 
     def release(self, axis: int) -> None:
-        """Nothing holds the motor of an axis any more."""
+        """Release the motor of an axis."""
         if self._held[axis]:
             self._driven[axis], self._held[axis] = self._motors[axis], False
 
     def motor_counts(self, axis: int) -> int:
-        """What the encoder on the motor's shaft counts now."""
+        """Return the count of the encoder on the motor's shaft."""
         return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:
-        """Joint set-points that the motors hold now, (n,) rad.
+        """Return the joint set-points that the motors hold, (n,) rad.
 
-        A free motor holds where it was released: gears of this ratio do not run backwards (INFERENCE).
+        A free motor stays where it was released: gears of this ratio cannot be driven backwards (INFERENCE).
         """
         return self._gears.joints_rad(tuple(self._driven))
 
     def measured_rad(self, joints_rad: JointVector) -> None:
-        """Feed back where the joints really are, (n,) rad."""
+        """Set the true joint angles, (n,) rad."""
         self._motors = list(self._gears.counts(joints_rad))

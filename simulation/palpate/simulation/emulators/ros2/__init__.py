@@ -1,4 +1,4 @@
-"""A robot behind ROS 2 as ros2_control shows it: joint angles, wrenches, and a forward_command_controller."""
+"""Emulation of a robot with ros2_control: joint angles, wrenches, and a forward_command_controller."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Messages as this robot publishes and takes them: plain CDR, with the type names of ROS 2."""
+"""Messages that this robot publishes and receives: plain CDR, with the type names of ROS 2."""
 
 from collections.abc import Sequence
 from typing import Any, Final

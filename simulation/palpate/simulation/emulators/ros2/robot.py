@@ -11,17 +11,18 @@ WRENCH: Final = "force_torque_sensor_broadcaster/wrench"
 
 
 class Ros2Robot:
-    """Joints that somebody else moves; uses neither sockets nor a clock.
+    """Joints moved by the simulation; uses neither sockets nor a clock.
 
-    As read in ros2_controllers: commands of another size are dropped, and the last one is kept for ever.
+    According to the source of ros2_controllers, commands of another size are dropped, and the last one is held without
+    a time limit.
 
     Args:
-        names: Names of the joints, base first, as controller and messages have them.
-        velocities: Commands are velocities, and no positions.
+        names: Names of the joints in controller and messages, base first.
+        velocities: Whether commands are velocities instead of positions.
 
     Attributes:
-        is_active: Whether there is a controller that takes commands.
-        command_ns: When the last command came.
+        is_active: Whether a controller accepts commands.
+        command_ns: Time of the last command.
     """
 
     def __init__(self, names: Sequence[str], start_rad: JointVector, *, velocities: bool = False) -> None:
@@ -33,7 +34,7 @@ class Ros2Robot:
         self._stepped_ns: int | None = None
 
     def command(self, data: Sequence[float], now_ns: int) -> None:
-        """Take a command."""
+        """Accept a command."""
         if len(data) != len(self.names) or not self.is_active:
             return
         self.command_ns = now_ns
@@ -43,16 +44,16 @@ class Ros2Robot:
             self._targets = tuple(data)
 
     def step(self, now_ns: int) -> None:
-        """Let time pass."""
+        """Advance the time."""
         elapsed_s = 0.0 if self._stepped_ns is None else (now_ns - self._stepped_ns) * 1e-9
         self._stepped_ns = now_ns
         steps = zip(self._targets, self._speeds, strict=True)
         self._targets = tuple(angle + speed * elapsed_s for angle, speed in steps)
 
     def targets_rad(self) -> JointVector:
-        """Joint set-points that the servos hold now, (n,) rad."""
+        """Return the joint set-points that the servos hold, (n,) rad."""
         return self._targets
 
     def measured_rad(self, joints_rad: JointVector) -> None:
-        """Feed back where the joints are, (n,) rad."""
+        """Set the joint angles, (n,) rad."""
         self.position_rad = tuple(joints_rad)

@@ -1,4 +1,4 @@
-"""Serves an emulated robot on this computer's loopback, by DDS as ROS 2 uses it."""
+"""Serves an emulated robot on this computer's loopback interface, by the DDS of ROS 2."""
 
 import socket
 import threading
@@ -11,7 +11,7 @@ from palpate.simulation.emulators.ros2.robot import FRAME, JOINT_STATES, WRENCH,
 
 _NS: Final = 1_000_000_000
 _DOMAINS: Final = range(60, 100)
-"""Ports of these domains are below those that the system gives away."""
+"""Domains whose ports are below those that the system assigns."""
 _CONFIGURATION: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers>
 <Peer address="127.0.0.1"/></Peers></Discovery><Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation>
@@ -19,7 +19,7 @@ _CONFIGURATION: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInte
 
 
 class Ros2Server:
-    """A thread that serves a robot and lets it live. A context manager: inside, it is there.
+    """A thread that serves and steps a robot. A context manager, within which the robot is available.
 
     Args:
         wrench: Force and torque on the sensor at a time in ns, (6,).
@@ -27,8 +27,8 @@ class Ros2Server:
     Attributes:
         domain: A free ROS_DOMAIN_ID.
         commands: Topic of the controller.
-        network: What becomes of a message on its way; set it to change some, or to lose them by None.
-        is_unplugged: Nothing goes out or comes in.
+        network: Filter of messages; set it to change some, or to lose some by returning None.
+        is_unplugged: Whether all messages are lost.
     """
 
     address: Final = "127.0.0.1"
@@ -51,7 +51,7 @@ class Ros2Server:
         from cyclonedds.domain import Domain, DomainParticipant
 
         self.domain = next(each for each in _DOMAINS if _is_free(each))
-        # As long as this lives, so does the domain in this process.
+        # The domain lives in this process as long as this object.
         self._opened = Domain(self.domain, _CONFIGURATION)
         self._participant = DomainParticipant(self.domain)
         self._ended.clear()
@@ -66,7 +66,7 @@ class Ros2Server:
 
     @contextmanager
     def exclusive(self) -> Iterator[Ros2Robot]:
-        """The robot, while the server's thread does nothing with it."""
+        """Yield the robot, which the server's thread does not access meanwhile."""
         with self._lock:
             yield self._robot
 
@@ -112,7 +112,7 @@ class Ros2Server:
 
 
 def _is_free(domain: int) -> bool:
-    """Whether no participant has the domain's first port."""
+    """Return whether no participant uses the domain's first port."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind(("", 7410 + 250 * domain))

@@ -1,7 +1,7 @@
-"""A Universal Robots controller as its sockets behave: RTDE (30004), dashboard (29999), scripts (30003).
+"""Emulation of a Universal Robots controller: RTDE (30004), dashboard (29999), scripts (30003).
 
-Facts from Universal Robots' RTDE guide and dashboard manual, and from what the client ur_rtde 1.6.5 sends. Nothing here
-is shared with a client. A script is not interpreted: whatever arrives is taken for the control script of ur_rtde.
+Sources are Universal Robots' RTDE guide and dashboard manual, and the messages of the client ur_rtde 1.6.5. No code is
+shared with a client. Scripts are not interpreted: each counts as the control script of ur_rtde.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""The controller: modes, registers, the control program, the joints' motion. Uses neither sockets nor a clock."""
+"""The controller: modes, registers, control program and joint motion. Uses neither sockets nor a clock."""
 
 import enum
 from collections.abc import Callable
@@ -24,7 +24,7 @@ Value = float | int | tuple[float, ...] | tuple[int, ...]
 
 
 class RobotMode(enum.IntEnum):
-    """As RTDE's field robot_mode."""
+    """Values of RTDE's field robot_mode."""
 
     POWER_OFF = 3
     IDLE = 5
@@ -32,7 +32,7 @@ class RobotMode(enum.IntEnum):
 
 
 class SafetyMode(enum.IntEnum):
-    """As RTDE's field safety_mode."""
+    """Values of RTDE's field safety_mode."""
 
     NORMAL = 1
     PROTECTIVE_STOP = 3
@@ -42,7 +42,7 @@ class SafetyMode(enum.IntEnum):
 
 
 class RuntimeState(enum.IntEnum):
-    """As RTDE's field runtime_state."""
+    """Values of RTDE's field runtime_state."""
 
     STOPPED = 1
     PLAYING = 2
@@ -57,11 +57,11 @@ _STATUS_BITS: Final = {
 
 @dataclass(frozen=True)
 class ControllerConfig:
-    """How the controller is set up.
+    """Configuration of the controller.
 
     Attributes:
-        arm: Which arm it has.
-        payload_cog_m: Its centre, from the flange, (3,).
+        arm: Name of the arm.
+        payload_cog_m: Centre of gravity of the payload from the flange, (3,).
         tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
     """
 
@@ -76,16 +76,16 @@ class ControllerConfig:
 class UrController:
     """A controller with an arm.
 
-    Joints go to their servo target with the time constant of servoj's look-ahead (INFERENCE), within speed and
-    acceleration, and brake when the program ends in whatever way.
+    Joints approach their servo target with the time constant of servoj's look-ahead (INFERENCE), within the limits of
+    speed and acceleration, and brake when the program ends for any reason.
 
     Args:
-        joints_rad: Where the arm is, (6,).
-        wrench: What the sensor in the flange reads at a time in ns, (6,).
+        joints_rad: Initial joint angles, (6,).
+        wrench: Reading of the sensor in the flange at a time in ns, (6,).
 
     Attributes:
-        remote: Whether it is in remote control; otherwise scripts are refused.
-        owner: Which session may write an input register.
+        remote: Whether the controller is in remote control; otherwise scripts are refused.
+        owner: The session that may write each input register.
     """
 
     def __init__(
@@ -124,20 +124,20 @@ class UrController:
         return powered | 2 * (self.runtime is RuntimeState.PLAYING)
 
     def targets_rad(self) -> tuple[float, ...]:
-        """Joint angles that the servos hold now, (6,)."""
+        """Return the joint angles that the servos hold, (6,)."""
         return tuple(self._at)
 
     def measured_rad(self, joints_rad: tuple[float, ...]) -> None:
-        """Where the joints are, (6,)."""
+        """Set the joint angles, (6,)."""
         self._measured = joints_rad
 
     @property
     def at_rest(self) -> bool:
-        """Whether no joint moves."""
+        """Return whether no joint moves."""
         return not any(self._speed)
 
     def step(self, now_ns: int) -> None:
-        """One control cycle of 2 ms."""
+        """Execute one control cycle of 2 ms."""
         self._now_ns = now_ns
         if self.runtime is RuntimeState.PLAYING:
             self._program()
@@ -153,7 +153,7 @@ class UrController:
                 self._fed_ns = self._now_ns
 
     def read(self, name: str) -> Value | None:
-        """An output field; None for one that this controller does not have."""
+        """Return an output field; None if this controller does not have it."""
         kind, _, index = name.rpartition("_register_")
         if index.isdecimal() and int(index) < _REGISTERS:
             number = int(index)
@@ -162,38 +162,38 @@ class UrController:
         return self._fields[name]() if name in self._fields else None
 
     def run_script(self, text: bytes) -> None:
-        """Start the control program, where remote control, power and safety allow it."""
+        """Start the control program if remote control, power and safety allow it."""
         allowed = self.remote and self.robot_mode is RobotMode.RUNNING and self.safety_mode is SafetyMode.NORMAL
         if allowed and text.startswith(b"def ") and len(text) < _MOST_SCRIPT:
             self._target, self._executing, self._stopping, self._watchdog_ns = None, False, False, 0
             self._ints[0], self.runtime, self._fed_ns = _READY, RuntimeState.PLAYING, self._now_ns
 
     def end_program(self) -> None:
-        """The program ends; the joints brake."""
+        """End the program; the joints brake."""
         self._target, self.runtime, self._watchdog_ns = None, RuntimeState.STOPPED, 0
 
     def protective_stop(self) -> None:
-        """As a collision causes it: the program pauses, the arm stays under power."""
+        """Enter a protective stop, as after a collision: the program pauses, the arm keeps its power."""
         self.safety_mode, self._target, self._tripped_ns = SafetyMode.PROTECTIVE_STOP, None, self._now_ns
         if self.runtime is RuntimeState.PLAYING:
             self.runtime = RuntimeState.PAUSED
 
     def emergency_stop(self) -> None:
-        """The button is pressed: the program ends, the arm brakes and loses its power."""
+        """Press the emergency stop: the program ends, the arm brakes and loses its power."""
         self.end_program()
         self.safety_mode, self.robot_mode = SafetyMode.ROBOT_EMERGENCY_STOP, RobotMode.POWER_OFF
 
     def release(self) -> None:
-        """The button is released; power and brakes are switched on at the pendant."""
+        """Release the emergency stop; power and brakes are then switched on at the pendant."""
         self.safety_mode = SafetyMode.NORMAL
 
     def reboot(self) -> None:
-        """As after its power was gone."""
+        """Restart the controller, as after a loss of power."""
         self.end_program()
         self.safety_mode, self.robot_mode = SafetyMode.NORMAL, RobotMode.POWER_OFF
 
     def dashboard(self, line: str) -> str:
-        """Its answer to a line of the dashboard server."""
+        """Return the answer to a line sent to the dashboard server."""
         version = ".".join(map(str, self.config.version))
         if line in ("stop", "unlock protective stop") and not self.remote:
             return "Command is not allowed due to safety reasons: the robot is in local control"
@@ -217,7 +217,7 @@ class UrController:
         return f"could not understand: '{line}'"
 
     def _program(self) -> None:
-        """One turn of the control script's loop: commands come in register 0, answers go out in register 0."""
+        """Run one pass of the control script's loop: commands arrive in register 0, answers leave in register 0."""
         command = int(self.inputs["input_int_register_0"])
         if command == _SERVO_J:
             asked = [float(self.inputs[f"input_double_register_{i}"]) for i in range(JOINTS)]

@@ -1,4 +1,4 @@
-"""Forward kinematics of the arms behind the controller, from Denavit-Hartenberg tables of their maker."""
+"""Forward kinematics of the controller's arms, from the manufacturer's Denavit-Hartenberg tables."""
 
 from collections.abc import Sequence
 from math import cos, pi, sin
@@ -25,7 +25,7 @@ def tool_pose(arm: str, joints_rad: Sequence[float], offset: Sequence[float]) ->
     """Return the pose of the tool centre point in the controller's base, (6,): metres and a rotation vector.
 
     Args:
-        offset: Tool centre point from the flange, (6,), likewise.
+        offset: Tool centre point from the flange, (6,), in the same form.
     """
     a2, a3, d1, d4, d5, d6 = LENGTHS_M[arm]
     at = np.eye(4)

@@ -1,4 +1,4 @@
-"""Serves an emulated controller on sockets of this computer, at the ports that Universal Robots has for everybody."""
+"""Serves an emulated controller on sockets of this computer, at the fixed ports of Universal Robots."""
 
 import select
 import socket
@@ -15,13 +15,13 @@ DASHBOARD_PORT, SCRIPT_PORT, RTDE_PORT = 29999, 30003, 30004
 _GREETING: Final = b"Connected: Universal Robots Dashboard Server\n"
 _ADDRESSES: Final = 60
 _QUIET_NS: Final = 20_000_000
-"""A script has come to its end when so long nothing more of it arrives."""
+"""A script is complete when nothing more of it arrives for this time."""
 _HOPELESS: Final = 1 << 20
-"""A client that leaves so many bytes unread is given up, as the controller does."""
+"""The server disconnects a client that leaves more bytes than this unread, as the controller does."""
 
 
 class _Connection:
-    """A connection: what came in, what is to go out."""
+    """A connection with its received and its outgoing bytes."""
 
     def __init__(self, connection: socket.socket, session: RtdeSession | None = None) -> None:
         connection.setblocking(False)
@@ -55,12 +55,12 @@ class _Connection:
 
 
 class UrServer:
-    """A thread that serves a controller and lets it live. A context manager: inside, it is there.
+    """A thread that serves and steps a controller. A context manager, within which the controller is available.
 
     Attributes:
         host: Address: the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
-        network: What becomes of each data package on its way; set it to lose, cut or repeat some.
-        is_unplugged: Nobody is there: connections break, new ones are refused.
+        network: Filter of data packages; set it to lose, cut or repeat some.
+        is_unplugged: Whether connections are broken and new ones refused.
     """
 
     def __init__(self, controller: UrController, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
@@ -92,7 +92,7 @@ class UrServer:
 
     @contextmanager
     def exclusive(self) -> Iterator[UrController]:
-        """The controller, while the server's thread keeps its hands off it."""
+        """Yield the controller, which the server's thread does not access meanwhile."""
         with self._lock:
             yield self._controller
 
@@ -131,7 +131,7 @@ class UrServer:
             self._talk(max(0.0, (due_ns - self._clock_ns()) * 1e-9))
             now_ns = self._clock_ns()
             if now_ns >= due_ns:
-                # Cycles that are made up for have their own times, or the joints would seem to jump.
+                # Late cycles keep their own times; otherwise the joints would seem to jump.
                 cycle_ns, due_ns = due_ns, max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
                 with self._lock:
                     self._controller.step(cycle_ns)
@@ -152,7 +152,7 @@ class UrServer:
         try:
             ready, _, _ = select.select(sources, [], [], wait_s)
         except (OSError, ValueError):
-            # Somebody has cut a connection meanwhile.
+            # A connection has been cut meanwhile.
             return
         with self._lock:
             for port, listener in self._listeners.items():
@@ -182,7 +182,7 @@ class UrServer:
         line.is_over |= len(line.arrived) > _HOPELESS
 
     def _tell(self, now_ns: int) -> None:
-        """Scripts that are complete run, data packages go out, connections that have ended are forgotten."""
+        """Run complete scripts, send data packages, and remove connections that have ended."""
         for line in self._lines.get(SCRIPT_PORT, ()):
             if line.arrived and now_ns - line.heard_ns > _QUIET_NS:
                 self._controller.run_script(line.arrived)

@@ -1,4 +1,4 @@
-"""One client's conversation over RTDE, version 2: packages, recipes, data. Uses no sockets."""
+"""Session of one RTDE client, version 2: packages, recipes, data. Uses no sockets."""
 
 import struct
 from typing import Final
@@ -30,7 +30,7 @@ class RtdeSession:
     """A client of the controller's RTDE server.
 
     Attributes:
-        is_broken: Whether the client has sent what is no package: the controller hangs up.
+        is_broken: Whether the client has sent an invalid package, after which the controller disconnects.
     """
 
     def __init__(self, controller: UrController) -> None:
@@ -41,7 +41,7 @@ class RtdeSession:
         self._started, self._period_ns, self._due_ns = False, CYCLE_NS, 0
 
     def receive(self, data: bytes) -> bytes:
-        """What is answered to bytes from the client."""
+        """Return the answer to bytes from the client."""
         self._buffer += data
         answer = b""
         while len(self._buffer) >= _HEADER and not self.is_broken:
@@ -56,7 +56,7 @@ class RtdeSession:
         return answer
 
     def due(self, now_ns: int) -> bytes:
-        """The data package of this cycle, where there is one."""
+        """Return the data package of this cycle, if there is one."""
         if not self._started or now_ns + CYCLE_NS // 2 < self._due_ns:
             return b""
         is_late = now_ns - self._due_ns > self._period_ns
@@ -64,7 +64,7 @@ class RtdeSession:
         return _package(_DATA, b"\x01" + b"".join(self._packed(name) for name in self._outputs))
 
     def close(self) -> None:
-        """The client has gone: its registers are free."""
+        """Close the session and free its registers."""
         owner = self._controller.owner
         for name in [name for name, session in owner.items() if session is self]:
             del owner[name]
@@ -131,6 +131,6 @@ class RtdeSession:
         names = self._recipes[payload[0] - 1]
         layout = ">" + "".join("i" if "_int_" in name else "d" for name in names)
         if struct.calcsize(layout) == len(payload) - 1:
-            # The command comes last: what it needs is there when it is seen.
+            # The command is written last, so that its arguments are there when it is read.
             for name, value in reversed(list(zip(names, struct.unpack_from(layout, payload, 1), strict=True))):
                 self._controller.write(name, value)

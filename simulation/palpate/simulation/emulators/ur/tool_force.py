@@ -1,4 +1,4 @@
-"""The force sensor in the tool flange, as its data sheet has it: what it adds to the true wrench."""
+"""The force sensor in the tool flange: noise according to its data sheet, added to the true wrench."""
 
 from collections.abc import Callable
 from typing import Final
@@ -6,18 +6,18 @@ from typing import Final
 import numpy as np
 
 PRECISION: Final = (3.5, 0.2)
-"""How far readings of one load spread, (force in N, torque in N m).
+"""Spread of the readings of a constant load, (force in N, torque in N m).
 
 UR5e, technical specification, "Force sensing, tool flange": range 50 N, precision 3.5 N; range 10 N m, precision 0.2
-N m. Quoted from memory: the sheet itself was not at hand.
+N m. Quoted from memory, not checked with the data sheet.
 """
 
 
 class ToolForce:
     """A noisy reading of a wrench.
 
-    INFERENCE: precision is two standard deviations of white noise. A real flange is quieter from one reading to the
-    next, and drifts with its temperature.
+    INFERENCE: precision is two standard deviations of white noise. A real flange has less noise between readings, and
+    drifts with temperature.
 
     Args:
         wrench: The true wrench on the flange at a time in ns, (6,).
@@ -28,6 +28,6 @@ class ToolForce:
         self._noise = np.repeat(np.array(PRECISION) / 2.0, 3)
 
     def __call__(self, now_ns: int) -> tuple[float, ...]:
-        """A reading."""
+        """Return a reading."""
         error = (self._noise * self._rng.standard_normal(6)).tolist()
         return tuple(value + e for value, e in zip(self._wrench(now_ns), error, strict=True))
