@@ -32,8 +32,8 @@ class Jr3CanNode:
     """A `CanNode` with the functions of the CAN firmware that a streaming host needs, without SYNC, RESET and ZERO.
 
     Commands wait in a queue of 32 for the main loop, which reads it every millisecond. Therefore `feed` never returns
-    the acknowledgement of its own command, which follows up to a millisecond later. A full queue drops the oldest command
-    (INFERENCE: circular buffer of Mbed OS).
+    the acknowledgement of its own command, which follows up to a millisecond later. A full queue drops the oldest
+    command (INFERENCE: circular buffer of Mbed OS).
 
     Raises:
         ValueError: The node number is not from 1 to 127.
