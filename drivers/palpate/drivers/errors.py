@@ -1,4 +1,4 @@
-"""Every error that a driver raises on purpose, in one tree; the adapters translate it for the core.
+"""Hierarchy of the errors that drivers raise; the adapters translate them for the core.
 
 ::
 
@@ -12,12 +12,12 @@
     ├── GarbledError                what it sends makes no sense for too long
     └── DeviceFaultError            the device reports a fault of its own; it waits for a person
 
-Malformed bytes on the wire are none of these: a codec counts them and continues.
+Malformed bytes do not raise errors: a codec counts them and continues.
 """
 
 
 class DriverError(Exception):
-    """Root of the tree."""
+    """Base class of all driver errors."""
 
     def __init__(self, device: str, problem: str, remedy: str) -> None:
         self.device, self.problem, self.remedy = device, problem, remedy
@@ -29,7 +29,7 @@ class SettingError(DriverError, ValueError):
 
 
 class WiringError(DriverError):
-    """There is no such device, or another one, or no way to it."""
+    """The device is missing, is another one, or cannot be reached."""
 
 
 class RefusedError(DriverError, ValueError):
@@ -37,7 +37,7 @@ class RefusedError(DriverError, ValueError):
 
 
 class StateError(DriverError):
-    """A request out of order."""
+    """A request in the wrong state."""
 
 
 class SilentError(DriverError):
@@ -45,11 +45,11 @@ class SilentError(DriverError):
 
 
 class LateError(SilentError):
-    """The device may well be in order: its answer came after the deadline, or this computer was away."""
+    """The answer came after the deadline, or this computer was delayed; the device may be in order."""
 
 
 class GarbledError(DriverError):
-    """What arrives has made no sense for too long."""
+    """The received data have been invalid for too long."""
 
 
 class DeviceFaultError(DriverError):

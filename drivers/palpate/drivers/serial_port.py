@@ -1,4 +1,4 @@
-"""Serial ports of pyserial, opened and closed in one place, so that nothing waits for ever on one."""
+"""Opening, writing and closing of pyserial ports without unlimited waits."""
 
 from contextlib import suppress
 from select import select
@@ -9,15 +9,15 @@ import serial
 from palpate.drivers.errors import WiringError
 
 WRITE_TIMEOUT_S: Final = 0.1
-"""Longest wait for a port that does not take what is written; without one pyserial waits for ever (FACT)."""
+"""Longest wait for a port that accepts no bytes; without a limit pyserial waits forever (FACT)."""
 
 
 class ByteStream(Protocol):
-    """A serial port as of pyserial, opened by the caller, so that sockets and pseudo-terminals do as well.
+    """A serial port like those of pyserial, opened by the caller; sockets and pseudo-terminals may also be used.
 
     Attributes:
         baudrate: Line rate, bit/s.
-        timeout: Longest wait of ``read``, s. Drivers set it seldom, because that reconfigures the port on some systems
+        timeout: Longest wait of ``read``, s. Drivers rarely set it, because that reconfigures the port on some systems
             (FACT, pyserial issue 394).
         write_timeout: Longest wait of ``write``, s.
     """
@@ -28,23 +28,23 @@ class ByteStream(Protocol):
 
     @property
     def in_waiting(self) -> int:
-        """Bytes that have arrived and were not read."""
+        """Number of received bytes that have not been read."""
 
     def read(self, size: int = 1, /) -> bytes:
-        """Up to ``size`` bytes, fewer after ``timeout``; raises ``OSError`` when the port is gone."""
+        """Return ``size`` bytes, or fewer after ``timeout``; raises ``OSError`` if the port is gone."""
 
     def write(self, data: bytes, /) -> int | None:
-        """Sends the bytes; raises ``OSError`` when the port is gone."""
+        """Send the bytes; raises ``OSError`` if the port is gone."""
 
     def reset_input_buffer(self) -> None:
-        """Throws away what has arrived."""
+        """Discard received bytes."""
 
 
 def open_serial(name: str, baud: int, device: str) -> Any:
-    """Open a port, 8N1, for this program alone.
+    """Open a port, 8N1, for exclusive use.
 
     Raises:
-        WiringError: It cannot be opened.
+        WiringError: The port cannot be opened.
     """
     try:
         return serial.serial_for_url(name, baud, write_timeout=WRITE_TIMEOUT_S, exclusive=True)
@@ -56,14 +56,13 @@ def open_serial(name: str, baud: int, device: str) -> Any:
 
 
 def write_unless_stuck(port: ByteStream, data: bytes) -> None:
-    """Write to a port whose reader asks again for what did not come.
+    """Write to a port, ignoring a time-out if the port accepts bytes; lost bytes show in the missing reply.
 
-    pyserial calls a write late by its clock alone, also when every byte was taken and this program was held up for
-    longer than the timeout before it looked (FACT, serialposix.py of 3.5). A port that takes bytes now is not stuck;
-    whether it took these shows in the reply.
+    pyserial reports a time-out by its clock alone, even if every byte was accepted and this program was delayed for
+    longer than the timeout (FACT, serialposix.py of 3.5). A port that accepts bytes now is not stuck.
 
     Raises:
-        OSError: The port takes no bytes, or is gone.
+        OSError: The port accepts no bytes, or is gone.
     """
     try:
         port.write(data)
@@ -73,8 +72,8 @@ def write_unless_stuck(port: ByteStream, data: bytes) -> None:
 
 
 def close_serial(port: Any) -> None:
-    """Close a port now. What it could not send is thrown away: Linux would wait 30 s for that (FACT, closing_wait)."""
-    # A port that is gone cannot be asked; whatever it raises, it is closed next.
+    """Close a port immediately. Unsent bytes are discarded; Linux would wait 30 s for them (FACT, closing_wait)."""
+    # A port that is gone may raise anything here; it is closed next.
     with suppress(Exception):
         if port.out_waiting:
             port.reset_output_buffer()

@@ -1,7 +1,6 @@
-"""Driver for ATI's Net F/T: a force/torque sensor that streams its records over UDP (RDT), its settings over HTTP.
+"""Driver for ATI's Net F/T, a force/torque sensor that streams records over UDP (RDT) and shows settings over HTTP.
 
-FACT: read in ATI's manual 9620-05-Net FT, or seen in what a box or a public client sends. Nothing here has met real
-hardware.
+FACT: from ATI's manual 9620-05-Net FT, or from messages of a box or a public client. Not tested on real hardware.
 """
 
 import lazy_loader

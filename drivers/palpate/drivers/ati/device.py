@@ -1,4 +1,4 @@
-"""RDT, ATI's stream of force/torque records over UDP, advanced by polling."""
+"""RDT, ATI's stream of force/torque records over UDP, read by polling."""
 
 import socket
 import struct
@@ -13,13 +13,13 @@ from palpate.drivers.errors import DeviceFaultError, WiringError
 
 RDT_PORT: Final = 49152
 START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
-"""Requests for a stream without end, and for its end."""
+"""Requests that start and stop an unlimited stream."""
 _RECORD: Final = struct.Struct(">3I6i")
 _ASK_AGAIN_NS: Final = 100_000_000
-"""A datagram may be lost: a stream that does not begin is requested again."""
+"""A stream that does not start within this time is requested again, because datagrams may be lost."""
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
-"""Taken per call: more than a socket's buffer holds, so that a stream of any rate ends."""
+"""Datagrams read per call: more than a socket's buffer holds, but a limit for streams of any rate."""
 
 SATURATED: Final = 1 << 17
 _SUMMARY: Final = 1 << 31
@@ -41,7 +41,7 @@ _FAULTS: Final = {
 
 
 def faults_in(status: int) -> tuple[str, ...]:
-    """Names of the faults in a status word, the most serious first."""
+    """Return the names of the faults in a status word, the most serious first."""
     bits = [bit for bit in range(30, -1, -1) if status & ~_NO_FAULT & 1 << bit]
     if not bits and status & _SUMMARY and not status & _NO_FAULT:
         bits = [31]
@@ -49,10 +49,10 @@ def faults_in(status: int) -> tuple[str, ...]:
 
 
 class UdpWire:
-    """Datagrams from and to one box; what the system refuses is an OSError.
+    """Datagrams from and to one box; errors of the system are raised as OSError.
 
     Raises:
-        WiringError: The box has no address.
+        WiringError: The address of the box is not found.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -85,9 +85,9 @@ class NetFt(PolledSensor):
     """A box that streams.
 
     Attributes:
-        received: Records that were news.
-        errors: Records by what they were otherwise: lost, old (no newer than one before), or malformed
-            (datagrams that are no records).
+        received: Number of new records.
+        errors: Numbers of other records by kind: lost, old (not newer than a previous one), or malformed (invalid
+            datagrams).
     """
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
@@ -101,7 +101,7 @@ class NetFt(PolledSensor):
         self._sequence = 0
 
     def start(self, now_ns: int) -> None:
-        """Request the stream, and drop what still waits of an earlier one."""
+        """Request the stream, and drop waiting records of an earlier one."""
         self._number = self._count = None
         self._asked_ns = now_ns
         self._receive()
@@ -154,7 +154,7 @@ class NetFt(PolledSensor):
         self.failure = self.failure or WiringError(NAME, f"the box cannot be reached ({error})", CHECK)
 
     def _is_new(self, number: int, count: int) -> bool:
-        """Whether the sample of a record is newer than all before. A new stream numbers its records from 1."""
+        """Return whether a record is newer than all before. A new stream numbers its records from 1."""
         if self._count is not None and not 0 < (count - self._count) % _WRAP < _WRAP // 2:
             self.errors["old records"] += 1
             return False

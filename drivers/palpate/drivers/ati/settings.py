@@ -1,4 +1,4 @@
-"""The settings of a Net F/T box, from its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
+"""Settings of a Net F/T box from its page ``/netftapi2.xml``; FACT: fields of firmware 2.2.59."""
 
 import re
 from contextlib import closing
@@ -40,14 +40,14 @@ class NetFtBox:
 
 
 def read_box(host: str, port: int, timeout_s: float) -> NetFtBox:
-    """Fetch the page and read it.
+    """Fetch and parse the page of settings.
 
     Args:
         timeout_s: Longest wait for each part of the page.
 
     Raises:
         WiringError: The page cannot be fetched.
-        SettingError: As by :func:`parse_box`.
+        SettingError: See :func:`parse_box`.
     """
     try:
         with closing(HTTPConnection(host, port, timeout=timeout_s)) as connection:
@@ -59,7 +59,7 @@ def read_box(host: str, port: int, timeout_s: float) -> NetFtBox:
 
 
 def parse_box(page: bytes) -> NetFtBox:
-    """Read the page.
+    """Parse the page of settings.
 
     Raises:
         SettingError: The box is set to units other than N and N m, does not stream, or the page lacks a field.

@@ -1,4 +1,4 @@
-"""What drivers have in common: arms and force sensors."""
+"""Common parts of the drivers of arms and force sensors."""
 
 import lazy_loader
 

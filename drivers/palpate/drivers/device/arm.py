@@ -1,4 +1,4 @@
-"""What every driver of an arm offers: a life cycle, limited set-points and poses."""
+"""Common parts of arm drivers: life cycle, limits of set-points, and measured poses."""
 
 import contextlib
 import enum
@@ -13,14 +13,14 @@ from typing_extensions import override
 from palpate.drivers.errors import DeviceFaultError, DriverError, RefusedError, StateError
 
 _SLACK: Final = 1e-11
-"""A step of exactly the greatest length must not be called too long for its rounding error."""
+"""Tolerance, so that rounding does not make a step of exactly the greatest length too long."""
 
 
 def require_angles(asked_rad: Sequence[float], joints: int) -> tuple[float, ...]:
-    """The set-point as floats.
+    """Return the set-point as floats.
 
     Raises:
-        RefusedError: A wrong number of angles, or one is not finite.
+        RefusedError: The number of angles is wrong, or one is not finite.
     """
     asked = tuple(map(float, asked_rad))
     if len(asked) != joints or not all(map(isfinite, asked)):
@@ -29,7 +29,7 @@ def require_angles(asked_rad: Sequence[float], joints: int) -> tuple[float, ...]
 
 
 def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: Sequence[float]) -> tuple[float, ...]:
-    """Joint angles within the position limits, (n,)."""
+    """Return joint angles limited to the position limits, (n,)."""
     limits = zip(asked_rad, lower_rad, upper_rad, strict=True)
     return tuple(min(max(angle, lower), upper) for angle, lower, upper in limits)
 
@@ -37,14 +37,14 @@ def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: S
 def held_back(
     within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
 ) -> tuple[float, ...]:
-    """A set-point of which no joint goes further than so much, (n,).
+    """Return a set-point with limited steps of all joints, (n,).
 
-    All joints are held back by the same share, so the arm keeps its direction in joint space.
+    All steps are reduced by the same factor, so the arm keeps its direction in joint space.
 
     Args:
-        within_rad: What is wanted, within the position limits, (n,).
-        previous_rad: Set-point before, (n,).
-        most_rad: How far each joint can go in time, (n,).
+        within_rad: Requested set-point, within the position limits, (n,).
+        previous_rad: Previous set-point, (n,).
+        most_rad: Largest step of each joint, (n,).
     """
     share = 1.0
     for target, start, most in zip(within_rad, previous_rad, most_rad, strict=True):
@@ -58,11 +58,11 @@ def held_back(
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What one cycle of the bus found.
+    """Measurements of one bus cycle.
 
     Attributes:
-        position_rad: Joint angles, (n,); where an axis did not answer, its last one.
-        time_ns: When the angles were measured, on the driver's clock.
+        position_rad: Joint angles, (n,); the last known angle for an axis that did not answer.
+        time_ns: Time of the measurement on the driver's clock.
     """
 
     position_rad: tuple[float, ...]
@@ -70,7 +70,7 @@ class Measured:
 
 
 class ArmState(enum.Enum):
-    """Where in its life an arm is that a controller or drives of its own hold."""
+    """States in the life cycle of an arm with its own controller or drives."""
 
     NEW = "new"
     CONFIGURED = "configured"
@@ -81,67 +81,67 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """A driver of an arm, for one thread.
+    """A driver of an arm, for use by one thread.
 
-    What fails while it is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
+    An error while the arm is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
     Raises:
-        StateError: By any request that is out of order, or that finds a joint outside its limits.
-        RefusedError: By ``cycle``: a wrong number of angles, or one is not finite; nothing was sent.
-        SettingError, WiringError: By ``open``: no device is there, or another one, or it is set up otherwise.
-        SilentError, GarbledError: The bus, or a device on it, fell silent or makes no sense.
-        DeviceFaultError: A fault is reported, or a pose is where it may not be.
+        StateError: By any request in the wrong state, or with a joint outside its limits.
+        RefusedError: By ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
+        SettingError, WiringError: By ``open``: the device is missing, is another one, or has other settings.
+        SilentError, GarbledError: The bus, or a device on it, is silent or sends invalid data.
+        DeviceFaultError: A device reports a fault, or a pose is not allowed.
     """
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the arm lacks, and what is done instead; known once it is open."""
+        """Return functions that the arm lacks, and their substitutes; known after ``open``."""
         return ()
 
     @property
     def is_faulted(self) -> bool:
-        """Whether a fault waits to be acknowledged."""
+        """Whether a fault must be acknowledged."""
         return False
 
     @abstractmethod
     def open(self) -> None:
-        """Find the arm on its bus and establish where it is; nothing gets power."""
+        """Find the arm on its bus and read its pose, without switching power on."""
 
     @abstractmethod
     def enable(self) -> None:
-        """Let the servos hold the arm where it stands."""
+        """Let the servos hold the arm in its present pose."""
 
     @abstractmethod
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """One cycle of the bus; None holds. A set-point is held to the limits; a stopped arm takes none."""
+        """Run one bus cycle; None holds the pose. Set-points are limited; a stopped arm ignores them."""
 
     def diagnostics(self) -> dict[str, str]:
-        """Return identity, state and error counters by name; ``fault`` is what is wrong at present."""
+        """Return identity, state and error counters by name; ``fault`` is the present fault."""
         return {}
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring the arm to rest; at any time, twice too, never raising."""
+        """Bring the arm to rest. May be called at any time and repeatedly; never raises."""
 
     @abstractmethod
     def disable(self) -> None:
-        """End what ``enable`` began."""
+        """Revert ``enable``."""
 
     @abstractmethod
     def acknowledge(self) -> None:
-        """Clear a fault; a person's decision."""
+        """Clear a fault, as decided by a person."""
 
     @abstractmethod
     def close(self) -> None:
-        """Stop, and end all traffic; never raising. The caller closes the bus."""
+        """Stop, and end all communication; never raises. The caller closes the bus."""
 
 
 class LatchingArm(ArmDriver):
-    """An arm that is stopped, and keeps its fault, on every way out of a conversation that is not the good one.
+    """An arm that stops and latches the fault on any error in its communication.
 
     Attributes:
-        fault: Why the arm stopped for good, or None.
-        setpoint_rad: Where an enabled arm is led, within the limits, (n,).
+        fault: The latched fault, or None.
+        setpoint_rad: Set-point of an enabled arm, within the limits, (n,).
     """
 
     def __init__(self) -> None:
@@ -155,7 +155,7 @@ class LatchingArm(ArmDriver):
 
     @property
     def state(self) -> ArmState:
-        """Where in its life the arm is."""
+        """State of the arm in its life cycle."""
         return self._state
 
     @property
@@ -184,7 +184,7 @@ class LatchingArm(ArmDriver):
 
     @contextlib.contextmanager
     def _latching(self) -> Iterator[None]:
-        """Stop on every way out that is not the good one, and keep a fault until it is acknowledged."""
+        """Stop the arm on any error in the context, and keep the fault until it is acknowledged."""
         try:
             yield
         except DriverError as error:

@@ -1,4 +1,4 @@
-"""What every driver of a force sensor offers: samples, and what came instead of them."""
+"""Common parts of force sensor drivers: samples and errors."""
 
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -10,21 +10,21 @@ from palpate.drivers.errors import DriverError, SilentError
 
 Vector3: TypeAlias = tuple[float, float, float]
 _STALL_NS: Final = 100_000_000
-"""A sensor is silent after this time without a sample."""
+"""A sensor counts as silent after this time without a sample."""
 
 
 @dataclass(frozen=True, slots=True)
 class ForceSample:
-    """A reading in SI units, raw: a tool's weight is in it.
+    """A raw reading in SI units, which includes the weight of the tool.
 
     Attributes:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
         torque_Nm: Torque about its origin, (3,).
-        sequence: Counts readings; always increases, also over streams and restarts.
-        receive_time_ns: Clock of the poll that found it; it is older by the wait for that poll, the wire and the
-            sensor's filter.
-        saturated: At, or nearly at, the end of what the sensor can tell, or it says so.
-        settling: The sensor's filter still swings after a start.
+        sequence: Number of the reading; always increases, also across streams and restarts.
+        receive_time_ns: Time of the poll that received it; the reading is older by the wait for that poll, the
+            transmission and the delay of the sensor's filter.
+        saturated: Whether it is at, or close to, the limit of the sensor's range, or the sensor reports so.
+        settling: Whether the sensor's filter is still settling after a start.
     """
 
     force_N: Vector3
@@ -36,7 +36,7 @@ class ForceSample:
 
 
 def listed(counts: Mapping[str, int]) -> str:
-    """Counters for a message; empty for none."""
+    """Return counters as text for a message; empty if there are none."""
     return ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
 
 
@@ -44,12 +44,12 @@ class PolledSensor(ABC):
     """A driver of a force sensor.
 
     Args:
-        remedy: What to do where it falls silent.
+        remedy: Advice in the error when the sensor is silent.
 
     Attributes:
-        latest: Newest sample; None before the first one.
-        failure: Why nothing is taken any more; None otherwise.
-        errors: What came besides good samples, counted by what it was.
+        latest: Latest sample; None before the first one.
+        failure: Error after which no more samples are accepted; None without one.
+        errors: Numbers of invalid messages by kind.
     """
 
     def __init__(self, name: str, remedy: str) -> None:
@@ -61,32 +61,32 @@ class PolledSensor(ABC):
         self._polled_ns = 0
 
     def _is_news(self) -> None:
-        """Say that a new sample has come: what is counted after it came instead of the next."""
+        """Note a new sample: errors counted after it belong to the next."""
         self._errors_before = self.errors.copy()
 
     def silence(self, now_ns: int) -> SilentError:
-        """What came instead of news since the newest sample."""
+        """Return the error for a silent sensor, with what was received since the latest sample."""
         since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
         came = listed(self.errors - self._errors_before)
         return SilentError(self.name, f"nothing new {since}{f', but {came}' if came else ''}", self._remedy)
 
     def diagnostics(self) -> dict[str, str]:
-        """Return identity, settings and error counters by name; ``fault`` is what is wrong at present."""
+        """Return identity, settings and error counters by name; ``fault`` is the present fault."""
         return {"fault": "" if self.failure is None else str(self.failure), "errors": listed(self.errors) or "none"}
 
     @abstractmethod
     def poll(self, now_ns: int) -> Sequence[ForceSample]:
-        """Take what has arrived; new samples, oldest first. Never raises for what device or wire do: see :meth:`check`.
+        """Read received data and return new samples, oldest first. :meth:`check` raises errors of device and bus.
 
         Args:
             now_ns: Monotonic time in ns.
         """
 
     def check(self) -> None:
-        """Raise what is wrong now.
+        """Raise the present error, if there is one.
 
         Raises:
-            SilentError: Nothing comes any more; a new sample ends that by itself.
+            SilentError: The sensor is silent; a new sample ends this error.
             DriverError: The ``failure``.
         """
         if self.failure is not None:
@@ -95,5 +95,5 @@ class PolledSensor(ABC):
             raise self.silence(self._polled_ns)
 
     def acknowledge(self) -> None:
-        """Forget the failure; a person's decision."""
+        """Clear the failure, as decided by a person."""
         self.failure = None

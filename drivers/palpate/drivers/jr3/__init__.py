@@ -1,7 +1,7 @@
 """Driver for a JR3 force/torque sensor behind the public Mbed board firmware, over CAN.
 
-Statements about the device carry a mark: FACT is read in the source that is named, CALC is arithmetic on facts,
-INFERENCE is our reading, and "assumed" has no source at all. Nothing here has met real hardware.
+Statements about the device are marked: FACT is taken from the named source, CALC is calculated from facts, INFERENCE is
+our interpretation, and "assumed" has no source. Not tested on real hardware.
 """
 
 import lazy_loader

@@ -1,8 +1,8 @@
-"""CAN frames to messages and back: no input or output, no clock.
+"""Conversion between CAN frames and messages, without input, output or clock.
 
 FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers made of operation + node, little-endian payloads.
-What does not fit is counted and dropped, never raised: a bus is shared, and a foreign frame is no error. The controller
-has checked the CRC of 15 bits already, so what arrives damaged passed it, or was damaged between controller and host.
+Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already checked
+the 15-bit CRC, so a damaged frame passed that check or was damaged between controller and host.
 """
 
 import enum
@@ -15,7 +15,7 @@ from palpate.drivers.jr3.messages import Ack, Bootup, Counts3, Message, Op, Read
 
 
 class Jr3Code(enum.IntEnum):
-    """What stands in front of the node number of a JR3 board in what it sends."""
+    """Identifiers of the messages of a JR3 board, to which the node number is added."""
 
     ACK = 0x100
     FORCES = 0x600
@@ -30,7 +30,7 @@ _GARBAGE, _ORPHANS = "frames without sense", "halves of readings without the oth
 
 
 def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> CanFrame:
-    """Make the frame of a request.
+    """Return the frame of a request.
 
     FACT (jr3-mbed-firmware-can main.cpp): the cut-off of START is 16 bits, and the period 32 bits after it.
 
@@ -49,10 +49,10 @@ class _Half(NamedTuple):
 
 
 class CanDecoder:
-    """Decodes the frames of one node, and joins the two halves of a reading, which come in either order.
+    """Decodes the frames of one node, and joins the two halves of a reading, which arrive in any order.
 
     Args:
-        errors: Frames that make no sense, and halves whose other half never came, are counted here.
+        errors: Counters of invalid frames and of halves without the other half.
     """
 
     def __init__(self, node: int, errors: Counter[str]) -> None:
@@ -60,12 +60,12 @@ class CanDecoder:
         self._halves: dict[int, _Half] = {}
 
     def forget(self) -> None:
-        """Drop halves of readings: after a restart equal counters mean nothing."""
+        """Drop halves of readings, because equal counters do not match after a restart."""
         self._errors[_ORPHANS] += len(self._halves)
         self._halves.clear()
 
     def decode(self, frame: CanFrame) -> Message | None:
-        """What a frame says; None when it is not ours, makes no sense, or is the first half of a reading."""
+        """Return the message in a frame; None if it is of another node, invalid, or the first half of a reading."""
         if frame.can_id & _NODE_MASK != self._node:
             return None
         op, data = frame.can_id & _OP_MASK, frame.data

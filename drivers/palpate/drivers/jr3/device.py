@@ -1,4 +1,4 @@
-"""The conversation with the board, advanced by polling: no thread, no clock, no waiting."""
+"""Communication with the board by polling, without a thread, a clock or waiting."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -17,20 +17,21 @@ from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 FIRST_READING_NS: Final = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
 MAX_BOOTS: Final = 5
-"""Restarts in a row, without a reading between them, that are no fault. Assumed."""
+"""Restarts in a row, without a reading between them, that do not count as a fault. Assumed."""
 _STALL_PERIODS: Final = 20
 """Periods without a new reading after which the sensor counts as silent. Assumed."""
 ACK_TIMEOUT_NS: Final = 250_000_000
 ATTEMPTS: Final = 3
 PING_ATTEMPTS: Final = 16
-"""FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s, so the first request is made more often."""
+"""Attempts of the first request. FACT: yarp-devices waits 0.25 s for an answer, and the board boots in 2 s."""
 _REMEDY: Final = "check power, wiring, bit rate and termination, and that the sensor is plugged into its board"
 
 
 class Jr3(PolledSensor):
-    """One JR3 behind one board.
+    """One JR3 sensor with its board.
 
-    Nothing here tares, and starting the stream removes a zero that another client has set. (FACT: revisions of
+    The driver does not tare, and starting the stream removes a zero that another client has set. (FACT: revisions
+    of
     Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
     reads zero right after :meth:`open` has such firmware.)
 
@@ -40,7 +41,7 @@ class Jr3(PolledSensor):
         signs: See :data:`palpate.drivers.jr3.messages.LEFT_HANDED`.
 
     Attributes:
-        after_boot: Whether the board restarted in mid-run. Until acknowledged.
+        after_boot: Whether the board restarted during a run; kept until acknowledged.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class Jr3(PolledSensor):
 
     @property
     def full_scales(self) -> FullScales:
-        """All by which a board can be told from another. FACT: the protocol has neither serial number nor version.
+        """Full scales, which alone distinguish boards. FACT: the protocol has neither serial number nor version.
 
         Raises:
             StateError: They have not been read yet.
@@ -69,10 +70,10 @@ class Jr3(PolledSensor):
         return self._sampler.full_scales
 
     def open(self) -> None:
-        """Begin to talk; :meth:`poll` does the rest. Also the way out of FAULTED and SILENT.
+        """Start the communication, which :meth:`poll` continues; also used to leave FAULTED and SILENT.
 
         Raises:
-            StateError: It is open already.
+            StateError: The sensor is already open.
         """
         self._wish(Jr3Event.ASKED_TO_OPEN)
         self.failure, self._heard, self._started = None, False, False
@@ -80,12 +81,12 @@ class Jr3(PolledSensor):
         self._decoder.forget()
 
     def stop(self) -> None:
-        """Stop the stream; poll until ``phase`` is CLOSED. StateError when it is closed."""
+        """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if it is closed."""
         self._wish(Jr3Event.ASKED_TO_STOP)
 
     @override
     def acknowledge(self) -> None:
-        """Say that a restart of the board has been seen; it is no longer reported."""
+        """Acknowledge a restart of the board; it is no longer reported."""
         self.after_boot = False
 
     @override
@@ -149,8 +150,8 @@ class Jr3(PolledSensor):
     def _ask(self, op: Op) -> None:
         attempts = PING_ATTEMPTS if self.phase is Jr3Phase.PINGING else ATTEMPTS
         if self.phase is Jr3Phase.READING_SCALES:
-            # Not repeated as it is: the answers for forces and moments look alike, so that a late one could be taken
-            # for the other. The state is asked first again; its short answer cannot overtake a late long one.
+            # The request is not simply repeated: the answers for forces and moments look alike, so a late one could be
+            # mistaken for the other. The state is requested first; its short answer cannot overtake a late long one.
             attempts = 1
         self._exchange.begin(op, attempts, ACK_TIMEOUT_NS)
 
@@ -245,7 +246,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
         timeout_s: Longest wait, in s.
 
     Raises:
-        DriverError: It does not stream; which one says why.
+        DriverError: The sensor does not stream; the class of the error states why.
     """
     device.open()
     _wait(device, clock_ns, sleep, {Jr3Phase.STREAMING}, timeout_s)
@@ -254,7 +255,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
 def shut_down(
     device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], None], timeout_s: float = 10.0
 ) -> None:
-    """Stop the stream and wait until the board has taken that, or has not answered; does nothing when closed."""
+    """Stop the stream and wait for the board's answer or its time-out; without effect if closed."""
     if device.phase is not Jr3Phase.CLOSED:
         device.stop()
         _wait(device, clock_ns, sleep, {Jr3Phase.CLOSED, Jr3Phase.FAULTED}, timeout_s)

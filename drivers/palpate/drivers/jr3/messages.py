@@ -1,7 +1,7 @@
-"""What host and board say to each other: requests, and what comes back.
+"""Messages between host and board: requests and answers.
 
-FACT (README of jr3-mbed-firmware-can): an acknowledgement carries the sensor's state, but neither the
-command that it answers nor anything to tell two of them apart. So only one request may be in flight.
+FACT (README of jr3-mbed-firmware-can): an acknowledgement carries the sensor's state, but does not identify its
+command. Therefore only one request may be pending.
 """
 
 import enum
@@ -15,9 +15,9 @@ Counts3: TypeAlias = tuple[int, int, int]
 
 
 class Op(enum.IntEnum):
-    """A command to the board, by the identifier that stands in front of its node number.
+    """A command to the board, by its identifier, to which the node number is added.
 
-    The synchronous mode is left out: CANopen's SYNC has the same identifier, 0x080, so that an arm on the same bus
+    The synchronous mode is not used: CANopen's SYNC has the same identifier, 0x080, so that an arm on the same bus
     would trigger the sensor (FACT, same sources).
     """
 
@@ -29,16 +29,16 @@ class Op(enum.IntEnum):
 
 
 SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
-"""How many full scales the acknowledgement of an operation carries; 0 where none is named."""
+"""Number of full scales in the acknowledgement of an operation; 0 for others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """The board took a command.
+    """The board has accepted a command.
 
     Attributes:
-        ready: False when the sensor is not initialised. The board acknowledges commands even then, and what it says of
-            full scales is stale (FACT, jr3-mbed-firmware-can main.cpp).
+        ready: False if the sensor is not initialised. The board acknowledges commands even then, with stale full scales
+            (FACT, jr3-mbed-firmware-can main.cpp).
         scales: Full scales, (0,) or (3,): N for forces, 0.1 N m for moments.
     """
 
@@ -48,12 +48,12 @@ class Ack:
 
 @dataclass(frozen=True, slots=True)
 class Bootup:
-    """The board has just started, and with it all settings and the zero are gone."""
+    """The board has just started; all settings and the zero are lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A whole reading in counts, forces first, (6,), in the sensor's own axes, and its frame counter, 0 to 65535."""
+    """A complete reading in counts, forces first, (6,), in the sensor's axes, and its frame counter, 0 to 65535."""
 
     counts: tuple[int, ...]
     counter: int
@@ -92,7 +92,7 @@ utils.cpp): beyond twice the full scale the number wraps.
 
 @dataclass(frozen=True, slots=True)
 class FullScales:
-    """What full scale means on each axis; the only thing by which the board can be identified.
+    """Full scale of each axis; the only values by which a board can be identified.
 
     FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors at can-plotter.py
         of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).
@@ -102,7 +102,7 @@ class FullScales:
         moment_dNm: Mx, My, Mz in tenths of a newton metre.
 
     Raises:
-        DeviceFaultError: A full scale is 0, with which every reading would be 0.
+        DeviceFaultError: A full scale is 0, so that every reading would be 0.
     """
 
     force_N: Counts3
@@ -114,7 +114,7 @@ class FullScales:
             raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
 
     def wrench(self, counts: tuple[int, ...], signs: Signs) -> tuple[Vector3, Vector3]:
-        """Force in N and moment in N m.
+        """Return force in N and moment in N m.
 
         FACT: F = counts x full scale / 16384, M = counts x full scale in 0.1 N m / 163840.
         """

@@ -1,12 +1,12 @@
-"""The conversation with the board as a table of states, and its one request in flight.
+"""State machine of the communication with the board, and its pending request.
 
 ::
 
     CLOSED -> PINGING -> READING_SCALES -> STOPPING -> STARTING -> AWAITING -> STREAMING <-> SILENT
     BOOTED leads from anywhere back to PINGING, LINK_LOST and GAVE_UP to FAULTED, ASKED_TO_STOP to LEAVING and CLOSED.
 
-The stream is stopped before it is started. FACT: STOP ends the board's sampling thread, which holds the offsets, so
-that a stream never begins with a zero that another client has set.
+The stream is stopped before it is started. FACT: STOP ends the board's sampling thread, which holds the offsets, so a
+stream never starts with a zero that another client has set.
 """
 
 import enum
@@ -16,7 +16,7 @@ from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Ack, Op
 
 
 class Jr3Phase(enum.Enum):
-    """Where the conversation stands."""
+    """Phases of the communication."""
 
     CLOSED = "closed"
     PINGING = "asking for the state"
@@ -31,7 +31,7 @@ class Jr3Phase(enum.Enum):
 
 
 class Jr3Event(enum.Enum):
-    """What may happen."""
+    """Events that change the phase."""
 
     ASKED_TO_OPEN = "asked to open"
     ASKED_TO_STOP = "asked to stop"
@@ -72,7 +72,7 @@ TRANSITIONS = MappingProxyType(
         (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
     }
 )
-"""Where each cue leads. A pair that is not here means nothing: an event is ignored, a wish refused."""
+"""Next phase by phase and event. For other pairs, events are ignored and requests refused."""
 
 REQUESTS = MappingProxyType(
     {
@@ -82,23 +82,23 @@ REQUESTS = MappingProxyType(
         Jr3Phase.LEAVING: Op.STOP,
     }
 )
-"""What is asked on entering a phase; the full scales are asked one after another by the conversation."""
+"""Request on entering a phase; the full scales are requested one after the other."""
 
 READABLE = frozenset({*_FLOWING, Jr3Phase.SILENT})
-"""Phases in which readings are samples; in all others they belong to an older stream."""
+"""Phases in which readings are samples; in other phases they belong to an older stream."""
 
 FLOWING = frozenset(_FLOWING)
-"""Phases in which readings must keep coming."""
+"""Phases in which readings are expected."""
 
 
 class RequestInFlight:
-    """Keeps the only request that may be in flight.
+    """Holds the only pending request.
 
-    An acknowledgement that says "not initialised" does not end the request: it is repeated after its time-out, because
-    a board that is still booting answers like that, and whatever else such an answer carries is stale (FACT).
+    An acknowledgement "not initialised" does not complete the request, which is repeated after its time-out: a board
+    that is booting answers so, and the other content of such an answer is stale (FACT).
 
     Attributes:
-        request: In flight or waiting to be sent; None when there is none.
+        request: Pending request, sent or not; None if there is none.
     """
 
     def __init__(self) -> None:
@@ -109,16 +109,16 @@ class RequestInFlight:
         self._timeout_ns = 0
 
     def begin(self, request: Op, attempts: int, timeout_ns: int) -> None:
-        """Put a request in place of any before it; :meth:`due` then says when to send it."""
+        """Replace the pending request by a new one; :meth:`due` returns when to send it."""
         self.request, self._attempts_left, self._timeout_ns = request, attempts, timeout_ns
         self._sent_ns, self.refused = None, False
 
     def cancel(self) -> None:
-        """Forget the request; its acknowledgement will be a stray one."""
+        """Drop the request; its acknowledgement will be ignored as unexpected."""
         self.request = None
 
     def due(self, now_ns: int) -> bool:
-        """Whether the request must be sent now, for the first time or again; False when attempts are used up."""
+        """Return whether the request must be sent now, for the first time or again; False after the last attempt."""
         if self.request is None or self._attempts_left == 0 or not self._waited(now_ns):
             return False
         self._attempts_left -= 1
@@ -126,14 +126,14 @@ class RequestInFlight:
         return True
 
     def exhausted(self, now_ns: int) -> bool:
-        """Whether the last attempt, too, has timed out; the request is then forgotten."""
+        """Return whether the last attempt has timed out, and drop the request if so."""
         if self.request is None or self._attempts_left > 0 or not self._waited(now_ns):
             return False
         self.request = None
         return True
 
     def answer(self, ack: Ack) -> Op | None:
-        """Take an acknowledgement; give back the request that it completes, or None."""
+        """Process an acknowledgement and return the request that it completes, or None."""
         request = self.request
         if request is None or self._sent_ns is None or len(ack.scales) != SCALES_IN_REPLY.get(request, 0):
             return None

@@ -1,4 +1,4 @@
-"""Readings made samples: what is new, what it means, and what must be said with it."""
+"""Conversion of readings to samples with their flags."""
 
 from collections import Counter
 from math import pi
@@ -15,7 +15,7 @@ _SETTLED_TAUS: Final = 5.0
 
 
 def settling_ns(cutoff_cHz: int) -> int:
-    """Time after which the filter counts as settled, in ns; 0 when unfiltered.
+    """Return the time after which the filter counts as settled, in ns; 0 if unfiltered.
 
     CALC: the filter is of first order (FACT, Jr3Controller.cpp of jr3-mbed-firmware), tau = 1/(2 pi cut-off); 0.4 s at
         2 Hz.
@@ -24,13 +24,13 @@ def settling_ns(cutoff_cHz: int) -> int:
 
 
 class Sampler:
-    """Makes samples, numbered as they come.
+    """Converts readings to samples, numbered in order of arrival.
 
     Args:
-        errors: Readings that are no news, and restarts of the board that it has not announced, are counted here.
+        errors: Counters of readings that are not new, and of unannounced restarts of the board.
 
     Attributes:
-        full_scales: As the board reports them; None before, and then nothing is a sample.
+        full_scales: Full scales reported by the board; None before that, when readings give no samples.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
@@ -41,12 +41,12 @@ class Sampler:
         self._counter: int | None = None
 
     def started(self, now_ns: int) -> None:
-        """The board has started a stream: its counter may be any, and its filter begins at 0."""
+        """Note a new stream: its counter may have any value, and its filter starts at 0."""
         self._counter = None
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
 
     def take(self, reading: Reading, now_ns: int) -> ForceSample | None:
-        """A sample of a reading; None when that is no news."""
+        """Return the sample of a reading; None if it is not new."""
         if self.full_scales is None:
             return None
         ahead = 1 if self._counter is None else (reading.counter - self._counter) % _WRAP
@@ -54,7 +54,7 @@ class Sampler:
             self._errors[REPEATED] += 1
             return None
         if ahead >= _WRAP // 2:
-            # It counts from 0 again. After a silence of some seconds that may be the counter's wrap: no harm is done.
+            # The counter starts at 0 again. After some seconds of silence it may also have wrapped, which does no harm.
             self._errors[RESTARTED] += 1
             self._settled_at_ns = now_ns + self._settling_ns
         self._counter, self.last_new_ns = reading.counter, now_ns

@@ -1,8 +1,8 @@
-"""Driver for an arm and a force sensor behind ROS 2, without a ROS installation: DDS by the library cyclonedds.
+"""Driver for an arm and a force sensor with ROS 2. No ROS installation is needed: DDS is the library cyclonedds.
 
-Joint angles come as ``sensor_msgs/JointState``, wrenches as ``geometry_msgs/WrenchStamped``, commands go as
-``std_msgs/Float64MultiArray`` to a ``forward_command_controller``. That controller keeps its last command for ever.
-Nothing here has met a real arm.
+Joint angles arrive as ``sensor_msgs/JointState``, wrenches as ``geometry_msgs/WrenchStamped``; commands are sent as
+``std_msgs/Float64MultiArray`` to a ``forward_command_controller``, which holds its last command without a time limit.
+Not tested on a real arm.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""The arm: joint angles in, commands out, held where it is on every way out.
+"""The arm: reads joint angles and sends commands; any error makes it hold its position.
 
-A forward_command_controller keeps its last command for ever. So each position is at most one period ahead of the arm,
-and each stop sends that position once more, or velocities of zero.
+A forward_command_controller holds its last command without a time limit. Therefore each commanded position is at most
+one period ahead of the arm, and each stop sends that position again, or velocities of zero.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,11 +24,11 @@ from palpate.drivers.ros2.settings import NAME, Ros2ArmSettings
 
 _LOOK_S: Final = 0.002
 _GAIN_PER_S: Final = 10.0
-"""Velocity that is added per radian that the arm is behind."""
+"""Added velocity per radian of lag."""
 
 
 class Ros2Arm(LatchingArm):
-    """The arm."""
+    """An arm with ROS 2."""
 
     def __init__(
         self, link: Ros2Link, settings: Ros2ArmSettings, *, now_ns: Callable[[], int], sleep: Callable[[float], None]
@@ -41,7 +41,7 @@ class Ros2Arm(LatchingArm):
         self._heard_ns = self._time_ns = 0
 
     def open(self) -> None:
-        """Find the robot; nothing is sent."""
+        """Find the robot without sending anything."""
         self._require("open()", ArmState.NEW)
         self._link.open()
         await_publisher(self._link, self.settings.start_s, self._sleep)
@@ -49,7 +49,7 @@ class Ros2Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Take over the controller; the arm holds still."""
+        """Start to command the controller; the arm holds its position."""
         self._require("enable()", ArmState.CONFIGURED)
         require_one_publisher(self._link)
         self._await_news()
@@ -64,7 +64,7 @@ class Ros2Arm(LatchingArm):
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Take the newest angles and send a command, at most one period ahead of them; None holds."""
+        """Read the latest angles and send a command, at most one period ahead of them; None holds the position."""
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         enabled, settings, goal_rad = self._state is ArmState.ENABLED, self.settings, self.setpoint_rad
         with self._latching():
@@ -91,7 +91,7 @@ class Ros2Arm(LatchingArm):
         return super().diagnostics() | link_diagnostics(self._link, self._stamps)
 
     def stop(self) -> None:
-        """Hold the arm, or send velocities of zero; at any time, twice too, never raising."""
+        """Hold the arm, or send velocities of zero. May be called at any time and repeatedly; never raises."""
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
         elif self._state not in (ArmState.STOPPED, ArmState.FAULTED):
@@ -100,9 +100,9 @@ class Ros2Arm(LatchingArm):
             self._hold()
 
     def acknowledge(self) -> None:
-        """Clear a fault; a person's decision. Where its cause is still there, it stays."""
+        """Clear a fault, as decided by a person. The fault stays if its cause persists."""
         self._require_fault()
-        # A robot that was started again has another clock.
+        # A restarted robot has a different clock.
         self._stamps = StampClock(self._link.reads)
         require_one_publisher(self._link)
         self._await_news()
@@ -119,12 +119,12 @@ class Ros2Arm(LatchingArm):
         if not messages:
             return
         times_ns = self._stamps.times_ns(messages, now_ns)
-        # Each is judged, the newest counts.
+        # Each message is checked, and the latest is used.
         angles = [joint_angles(message, self.settings.joints, self._link.reads) for message in messages]
         self._seen_rad, self._time_ns, self._heard_ns = angles[-1], times_ns[-1], now_ns
 
     def _await_news(self) -> None:
-        """Wait for a message that comes from now on: those that have come may be old, or those of a fault."""
+        """Wait for a new message, because received ones may be old or of a fault."""
         self._link.take()
         begin_ns, before_ns = self._now_ns(), self._time_ns
         while self._time_ns == before_ns:
@@ -155,12 +155,12 @@ class Ros2Arm(LatchingArm):
 
 
 def held(position_rad: Sequence[float], velocities: bool) -> tuple[float, ...]:
-    """The command that holds an arm there."""
+    """Return the command that holds an arm at a position."""
     return (0.0,) * len(position_rad) if velocities else tuple(position_rad)
 
 
 def link_diagnostics(link: Ros2Link, stamps: StampClock) -> dict[str, str]:
-    """Return who publishes and who subscribes, with quality of service, and how the publisher's clock stands."""
+    """Return publishers and subscribers with their quality of service, and the state of the publisher's clock."""
     found = {}
     if stamps.stamp_ns:
         behind_ms = (link.wall_ns() - stamps.stamp_ns) * 1e-6

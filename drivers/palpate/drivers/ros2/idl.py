@@ -1,4 +1,4 @@
-"""The messages as DDS carries them: types as rmw names them, and the hashes by which ROS 2 knows them."""
+"""The messages as DDS types with the names of rmw, and the type hashes of ROS 2."""
 
 from typing import Any, Final
 
@@ -34,14 +34,14 @@ _JointState: Final = _message(
 )
 _Commands: Final = _message(COMMANDS, layout=_Layout, data=_Numbers)
 TYPES: Final = {JOINT_STATE: _JointState, WRENCH: _message(WRENCH, header=_Header, wrench=_Wrench), COMMANDS: _Commands}
-"""Types by their names in ROS 2."""
+"""Types by ROS 2 name."""
 
 
 def command(values: list[float]) -> Any:
-    """Return a message with one number a joint."""
+    """Return a message with one number per joint."""
     return _Commands(_Layout([], 0), values)
 
 
 def user_data(kind: str) -> bytes:
-    """Return what an endpoint says of its type's version, as rmw_dds_common has it."""
+    """Return the user data of an endpoint that state the version of its type, as in rmw_dds_common."""
     return f"typehash=RIHS01_{_HASHES[kind]};".encode()

@@ -1,4 +1,4 @@
-"""What is asked of messages and of those who send and receive them."""
+"""Checks of messages, publishers and subscribers."""
 
 from collections.abc import Callable, Sequence
 from math import isfinite
@@ -10,18 +10,18 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME
 
 _NS: Final = 1_000_000_000
 _LEAP_NS: Final = _NS // 4
-"""Messages that come so much earlier than their stamps say: the clock was set ahead."""
+"""A message this much earlier than its stamp shows that the clock was set ahead."""
 _DRIFT: Final = 1e-4
-"""Two clocks drift apart by less than this share."""
+"""Largest relative drift between two clocks."""
 _LOOK_S: Final = 0.01
 _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the messages"
 
 
 class StampClock:
-    """Times of a publisher on this computer's clock: its quickest message so far took no time at all.
+    """Converts a publisher's stamps to this computer's clock, assuming no delay of its fastest message.
 
     Attributes:
-        stamp_ns: The newest stamp; 0 before the first.
+        stamp_ns: The latest stamp; 0 before the first.
     """
 
     def __init__(self, topic: str) -> None:
@@ -30,10 +30,10 @@ class StampClock:
         self._heard_ns = self._time_ns = 0
 
     def times_ns(self, messages: Sequence[Any], receive_ns: int) -> list[int]:
-        """Return when messages that were taken together were measured; times grow as stamps do.
+        """Return the measurement times of messages that were received together, in increasing order.
 
         Raises:
-            GarbledError: Their clock was set, or they carry no time.
+            GarbledError: The publisher's clock was set, or the messages carry no time.
         """
         stamps_ns = [message.header.stamp.sec * _NS + message.header.stamp.nanosec for message in messages]
         for stamp_ns in stamps_ns:
@@ -63,10 +63,10 @@ class StampClock:
 
 
 def joint_angles(message: Any, joints: Sequence[str], topic: str) -> tuple[float, ...]:
-    """Return the angles of these joints, by their names in this very message, (n,) rad.
+    """Return the angles of these joints, found by name in the message, (n,) rad.
 
     Raises:
-        DriverError: One is missing or no number.
+        DriverError: An angle is missing or not a number.
     """
     names, angles = list(message.name), list(message.position)
     if len(names) != len(angles):
@@ -85,7 +85,7 @@ def joint_angles(message: Any, joints: Sequence[str], topic: str) -> tuple[float
 
 
 def await_publisher(link: Ros2Link, timeout_s: float, sleep: Callable[[float], None]) -> None:
-    """Wait until the one publisher is found; a WiringError where none fits, or more than one."""
+    """Wait for the publisher; raises WiringError if there is not exactly one that fits."""
     waited_s = 0.0
     while not link.publishers():
         if waited_s >= timeout_s:
@@ -96,14 +96,14 @@ def await_publisher(link: Ros2Link, timeout_s: float, sleep: Callable[[float], N
 
 
 def require_one_publisher(link: Ros2Link) -> None:
-    """Refuse a topic on which several take turns."""
+    """Refuse a topic with several publishers."""
     if (found := link.publishers()) > 1:
         problem = f"{found} publishers send {link.reads}"
         raise WiringError(NAME, problem, "end all but one; one that has died counts for up to 20 s")
 
 
 def nobody_publishes(link: Ros2Link) -> DriverError:
-    """The error where no publisher fits."""
+    """Return the error for a topic without a fitting publisher."""
     others = [kind for kind, _ in link.endpoints(link.reads) if kind != link.kind]
     if others:
         problem = f"{link.reads} carries {others[0]}, not {link.kind}"
@@ -115,7 +115,7 @@ def nobody_publishes(link: Ros2Link) -> DriverError:
 
 
 def require_subscriber(link: Ros2Link) -> None:
-    """Refuse to command where no controller is, or where one does not take what is offered."""
+    """Refuse to send commands if there is no controller, or one with other requirements."""
     if link.subscribers():
         return
     unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]

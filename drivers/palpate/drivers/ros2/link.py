@@ -1,4 +1,4 @@
-"""The way into a ROS 2 domain: one topic is read, commands are written to another. Nothing here waits."""
+"""Connection to a ROS 2 domain: reads one topic and writes commands to another, without waiting."""
 
 import time
 from collections.abc import Sequence
@@ -11,20 +11,20 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME, Ros2Network
 
 EXTRA: Final = "pip install 'palpate[ros2]'"
 _MOST: Final = 64
-"""Messages that wait to be taken; where more come, the newest stay."""
+"""Length of the queue of received messages; the oldest are dropped."""
 _ENDPOINTS: Final = 500
 _ALIVE: Final = 16
 _EXISTS: Final = -4
 _domains: Final = dict[int, tuple[str, Any]]()
-"""A process opens a domain once, and keeps it with its configuration for all that come after."""
+"""Open domains: a process opens each once and keeps it with its configuration."""
 
 
 class Ros2Link:
     """A participant of a domain.
 
     Args:
-        reads: Name and type of the topic that is read.
-        writes: Name of the topic of commands; empty writes none.
+        reads: Name and type of the topic to read.
+        writes: Name of the topic of commands; empty for none.
     """
 
     def __init__(self, network: Ros2Network, reads: tuple[str, str], writes: str = "") -> None:
@@ -34,7 +34,7 @@ class Ros2Link:
         self._writer: Any = None
 
     def open(self) -> None:
-        """Join the domain; others are found from now on.
+        """Join the domain, and start to discover other participants.
 
         Raises:
             SettingError: The library is missing, or this computer cannot join.
@@ -71,23 +71,23 @@ class Ros2Link:
         wanted = qos(Policy.Reliability.BestEffort, _MOST, self.kind)
         self._reader = DataReader(self._participant, topic(self.reads, self.kind), wanted)
         if self.writes:
-            # A newer command replaces one that has not got through: writing never waits.
+            # A newer command replaces an unsent one, so writing never waits.
             offered = qos(Policy.Reliability.Reliable(0), 1, COMMANDS)
             self._writer = DataWriter(self._participant, topic(self.writes, COMMANDS), offered)
 
     def take(self) -> list[Any]:
-        """Return the messages that have come since the last call, oldest first; a DriverError where one is none."""
+        """Return the messages since the last call, oldest first; raises DriverError if one is invalid."""
         reader = self._opened(self._reader)
         try:
             taken = reader.take(_MOST)
         except Exception as error:
-            # Bytes that are no such message fail in many ways.
+            # Invalid bytes raise various errors.
             raise GarbledError(NAME, f"a message of {self.reads} is no {self.kind}", "see who sends it") from error
         # A publisher that leaves sends a sample without fields.
         return [each for each in taken if each.sample_info.valid_data]
 
     def write(self, values: Sequence[float]) -> None:
-        """Publish a command; a SilentError where that cannot be."""
+        """Publish a command; raises SilentError if that fails."""
         writer = self._opened(self._writer)
         from palpate.drivers.ros2.idl import command
 
@@ -97,15 +97,15 @@ class Ros2Link:
             raise SilentError(NAME, f"a command cannot be sent: {_words(error)}", "check the network") from error
 
     def publishers(self) -> int:
-        """Return how many publishers of the read topic fit."""
+        """Return the number of fitting publishers of the read topic."""
         return len(self._opened(self._reader).get_matched_publications())
 
     def subscribers(self) -> int:
-        """Return how many subscribers of the commands fit."""
+        """Return the number of fitting subscribers of the commands."""
         return len(self._opened(self._writer).get_matched_subscriptions())
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:
-        """Return type and quality of service of all that publish the read topic, or subscribe to the commands."""
+        """Return type and quality of service of all publishers of the read topic, or subscribers of the commands."""
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
         kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
@@ -116,7 +116,7 @@ class Ros2Link:
         return [(_ros_name(each.type_name), _qos_text(each.qos)) for each in alive]
 
     def wall_ns(self) -> int:
-        """Return the time of day, which stamps of ROS 2 carry."""
+        """Return the time of day, which ROS 2 uses for stamps."""
         return time.time_ns()
 
     def close(self) -> None:
@@ -130,10 +130,10 @@ class Ros2Link:
 
 
 def _open_domain(network: Ros2Network) -> None:
-    """Open the domain in this process, if it is not open.
+    """Open the domain in this process unless it is open.
 
     Raises:
-        SettingError: It is open, with another address or other peers.
+        SettingError: The domain is open with another address or other peers.
     """
     from cyclonedds.core import DDSException
     from cyclonedds.domain import Domain
@@ -143,7 +143,7 @@ def _open_domain(network: Ros2Network) -> None:
         try:
             _domains[network.domain] = configuration, Domain(network.domain, configuration)
         except DDSException as error:
-            # Another user of the library in this process has opened it.
+            # Other code in this process has opened it with the library.
             if error.code != _EXISTS:
                 raise
     elif _domains[network.domain][0] != configuration:
@@ -154,8 +154,8 @@ def _open_domain(network: Ros2Network) -> None:
 def _configuration(network: Ros2Network) -> str:
     """Return the library's settings.
 
-    Fast DDS describes types with sequences in a way that Cyclone holds invalid (rmw_cyclonedds #535): what eProsima
-    (vendor 1.15) says of types is ignored, and their names count.
+    Cyclone rejects the descriptions of types with sequences by Fast DDS (rmw_cyclonedds #535). Therefore the type
+    information of eProsima (vendor 1.15) is ignored, and only the names of types are compared.
     """
     general = discovery = ""
     if network.address:
@@ -179,7 +179,7 @@ def _ros_name(wire: str) -> str:
 
 
 def _qos_text(qos: Any) -> str:
-    """Return reliability and durability; discovery says no more of it that keeps two from fitting."""
+    """Return reliability and durability, the discovered properties that decide compatibility."""
     names = [str(policy).partition("(")[0].split(".") for policy in qos]
     return ", ".join(name[2] for name in names if name[1] in ("Reliability", "Durability"))
 

@@ -1,4 +1,4 @@
-"""What a rig file says of a robot behind ROS 2, and the names of its messages."""
+"""Settings of a robot with ROS 2 in a rig file."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -11,12 +11,12 @@ COMMANDS: Final = "std_msgs/msg/Float64MultiArray"
 
 @dataclass(frozen=True, slots=True)
 class Ros2Network:
-    """Where the robot is.
+    """Network settings of the robot.
 
     Attributes:
         domain: The robot's ROS_DOMAIN_ID.
-        address: This computer's address on the robot's network; empty: the system chooses.
-        peers: Addresses of computers to look for; empty: multicast finds them.
+        address: This computer's address on the robot's network; if empty, the system chooses.
+        peers: Addresses of computers to contact; if empty, they are found by multicast.
     """
 
     domain: int
@@ -26,7 +26,7 @@ class Ros2Network:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ros2ArmSettings:
-    """What the rig file says of the arm. Vectors have one number a joint, base first, (n,).
+    """Settings of the arm in the rig file. Vectors have one number per joint, base first, (n,).
 
     Attributes:
         joints: Names of the joints in the messages.
@@ -34,7 +34,7 @@ class Ros2ArmSettings:
         period_s: Time between two commands.
         velocities: Command velocities, instead of positions.
         start_s: Longest wait for publisher and first message.
-        silence_s: So long without joint angles is a fault.
+        silence_s: Time without joint angles that counts as a fault.
     """
 
     joints: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""A force sensor behind ROS 2, advanced by polling."""
+"""A force sensor with ROS 2, read by polling."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -17,11 +17,11 @@ _NAME: Final = "ROS 2 wrench"
 
 
 class Ros2Wrench(PolledSensor):
-    """The sensor; its link is open. Times of its samples are those of their stamps.
+    """The sensor on an open link. The times of samples are those of their stamps.
 
     Args:
-        frame: ``frame_id`` that its messages must have.
-        sign: 1 where they give what the world exerts on the tool, -1 where they give the opposite.
+        frame: Required ``frame_id`` of the messages.
+        sign: 1 if the messages state the wrench of the world on the tool, -1 if the opposite.
     """
 
     def __init__(self, link: Ros2Link, frame: str, sign: int = 1) -> None:
@@ -67,6 +67,6 @@ class Ros2Wrench(PolledSensor):
     def acknowledge(self) -> None:
         super().acknowledge()
         with suppress(DriverError):
-            # What has come by now may be what is acknowledged.
+            # Messages received until now may belong to the acknowledged fault.
             self._link.take()
         self._stamps = StampClock(self._link.reads)

@@ -1,8 +1,8 @@
-"""Driver for arms of Universal Robots over RTDE, through the client library ur_rtde; it is no protocol of ours.
+"""Driver for arms of Universal Robots over RTDE, with the client library ur_rtde.
 
-The client waits without end for a controller that falls silent, holds the interpreter while it connects, ends its
-process on packages that are none, and connects again unasked. So it has a process, which can be given up.
-Nothing here has met a real arm.
+The client waits without limit for a silent controller, blocks the interpreter while it connects, ends its process on
+invalid packages, and reconnects unprompted. Therefore it runs in a separate process, which can be terminated.
+Not tested on a real arm.
 """
 
 import lazy_loader

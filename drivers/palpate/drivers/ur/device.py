@@ -1,7 +1,7 @@
-"""The arm: checked as it is opened, led cycle by cycle, stopped on every way out.
+"""The arm: checked when opened, commanded in every cycle, and stopped on any error.
 
-Who comes to rest how: a stop brakes within servoStop; without set-points, or without the client's process, the
-controller's watchdog ends the control program, which brakes too.
+A stop brakes by servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
+control program, which also brakes.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,11 +28,11 @@ _WAIT_S: Final = 0.02
 
 
 class UrArm(LatchingArm):
-    """The arm.
+    """An arm of Universal Robots.
 
     Attributes:
-        hello: Who the controller is; None before :meth:`open`.
-        tcp_offset: Its tool centre point from the flange: metres and rotation vector, (6,); empty before.
+        hello: Identity of the controller; None before :meth:`open`.
+        tcp_offset: Tool centre point of the controller from the flange: metres and rotation vector, (6,); empty before.
     """
 
     def __init__(
@@ -48,24 +48,24 @@ class UrArm(LatchingArm):
         self._cycled_ns = 0
 
     def open(self) -> None:
-        """Reach the controller; nothing moves."""
+        """Connect to the controller without any motion."""
         self._require("open()", ArmState.NEW)
         seen = self._reach()
         try:
             self._judge_controller(seen)
         except (DeviceFaultError, WiringError) as error:
-            # Nothing has begun: it is no fault of a run, but of how the rig was left.
+            # No run has started: the fault is from an earlier use of the rig.
             raise SettingError(error.device, error.problem, error.remedy) from error
         self._ask_tcp()
         self._state = ArmState.CONFIGURED
 
     @property
     def seen(self) -> UrState | None:
-        """The newest state; None before :meth:`open`."""
+        """Latest state; None before :meth:`open`."""
         return self._seen
 
     def enable(self) -> None:
-        """Start the control program, watched by the controller; the arm holds still. A lost link is made again."""
+        """Start the control program with the controller's watchdog; the arm does not move. A lost link is restored."""
         self._require("enable()", ArmState.CONFIGURED)
         try:
             seen = self._fresh()
@@ -74,7 +74,7 @@ class UrArm(LatchingArm):
             self._fail(error)
             raise
         except (SilentError, WiringError):
-            # Nothing was under way: the connection is made again.
+            # The arm was idle, so the connection is restored.
             seen = self._reach()
             self._judge_controller(seen)
             self._ask_tcp()
@@ -91,7 +91,7 @@ class UrArm(LatchingArm):
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Send a set-point, look at the newest state; None holds."""
+        """Send a set-point and check the latest state; None holds the position."""
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         enabled, before, settings = self._state is ArmState.ENABLED, self._seen, self.settings
         if setpoint_rad is not None:
@@ -112,7 +112,7 @@ class UrArm(LatchingArm):
                     raise LateError(NAME, told, KEEP_TIME) from error
                 if self._state is not ArmState.STOPPED or before is None:
                     raise
-                # It is at rest: the next enable() makes the connection again.
+                # The arm is at rest; the next enable() restores the connection.
                 seen = before
             if enabled:
                 require_led(seen, self._force_N, settings.guard_N, self._link.host)
@@ -132,9 +132,9 @@ class UrArm(LatchingArm):
         return found
 
     def stop(self) -> None:
-        """Brake; at any time, twice too, never raising.
+        """Brake. May be called at any time and repeatedly; never raises.
 
-        Where the client does not obey it is ended, and the watchdog of the controller acts.
+        A client that does not respond is terminated, so that the controller's watchdog acts.
         """
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
@@ -146,11 +146,11 @@ class UrArm(LatchingArm):
             self._link.close()
 
     def acknowledge(self) -> None:
-        """Clear a fault: a protective stop is unlocked, a broken connection made again; a person's decision.
+        """Clear a fault, as decided by a person: unlock a protective stop, or restore a broken connection.
 
         Raises:
             StateError: There is no fault.
-            DriverError: It does not go away; it stays.
+            DriverError: The fault persists.
         """
         self._require_fault()
         try:
@@ -177,7 +177,7 @@ class UrArm(LatchingArm):
         return self._fresh()
 
     def _fresh(self) -> UrState:
-        """The newest state, which may be awaited for a moment."""
+        """Return the latest state, after a short wait if necessary."""
         waited_s, before = 0.0, self._seen
         while True:
             seen = self._link.state()

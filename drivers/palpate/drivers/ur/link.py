@@ -1,4 +1,4 @@
-"""The way to the process that owns ur_rtde. Nothing here waits longer than it is told."""
+"""Connection to the process that runs ur_rtde. All waits are limited."""
 
 import json
 import select
@@ -27,7 +27,7 @@ _END_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True)
 class UrHello:
-    """Who the controller is."""
+    """Identity of the controller."""
 
     version: str
     serial: str
@@ -38,11 +38,11 @@ class UrState:
     """One data package.
 
     Attributes:
-        stamp_ns: When it was found, on the clock of :meth:`UrLink.stamp_ns`.
+        stamp_ns: Time of reception on the clock of :meth:`UrLink.stamp_ns`.
         q_rad: Joint angles, (6,).
-        wrench: Raw force and torque in the tool flange, (6,) N and N m; its weight is in it.
+        wrench: Raw force and torque in the tool flange, (6,) N and N m, including the weight of the tool.
         robot_mode: RTDE's robot_mode. safety_mode: RTDE's safety_mode. runtime: RTDE's runtime_state.
-        payload_cog_m: Its centre from the flange, (3,).
+        payload_cog_m: Centre of gravity of the payload from the flange, (3,).
         tcp_pose: Tool centre point in the controller's base, (6,): metres and a rotation vector.
     """
 
@@ -59,11 +59,11 @@ class UrState:
 
 
 class UrLink:
-    """A way to the controller: ur_rtde in a process of its own.
+    """A connection to the controller by ur_rtde in a separate process.
 
     Args:
-        hurry: Puts the thread that starts the process where the process is to run: into the real-time class.
-        real_time_factor: Seconds of the controller in a second; below 1 for an emulated one.
+        hurry: Puts the thread that starts the process into the real-time class, which the process inherits.
+        real_time_factor: Seconds of the controller per second; below 1 for an emulated one.
     """
 
     def __init__(
@@ -79,23 +79,23 @@ class UrLink:
         self._lost = ""
 
     def stamp_ns(self) -> int:
-        """Now, on the clock that states are stamped with: the system's monotonic one, at the controller's pace."""
+        """Return the time on the clock of the states: the monotonic system clock, scaled to the controller's pace."""
         return round(time.monotonic_ns() * self._real_time_factor)
 
     def open(self, timeout_s: float) -> UrHello:
-        """Reach the controller; whatever was open before is given up.
+        """Connect to the controller; an earlier connection is closed.
 
         Raises:
-            DriverError: Nobody is there, or it does not answer in time.
+            DriverError: The controller is missing or does not answer in time.
         """
         if find_spec("rtde_control") is None:
             raise SettingError(NAME, "the package ur_rtde is not installed", EXTRA)
         self.close()
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        # The client prints what troubles it.
+        # The client prints its errors.
         self._told = tempfile.TemporaryFile()
         with theirs:
-            # What a process inherits is its starting thread's, and this one is to stay as it is.
+            # A process inherits from its starting thread, and this thread must not change.
             starter = threading.Thread(target=self._start, args=(theirs.fileno(),))
             starter.start()
             starter.join()
@@ -105,10 +105,10 @@ class UrLink:
         return hello
 
     def call(self, request: str, timeout_s: float, *args: float) -> Any:
-        """Ask for something and wait for the answer.
+        """Send a request and wait for the answer.
 
         Raises:
-            DriverError: It was refused, or not answered in time; then the link is closed.
+            DriverError: The request was refused, or not answered in time; then the link is closed.
         """
         self._asked += 1
         number, deadline_ns = self._asked, time.monotonic_ns() + round(timeout_s * 1e9)
@@ -127,19 +127,19 @@ class UrLink:
         return answer["value"]
 
     def servo(self, q_rad: tuple[float, ...], step_s: float, lookahead_s: float, gain: float) -> None:
-        """Send a set-point; waits for nothing.
+        """Send a set-point without waiting.
 
         Raises:
-            DriverError: There is no way to the controller any more.
+            DriverError: The connection to the controller is lost.
         """
-        # ur_rtde asks for a speed and an acceleration that servoj does not use.
+        # ur_rtde requires a speed and an acceleration, which servoj does not use.
         self._send({"op": "servo", "args": [list(q_rad), 0.5, 0.5, step_s, lookahead_s, gain]})
 
     def state(self) -> UrState | None:
-        """The newest state; None before the first.
+        """Return the latest state; None before the first.
 
         Raises:
-            DriverError: There is no way to the controller any more.
+            DriverError: The connection to the controller is lost.
         """
         self._take()
         if not self._state:
@@ -150,7 +150,7 @@ class UrLink:
         return UrState(**fields)
 
     def close(self) -> None:
-        """End the process: it is told first, so that it ends the program on the controller. Never raises."""
+        """End the process, after a request to end the program on the controller. Never raises."""
         process, line, told = self._process, self._line, self._told
         self._process = self._line = self._told = None
         self._answers = {}
@@ -184,7 +184,7 @@ class UrLink:
             problem = f"the client takes no set-points: {self.host} does not answer it"
             raise SilentError(NAME, problem, CHECK) from error
         except OSError as error:
-            # What it said last is more than that it is gone.
+            # Its last message tells more than its end.
             with suppress(OSError):
                 self._take()
             raise self._gone() from error

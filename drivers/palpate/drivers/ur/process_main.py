@@ -1,6 +1,6 @@
-"""The process that owns ur_rtde: ``python -m palpate.drivers.ur.process_main FD HOST RATE_HZ``.
+"""The process that runs ur_rtde: ``python -m palpate.drivers.ur.process_main FD HOST RATE_HZ``.
 
-It stops the arm and ends when the other side hangs up. Without set-points, and where this process hangs or dies, the
+It stops the arm and ends when the other side disconnects. Without set-points, or if this process hangs or dies, the
 controller's own watchdog ends the control program.
 """
 
@@ -25,7 +25,7 @@ _VARIABLES: Final = [
 
 
 class Served:
-    """The client, and what is asked of it."""
+    """The client, and the requests to it."""
 
     def __init__(self, line: socket.socket, host: str, rate_Hz: float) -> None:
         self._line, self._host, self._rate_Hz = line, host, rate_Hz
@@ -41,9 +41,9 @@ class Served:
         }  # fmt: skip
 
     def serve(self) -> None:
-        """Until the other side hangs up, or the controller does."""
+        """Serve until the other side or the controller disconnects."""
         while True:
-            # The client does not say when data have come; before there are any, requests alone are waited for.
+            # The client does not signal new data; before the first, the process waits only for requests.
             look_s = None if self._receive is None else _LOOK_S
             if select.select([self._line], [], [], look_s)[0] and not self._hear():
                 return
@@ -51,7 +51,7 @@ class Served:
                 self._tell_state()
 
     def end(self) -> None:
-        """Stop the arm and end the program, where there is one."""
+        """Stop the arm and end the program, if one runs."""
         with suppress(Exception):
             if self._control is not None:
                 if self._is_led:
@@ -59,7 +59,7 @@ class Served:
                 self._control.stopScript()
 
     def _hear(self) -> bool:
-        """Do what is asked; of several set-points the newest. False when the other side has hung up."""
+        """Execute requests, and the latest of several set-points; False if the other side has disconnected."""
         joints_rad = None
         while True:
             try:
@@ -83,15 +83,15 @@ class Served:
         try:
             answer = {"id": asked["id"], "value": self._ways[asked["op"]](*asked["args"])}
         except Exception as error:
-            # Whatever the client raises: it is told in its own words.
+            # Any error of the client is passed on in its own words.
             answer = {"id": asked["id"], "error": str(error).strip() or repr(error)}
         self._line.send(json.dumps(answer).encode())
 
     @contextmanager
     def _ahead(self) -> Iterator[None]:
-        """Around what makes the client start threads: where there are priorities, they come before this thread.
+        """Give threads that the client starts in the context a higher priority than this thread, if possible.
 
-        It waits for what they receive without sleeping, and of equal priority it would keep them from receiving.
+        This thread waits for their data without sleeping, and with equal priority it would prevent their reception.
         """
         policy, own = os.sched_getscheduler(0), self._priority
         if own > 1:
@@ -157,7 +157,7 @@ class Served:
             "tcp_pose": receive.getActualTCPPose(),
         }  # fmt: skip
         if receive.getTimestamp() != timestamp_s:
-            # A package came in between: its parts would not be of one time.
+            # A package arrived meanwhile, so the parts would be of different times.
             return
         self._timestamp_s = timestamp_s
         with suppress(BlockingIOError):
@@ -165,10 +165,10 @@ class Served:
 
 
 def main() -> None:
-    """Serve; never returns, and leaves without the client's own clearing up, which may wait without end."""
+    """Serve; never returns, and exits without the client's own clean-up, which may wait without limit."""
     fd, host, rate_Hz = sys.argv[1:]
     with suppress(OSError):
-        # The client waits without sleeping: not on the loop's own processor, where that has one.
+        # The client waits without sleeping, so it must not run on a processor reserved for the loop.
         os.sched_setaffinity(0, range(os.cpu_count() or 1))
     line = socket.socket(fileno=int(fd))
     served = Served(line, host, float(rate_Hz))

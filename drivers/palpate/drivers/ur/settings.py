@@ -1,4 +1,4 @@
-"""What is asked of a controller of Universal Robots before its arm is led, and while it is."""
+"""Settings of a Universal Robots controller, and checks before and during motion."""
 
 import re
 from collections.abc import Sequence
@@ -26,25 +26,25 @@ _SAFETY: Final = {
     12: ("safeguard stop of the automatic mode", _CLOSE),
     13: ("three-position switch released", "hold the switch in its middle position, or select automatic mode"),
 }
-"""Names, and what a person does; FACT: names of safety_mode and robot_mode from the RTDE guide."""
+"""Names of modes, and advice; FACT: names of safety_mode and robot_mode from the RTDE guide."""
 _MODES: Final = {
     -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
     5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
 }  # fmt: skip
 _FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
-"""Joints turn by 360 degrees, those of the wrists at 360 degrees/s."""
+"""Joints turn by up to 360 degrees, wrist joints at up to 360 degrees/s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UrSettings:
-    """What the rig file says.
+    """Settings of the arm in the rig file.
 
     Attributes:
         lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
-        silence_s: So long without data is a fault.
-        watchdog_s: So long without set-points and the controller ends the program.
-        guard_N: Change of the tool force since the arm was enabled that stops it; 0 watches nothing.
+        silence_s: Time without data that counts as a fault.
+        watchdog_s: Time without set-points after which the controller ends the program.
+        guard_N: Change of the tool force since the arm was enabled that stops it; 0 for no limit.
     """
 
     lower_rad: tuple[float, ...]
@@ -59,7 +59,7 @@ class UrSettings:
 
 
 def require_version(hello: UrHello, host: str) -> None:
-    """Refuse software that has not been tried."""
+    """Refuse untested versions of the controller's software."""
     found = re.search(r"(\d+)\.(\d+)", hello.version)
     if found is None or int(found[1]) != 5 or int(found[2]) < 9:
         problem = f"the software of its controller at {host} is {hello.version!r}, untried"
@@ -67,8 +67,8 @@ def require_version(hello: UrHello, host: str) -> None:
 
 
 def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
-    """Refuse what no controller sends: a client that lost the beginning of its packages takes other bytes for them."""
-    # A controller that has started again counts its time from zero.
+    """Refuse impossible data, which a client reads after it has lost the start of a package."""
+    # A restarted controller counts its time from zero.
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
     farthest_rad = max(map(abs, seen.q_rad))
@@ -93,7 +93,7 @@ def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
 
 
 def require_ready(seen: UrState, host: str) -> None:
-    """Raise what its safety system says, or that it has no power, by name."""
+    """Raise an error for the safety mode, or for missing power, by name."""
     if seen.safety_mode not in _SAFE:
         name, remedy = _SAFETY.get(seen.safety_mode, (f"safety mode {seen.safety_mode}", _RESTART))
     elif seen.robot_mode != _RUNNING:
@@ -106,11 +106,11 @@ def require_ready(seen: UrState, host: str) -> None:
 
 
 def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, host: str) -> None:
-    """Raise why the arm may not be led further.
+    """Raise an error if the arm must not continue.
 
     Args:
-        force_N: Tool force as the arm was enabled, (3,).
-        guard_N: Change of it that stops; 0 watches nothing.
+        force_N: Tool force when the arm was enabled, (3,).
+        guard_N: Change of the tool force that stops the arm; 0 for no limit.
     """
     require_ready(seen, host)
     if seen.runtime != _PLAYING:

@@ -1,4 +1,4 @@
-"""The force sensor in the tool flange of an e-Series arm, advanced by polling."""
+"""The force sensor in the tool flange of an e-Series arm, read by polling."""
 
 from typing import Final
 
@@ -10,11 +10,11 @@ from palpate.drivers.ur.link import CHECK, UrLink
 
 RANGE_N: Final = (50.0, 50.0, 50.0)
 RANGE_NM: Final = (10.0, 10.0, 10.0)
-"""UR5e, technical specification, "Force sensing, tool flange"; quoted from memory: look it up for your arm."""
+"""UR5e, technical specification, "Force sensing, tool flange"; quoted from memory: check it for your arm."""
 
 
 class UrToolForce(PolledSensor):
-    """The sensor, in the flange's frame; it saturates at its rated range. Opens nothing: the link is open."""
+    """The sensor in the flange's frame, on an open link; it saturates at its rated range."""
 
     def __init__(self, link: UrLink) -> None:
         super().__init__(f"tool force of {link.host}", CHECK)
@@ -26,7 +26,7 @@ class UrToolForce(PolledSensor):
         try:
             state = self._link.state()
         except DriverError as error:
-            # A connection that is gone does not come back by itself.
+            # A lost connection is not restored automatically.
             self.failure = self.failure or WiringError(error.device, error.problem, error.remedy)
             return []
         if state is None or state.timestamp_s == self._timestamp_s:
