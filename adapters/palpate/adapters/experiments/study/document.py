@@ -146,7 +146,7 @@ _POLICIES: Final = f"{', '.join((*LEARNERS, *BASELINES))}, policy files, and pac
 
 def _are_seeds(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
-        return all(type(seed) is int and 0 <= seed < 2**63 for seed in value)
+        return bool(value) and all(type(seed) is int and 0 <= seed < 2**63 for seed in value)
     return type(value) is int and 1 <= value <= _MOST
 
 
@@ -199,9 +199,16 @@ class Study:
             if key not in _TABLES:
                 accepted = f"one of {', '.join(_TABLES)}{did_you_mean(key, _TABLES)}"
                 raise ConfigurationError(key, table[key], accepted)
-        head = overlay(_Head(), table.get("study", {}))
-        base, grids = dict(_settings(table.get("base", {}))), table.get("grid", {})
-        grids = [dict(_settings(grid)) for grid in (grids if isinstance(grids, list) else [grids])]
+        head = overlay(_Head(), _table("study", table.get("study", {})))
+        base, grids = dict(_settings(_table("base", table.get("base", {})))), table.get("grid", {})
+        for name, value in base.items():
+            # Under a grid's settings of the same table it would be passed over.
+            current: Any = RunConfig()
+            for key in name.split("."):
+                current = getattr(current, key, None)
+            if isinstance(current, Settings):
+                raise ConfigurationError(name, value, "a table")
+        grids = [dict(_settings(_table("grid", grid))) for grid in (grids if isinstance(grids, list) else [grids])]
         if any("seed" in settings for settings in (base, *grids)):
             raise ConfigurationError("seed", "[base] or [grid]", "seeds in the table [study]: seeds = [0, 1, 2]")
         seeds = range(head.seeds) if isinstance(head.seeds, int) else tuple(head.seeds)
@@ -259,6 +266,12 @@ class Study:
             perception=replace(config.perception, memory=_absolute(memory) if memory.endswith(".json") else memory),
             learning=replace(config.learning, examples=_absolute(examples)),
         )
+
+
+def _table(name: str, value: Any) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise ConfigurationError(name, value, "a table")
+    return value
 
 
 def _settings(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
