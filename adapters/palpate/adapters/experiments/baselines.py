@@ -1,6 +1,6 @@
-"""Strategies to compare with, behind the same interface as learned policies.
+"""Baseline strategies with the same interface as learned policies.
 
-None of them learns. The oracle one is given the truth, which no port carries: it marks what is possible.
+None of them learns. The oracles know the ground truth, which no port provides, and show the best possible result.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,12 +14,12 @@ from palpate.core.motion import leaning
 from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, Spatial
 
 _OVER_M: Final = 1e-3
-"""So high above the plate a corner of a tool that leans as a plate does meets nothing."""
+"""Height above the plate at which a tool that leans as a plate may do touches nothing."""
 _SAME: Final = 1e-3
 
 
 class Baseline(FixedPolicy):
-    """What strategies without memory of past trials have in common."""
+    """Common base of strategies without memory of past trials."""
 
     def __init__(self, name: str, actions: Sequence[Action]) -> None:
         super().__init__()
@@ -34,10 +34,10 @@ class Baseline(FixedPolicy):
 
 
 class Oracle(Baseline):
-    """Straight to the true hole.
+    """Moves straight to the true hole.
 
     Args:
-        hole_m: Gives the true hole, (x, y, ...) in the task frame, of the trial that runs.
+        hole_m: Returns the true hole, (x, y, ...) in the task frame, of the current trial.
     """
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
@@ -45,7 +45,7 @@ class Oracle(Baseline):
         self._hole_m, self._step_m = hole_m, step_m
 
     def choose(self, observation: Observation) -> Decision:
-        """A step towards the hole."""
+        """Return a step towards the hole."""
         x, y, *_ = self._hole_m()
         dx, dy = x - observation.reference_m[0], y - observation.reference_m[1]
         shrink = min(1.0, self._step_m / max(hypot(dx, dy), 1e-12))
@@ -53,14 +53,14 @@ class Oracle(Baseline):
 
 
 class OraclePose(Baseline):
-    """Over the true hole and into its true orientation in free space, as fast as the limits allow, then down.
+    """Moves in free space above the true hole and into its true orientation, as fast as allowed, and then inserts.
 
     Args:
-        pose: Gives the true hole of the trial that runs, (x, y, z), m, task frame; behind it the rotation vector from
+        pose: Returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation vector from
             the task's axes to the hole's, (3,), rad, and where it was drawn ``heading_deg``.
-        lean_rad: How far the peg leans in the grip.
-        heading_deg: Where to, unless it was drawn.
-        step_m: Longest way of an action.
+        lean_rad: Tilt of the peg in the grip.
+        heading_deg: Heading of that tilt, unless it was drawn.
+        step_m: Longest step of an action.
         turn_rad: Longest turn of an action.
     """
 
@@ -77,7 +77,7 @@ class OraclePose(Baseline):
         self._longest = step_m, turn_rad
 
     def choose(self, observation: Observation) -> Decision:
-        """An equal part of the way that is left; over the hole the insertion."""
+        """Return an equal part of the remaining way, or the insertion above the hole."""
         x, y, _, *turned = self._pose()
         across = x - observation.reference_m[0], y - observation.reference_m[1]
         turn = [to - at for to, at in zip(self._turn_rad(turned), observation.turn_rad, strict=True)]
@@ -91,7 +91,7 @@ class OraclePose(Baseline):
         return Decision(Action(self.name, (across[0] / actions, across[1] / actions), lift), None, self.name)
 
     def _turn_rad(self, turned: Sequence[float]) -> tuple[float, float, float]:
-        """Lean and yaw of the tool with which the peg that leans in it stands as the hole does."""
+        """Return lean and yaw of the tool that align the peg, tilted in the grip, with the hole."""
         heading_rad = radians(turned[3] if len(turned) > 3 else self._heading_deg)
         lean = pin.exp3(self._lean_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
         tool = pin.exp3(np.array(turned[:3] or (0.0, 0.0, 0.0))) @ lean.T
@@ -103,10 +103,10 @@ class OraclePose(Baseline):
 
 
 class TorqueFollowing(Baseline):
-    """The hand-written rule: step where the torque points at the hole; where it is below the threshold, step anywhere.
+    """The hand-written rule: step in the direction of the hole by the torque; below the torque threshold, at random.
 
-    Pressed beside the hole, the peg is supported on the far side only, so the force passes the tip at a distance:
-    in the task frame the hole is at heading (-tau_y, tau_x).
+    A peg pressed near the hole is supported only on the side away from it, so the contact force has a lever arm about
+    the tip: in the task frame the hole is at heading (-tau_y, tau_x).
     """
 
     def __init__(self, actions: Sequence[Action], threshold_Nm: float) -> None:
@@ -114,7 +114,7 @@ class TorqueFollowing(Baseline):
         self._threshold_Nm = threshold_Nm
 
     def choose(self, observation: Observation) -> Decision:
-        """The compass step nearest to the torque's heading."""
+        """Return the compass step closest to the heading of the torque."""
         tx, ty, _ = observation.torque_Nm
         if hypot(tx, ty) >= self._threshold_Nm or self._rng is None:
             return self._compass(atan2(tx, -ty))
@@ -122,10 +122,10 @@ class TorqueFollowing(Baseline):
 
 
 class Spiral(Baseline):
-    """Archimedean spiral from where exploration begins, at constant speed.
+    """Archimedean spiral from the start of exploration, at constant speed.
 
     Args:
-        pitch_m: Distance between turns; at most twice the capture width, or it leaves gaps.
+        pitch_m: Distance between turns; gaps remain above twice the capture width.
     """
 
     def __init__(self, name: str, pitch_m: float, step_m: float) -> None:
@@ -135,11 +135,11 @@ class Spiral(Baseline):
         self._angle = 0.0
 
     def choose(self, observation: Observation) -> Decision:
-        """The chord to the next point of the spiral."""
+        """Return the chord to the next point of the spiral."""
         x, y, _ = observation.reference_m
         if observation.action_number == 0:
             self._centre, self._angle = (x, y), 0.0
-        # Small increments of angle, because speed along the spiral depends on the radius.
+        # Small increments of angle, because the speed along the spiral depends on the radius.
         travelled = 0.0
         while travelled < self._step_m:
             radius = self._pitch_m * self._angle / (2 * pi)

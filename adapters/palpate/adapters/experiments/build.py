@@ -1,4 +1,4 @@
-"""The composition root: the one place where a configuration becomes objects that work together."""
+"""The composition root, which builds cooperating objects from a configuration."""
 
 import re
 from collections.abc import Sequence
@@ -63,7 +63,7 @@ from palpate.core.trial import (
 
 NONE: Final = "none"
 _BENT_MM: Final = 0.2
-"""What the gripper bends at one wall and at the other, beyond the play, before a push is answered."""
+"""Deflection of the gripper at both walls, beyond the play, before a push meets resistance."""
 SKILLS: Final = "skills"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
@@ -71,12 +71,12 @@ _ACCEPTED: Final = "none, last-action, last-2, last-3 and so on, or an automaton
 
 
 def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] = ()) -> StateIdentifier:
-    """The state identification of that name, over these symbols.
+    """Return the state identification of that name over these symbols.
 
     Args:
         memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
-            automaton file: the state is that of the automaton; ``last-action``: the last symbol and what was done.
-        actions: What may be done.
+            automaton file: the state is that of the automaton; ``last-action``: the last symbol and action.
+        actions: Available actions.
     """
     if memory == NONE:
         return IdentityState(symbols)
@@ -93,10 +93,10 @@ def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] 
 
 
 def task_actions(config: RunConfig) -> tuple[Action, ...]:
-    """What policies choose from.
+    """Return the actions from which policies choose.
 
     Raises:
-        ConfigurationError: Skills are asked for, and the task has none.
+        ConfigurationError: Skills are requested, but the task has none.
     """
     kind = task_kind(config.task.name)
     if config.perception.symbols != SKILLS:
@@ -107,19 +107,19 @@ def task_actions(config: RunConfig) -> tuple[Action, ...]:
 
 
 def plain_perception(config: RunConfig) -> Perception:
-    """What is perceived for a policy that has no states of its own: as settings come, whatever these are set to."""
+    """Return the default perception, for policies without states of their own."""
     return build_perception(replace(config, perception=PerceptionConfig()))
 
 
 def task_reach(config: RunConfig) -> Reach:
-    """What a belief has to cover: all of the area, wherever its centre may be."""
+    """Return the region that a belief must cover: the whole area for all possible centres."""
     task = config.task
     half_mm = task.area_half_width_mm + (task.start_uncertainty_mm if task.area_centre == "start" else 0.0)
     return Reach(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ)
 
 
 def build_perception(config: RunConfig) -> Perception:
-    """Perception from task knowledge alone; stages that need fitting come from the module ``fitting``."""
+    """Return perception from task knowledge alone; the module ``fitting`` fits other stages."""
     p = config.perception
     position, torque = p.position_threshold_mm * 1e-3, p.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
     names = p.channels
@@ -140,7 +140,7 @@ def build_perception(config: RunConfig) -> Perception:
 
 
 def build_reinforcement(config: RunConfig) -> Reinforcement:
-    """What an action earns."""
+    """Return the reinforcement of actions."""
     if config.learning.reinforcement == "effort":
         return InternalEffort(per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF)
     if config.learning.reinforcement == "time":
@@ -149,17 +149,17 @@ def build_reinforcement(config: RunConfig) -> Reinforcement:
 
 
 def ready_pose(config: RunConfig) -> ReadyPose:
-    """The pose from which trials begin.
+    """Return the pose from which trials start.
 
     Raises:
-        ConfigurationError: There is no such task or arm, or the task's settings do not go together.
-        UnreachableError: The arm cannot do the task there.
+        ConfigurationError: Task or arm is unknown, or settings of the task are inconsistent.
+        UnreachableError: The arm cannot perform the task at that place.
     """
     return task_kind(config.task.name).ready(config.arm, config.tool.geometry, config.task)
 
 
 def play_mm(config: RunConfig) -> float:
-    """How far the walls of the hole are looked for: the drawing says how much play it has, no secret of the cell's."""
+    """Return the distance within which the walls of the hole are searched, from the play in the drawing."""
     said_mm, peg = config.task.play_mm, config.cell.peg
     if said_mm:
         return max(said_mm, 2.0 * peg.clearance_mm + _BENT_MM)
@@ -167,7 +167,7 @@ def play_mm(config: RunConfig) -> float:
 
 
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
-    """The core, ready to run over any ports."""
+    """Return the task of the core, ready to run on any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
         CONTROL_RATE_HZ,
@@ -189,12 +189,12 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(
     config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
 ) -> Supervisor:
-    """The supervisor that stands between the task and the arm.
+    """Return the supervisor between the task and the arm.
 
     Args:
-        sensor: What is known of the force sensor: the rig's facts, or those of a log.
-        latch: The rig's, so that nothing moves on there after a trip, whoever calls; None for a supervisor of its own,
-            as a simulated cell or a replay has that begins anew.
+        sensor: Properties of the force sensor, from the rig or a log.
+        latch: Latch of the rig, which prevents all motion after a trip; None for a new latch, as for a new simulated
+            cell or a replay.
     """
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
@@ -203,7 +203,7 @@ def build_supervisor(
 
 
 def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
-    """The supervisor of an open rig: with the rig's facts, the rig's latch, and limits that fit both.
+    """Return the supervisor of an open rig, with the rig's sensor properties, its latch, and suitable limits.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
@@ -215,10 +215,10 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
 
 
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
-    """Build a task once: some settings are refused only there, and better so before a folder is made.
+    """Build a task once, because some settings are refused only then, before a folder is created.
 
     Args:
-        rig_file: The rig's; its sensor has to be asked before :func:`require_limits` can be.
+        rig_file: File of the rig, whose sensor must be read before :func:`require_limits` can be called.
 
     Raises:
         ConfigurationError: A setting is refused.
@@ -244,8 +244,8 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
     """Check task and supervisor's limits against arm and force sensor.
 
     Raises:
-        ConfigurationError: The sensor's noise hides what the task looks for, a limit could never trip or would always
-            trip, or the sensor's frame is not the task's.
+        ConfigurationError: The sensor's noise exceeds the signals of the task, a limit could never trip or would always
+            trip, or the sensor's frame is not that of the task.
     """
     _require_quiet(config, sensor)
     step_mm, press_N = depth_step_mm(config), config.task.press_kgf * N_PER_KGF
@@ -256,7 +256,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
 
 
 def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
-    """The force is looked at unfiltered, the torque behind perception's low-pass, which lets noise through by band."""
+    """Check the noise of force, used unfiltered, and of torque after perception's low-pass, which reduces noise."""
     band = config.perception.cutoff_Hz / (CONTROL_RATE_HZ / 2.0)
     passed = sqrt(NOISE_BAND * band)
     contact_N = config.task.contact_kgf * N_PER_KGF
@@ -275,14 +275,14 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
 def open_rig(
     config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledge: str = "", *, accept_kinematics: bool = False
 ) -> Rig:
-    """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
+    """Return the rig for trials, not yet entered: the simulator, or the devices of a rig file.
 
     Args:
         acknowledge: ``NUMBER NAME: why`` of a person who acknowledges the rig's open fault.
-        accept_kinematics: A person accepts that the arm is moved by its nominal model.
+        accept_kinematics: Whether a person accepts that the arm moves by its nominal model.
 
     Raises:
-        ConfigurationError: The rig file or a setting in it cannot be used, or nothing is to be acknowledged.
+        ConfigurationError: The rig file or a setting in it cannot be used, or there is no fault to acknowledge.
         FaultLatchedError: A fault of the rig has not been acknowledged.
     """
     if not rig_file:

@@ -16,12 +16,12 @@ from palpate.adapters.log import aligned, csv_text
 
 @dataclass(frozen=True)
 class Comparison:
-    """Figures of policies on the same trials.
+    """Results of policies on the same trials.
 
     Attributes:
-        summaries: Of each policy, by its name.
+        summaries: Summary of each policy by name.
         finished: Whether every policy ran all trials.
-        troubles: What could not be recorded.
+        troubles: Failures of recording.
     """
 
     summaries: Mapping[str, Mapping[str, Any]]
@@ -29,7 +29,7 @@ class Comparison:
     troubles: Sequence[str]
 
     def table(self) -> str:
-        """Return success, times and forces, a policy a line; 95 % intervals in brackets where one can be stated."""
+        """Return success, times and forces, one policy per line, with 95 % intervals in brackets where possible."""
         lines = [("policy", "success", "median s", "95th percentile s", "peak N", "trips")]
         for name, s in self.summaries.items():
             lines.append(
@@ -45,7 +45,7 @@ class Comparison:
         return aligned(lines)
 
     def csv(self) -> str:
-        """Return the same as CSV."""
+        """Return the table as CSV."""
         columns = ("success", "median_s", "p95_s")
         header = ["policy", "trials", *(f"{c}{end}" for c in columns for end in ("", "_low", "_high"))]
         rows: list[list[Any]] = [[*header, "peak_force_N", "trips"]]
@@ -57,7 +57,7 @@ class Comparison:
 
 
 Shown = Callable[[str], AbstractContextManager[Any]]
-"""Shows the progress of the policy of that name: gives an object with ``update(trials)``."""
+"""Shows the progress of the named policy; returns an object with ``update(trials)``."""
 
 
 def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, shown: Shown) -> Comparison:
@@ -75,10 +75,10 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
         run.begin(kept, folder, "compare", trials=trials, policy=list(policies))
         recording = run.record(kept, opened, folder)
         for number, policy in enumerate(chosen):
-            # Two runs may have folders of the same name, or one of a baseline's.
+            # Two runs may have folders of the same name, or the name of a baseline.
             taken = policy.label in summaries or (policy.label in BASELINES and policy.name not in BASELINES)
             logs = f"{policy.label}-{number}" if taken else policy.label
-            # A rig for each: all begin with the same clock.
+            # Each policy has its own rig, so that all start with the same clock.
             with run, shown(policy.label) as bar:
                 rows = run.rows(policy, trials, recording, command="compare", subfolder=logs, on_trial=bar.update)
             finished = len(rows) == trials

@@ -1,4 +1,4 @@
-"""The beginning of a trial that reads, decides and logs, and moves nothing."""
+"""Dry runs: the beginning of a trial with measurements, decisions and a log, but without motion."""
 
 from collections.abc import Iterable
 from contextlib import ExitStack
@@ -24,7 +24,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointCommand, Jo
 from palpate.core.trial import GoalConfig, ReadyPose, Task, TrialReport, goal_in_base
 
 _BEYOND_TICKS: Final = CONTROL_RATE_HZ // 10
-"""Commands after the tare that are still shown: the task approaches, and no joint is yet too far from its set-point."""
+"""Commands shown after the tare, while the task approaches and no joint is yet too far from its set-point."""
 _LONGEST_TICKS: Final = 10 * CONTROL_RATE_HZ
 
 
@@ -52,7 +52,7 @@ class _Watch(LoopObserver):
 
 
 def dry_run(run: Run, policy: str, folder: RunFolder) -> tuple[ScoredTrial, list[str], Recording]:
-    """Run the beginning of a trial on a rig without an arm that moves; return what it saw line by line.
+    """Run the beginning of a trial on a rig whose arm does not move; return the observations as lines.
 
     Raises:
         ConfigurationError: A setting or the policy is refused.
@@ -70,7 +70,7 @@ def dry_run(run: Run, policy: str, folder: RunFolder) -> tuple[ScoredTrial, list
 def dry_trial(
     chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, rig: Rig, recording: Recording = NOT_RECORDED
 ) -> tuple[ScoredTrial, list[str]]:
-    """Run the beginning of a trial as if the tool were above the hole where it is; return what it saw line by line."""
+    """Run the beginning of a trial as if the hole were below the tool; return the observations as lines."""
     q_rad = rig.ports.joint_encoder.read().position_rad
     tip = _tip(config, q_rad)
     here, ready_here, first = _moved(config, tip), ReadyPose(np.array(q_rad), tip.rotation), FIRST_EVALUATION_TRIAL
@@ -88,7 +88,7 @@ def dry_trial(
 
 
 def _moved(config: RunConfig, tip: pin.SE3) -> RunConfig:
-    """The same with the hole straight below the tip."""
+    """Return the configuration with the hole straight below the tip."""
     plate = tip * pin.SE3(np.eye(3), np.array([0.0, 0.0, config.task.ready_height_mm * 1e-3]))
     upright = goal_in_base(GoalConfig()).rotation
     x_mm, y_mm, z_mm = (round(float(value) * 1e3, 6) for value in plate.translation)

@@ -1,4 +1,4 @@
-"""A policy by name or file, checked before anything is built, and then put to work on a rig."""
+"""A policy by name or file, checked before anything is built, and its evaluation on a rig."""
 
 import os
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ from palpate.core.ports import Rig
 from palpate.core.trial import TRIALS_OF_A_SERIES, ReadyPose, TrialReport
 
 FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
-"""Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""
+"""First number of evaluation trials, so that their random streams differ from those of training."""
 
 
 NOBODY_KNOWS: Final = "a policy that need not know where the hole is, on a real rig"
@@ -79,20 +79,20 @@ class ChosenPolicy:
 
     @property
     def is_object(self) -> bool:
-        """Whether it was given as it is."""
+        """Whether the policy was given as an object."""
         return self._policy is not None
 
     @property
     def baseline(self) -> str:
-        """Its name, if no policy file can hold it; else empty."""
+        """Name of the policy if no policy file can hold it; otherwise empty."""
         return self.name if self.document is None else ""
 
     def on(self, rig: Rig) -> Policy:
-        """The policy at work on a rig; it does not learn."""
+        """Return the policy for trials on a rig, without learning."""
         return self._made(lambda: true_hole_m(rig))
 
     def _made(self, hole_m: Hole) -> Policy:
-        """The policy; made once without a rig, so that what it refuses is refused before anything is built."""
+        """Return the policy; it is made once without a rig, so that errors appear before anything is built."""
         if self._policy is not None:
             return self._policy
         if self.document is None:
@@ -109,7 +109,7 @@ def write_evaluation(
     trials: int,
     claim: Claim | None = None,
 ) -> dict[str, Any]:
-    """Write ``summary.json``, times and forces as a picture, and the policy; gives the figures of the summary."""
+    """Write ``summary.json``, times and forces as a picture, and the policy; return the values of the summary."""
     summary = policy_summary(config, name, rows, trials)
     if claim is not None:
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))
@@ -123,7 +123,7 @@ def write_evaluation(
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:
-    """Where the hole really is, and how it is turned: as :func:`pose_of` gives it."""
+    """Return the true position and orientation of the hole in the form of :func:`pose_of`."""
     truth = rig.truth()
     if truth is None:
         raise ConfigurationError("policy", "oracle", NOBODY_KNOWS)
@@ -131,11 +131,11 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
 
 
 def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
-    """Run one whole trial in the simulator, with parts of its own, so that nothing of it reaches the run.
+    """Run one complete trial in the simulator with separate objects, without effect on the run.
 
-    Late imports, caches and the interpreter's own adaptation then do not fall on the first ticks of a real arm.
+    Late imports, caches and the interpreter's adaptation then do not delay the first ticks of a real arm.
     """
-    # What each log states: found out once, which takes up to half a second, in which no other thread runs.
+    # Version data of each log: found once, which takes up to half a second and blocks other threads.
     for stated in (made_with, processor, core_sha256):
         stated()
     with SimulatedRig(config, ready) as rig:

@@ -1,4 +1,4 @@
-"""Workers that run calls: this process, or processes that end with it. A death costs the call it was at."""
+"""Workers that run calls: this process, or child processes. A worker that dies loses only its current call."""
 
 import os
 import signal
@@ -23,13 +23,13 @@ class Workers(Protocol):
     """Run up to :meth:`count` calls at a time."""
 
     def count(self) -> int:
-        """Return how many calls they take at a time."""
+        """Return the number of simultaneous calls."""
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Begin a call; there must be less than :meth:`count` of them."""
+        """Start a call; fewer than :meth:`count` may be running."""
 
     def close(self) -> None:
-        """End the workers, and what they are at."""
+        """End the workers and their current calls."""
 
 
 class ThisProcess(Workers):
@@ -40,7 +40,7 @@ class ThisProcess(Workers):
         return 1
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Make a call."""
+        """Execute a call."""
         future = Future[T]()
         try:
             future.set_result(function(*arguments))
@@ -49,14 +49,14 @@ class ThisProcess(Workers):
         return future
 
     def close(self) -> None:
-        """Nothing of it outlives a call."""
+        """Do nothing, because no call is left running."""
 
 
 class LocalWorkers(Workers):
-    """Processes of this machine, each a pool of its own; another one takes the place of one that died."""
+    """Processes of this machine, each in its own pool; a process that died is replaced."""
 
     def __init__(self, count: int) -> None:
-        # A fork would copy the locked locks of libraries' threads.
+        # A fork would copy locks held by threads of libraries.
         self._context = get_context("spawn")
         self._leash, self._held = self._context.Pipe(duplex=False)
         self._pools: list[ProcessPoolExecutor | None] = [None] * count
@@ -87,16 +87,16 @@ class LocalWorkers(Workers):
 
 
 def workers_for(jobs: int) -> Workers:
-    """Return a number of processes; this one for 1."""
+    """Return workers for a number of processes; this process for 1."""
     return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
 
 
 def completed(
     workers: Workers, function: Callable[..., T], calls: Iterable[tuple[Any, ...]]
 ) -> Iterator[tuple[int, Future[T]]]:
-    """Yield the number of each call and its future as soon as it is done, in any order.
+    """Yield the index and the future of each call when it is done, in any order.
 
-    A call whose worker died or was interrupted runs once more; then the future holds a ``BrokenExecutor`` or a
+    A call whose worker died or was interrupted is repeated once; after that the future holds a ``BrokenExecutor`` or a
     ``KeyboardInterrupt``.
     """
     queued, again = enumerate(calls), list[tuple[int, tuple[Any, ...]]]()
@@ -117,10 +117,10 @@ def completed(
 
 
 def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], jobs: int) -> Generator[T, None, None]:
-    """Yield what a function returns for each tuple of arguments, in their order.
+    """Yield the result of a function for each tuple of arguments, in order.
 
     Raises:
-        PalpateError: Two worker processes died over the same call.
+        PalpateError: Two worker processes died during the same call.
     """
     done, following = dict[int, Future[T]](), 0
     with closing(workers_for(jobs)) as workers:
@@ -136,8 +136,8 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
 
 @contextmanager
 def interrupts_wait() -> Iterator[None]:
-    """Hold back Ctrl-C while a worker starts: until it ignores the signal itself, it keeps this thread's mask."""
-    # The tracker would let the signal through when it starts with the first worker.
+    """Block Ctrl-C while a worker starts: it inherits this thread's mask until it ignores the signal itself."""
+    # The resource tracker would unblock the signal when it starts with the first worker.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -147,8 +147,8 @@ def interrupts_wait() -> Iterator[None]:
 
 
 def _begin_worker(leash: Connection) -> None:
-    """In a worker: leave Ctrl-C to the parent, and end with it."""
-    # For libraries that are loaded later.
+    """Prepare a worker: ignore Ctrl-C, and end with the parent."""
+    # Applies to libraries that are loaded later.
     os.environ.update(_ONE_THREAD)
     os.setpgrp()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -156,7 +156,7 @@ def _begin_worker(leash: Connection) -> None:
 
 
 def _end_with(leash: Connection) -> None:
-    # The parent's end closes with the parent, however that ends.
+    # The parent's end of the connection closes when the parent ends for any reason.
     leash.poll(None)
     os.kill(os.getpid(), signal.SIGKILL)
 

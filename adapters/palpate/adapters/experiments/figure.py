@@ -8,13 +8,13 @@ from palpate.adapters.experiments.statistics import WINDOW, moving_average
 from palpate.adapters.log import drawing
 
 _MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.16, "top": 0.93, "hspace": 0.12}
-"""Of a picture that every run leaves: to measure its labels takes longer than all the rest of drawing it."""
+"""Fixed margins of pictures, because measuring labels takes longer than the rest of the drawing."""
 
 
 def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
-    """Exploration time of every trial and, where there are enough, its moving average, as a PNG (the paper's figure 5).
+    """Return a PNG with the exploration time of every trial and its moving average, if possible (the paper's figure 5).
 
-    Trials have the numbers that they have in ``trials.csv``.
+    Trials are numbered as in ``trials.csv``.
     """
     with drawing(8.0, 4.2, 120, layout=None) as canvas:
         axes: Any = canvas.figure.add_axes((0.08, 0.19, 0.9, 0.72))
@@ -30,7 +30,7 @@ def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
 
 
 def trials_picture(rows: Sequence[TrialRow], title: str) -> bytes:
-    """Exploration time and peak force of every trial of a run that does not learn, as a PNG."""
+    """Return a PNG with exploration time and peak force of every trial of a run that does not learn."""
     with drawing(8.0, 5.2, 120, layout=None) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, gridspec_kw=_MARGINS)
         _scatter(upper, rows, [row.exploration_time_s for row in rows])
@@ -43,12 +43,12 @@ def trials_picture(rows: Sequence[TrialRow], title: str) -> bytes:
 
 
 def _legend(axes: Any) -> None:
-    """Below the picture: in it, it would hide trials."""
+    """Place the legend below the picture, where it hides no trials."""
     axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
 def _scatter(axes: Any, rows: Sequence[TrialRow], values: Sequence[float]) -> None:
-    """A mark for each trial, from zero to somewhat above the highest."""
+    """Draw a mark for each trial, on an axis from zero to slightly above the highest value."""
     for success, colour, marker, label in (
         (True, "#4878a8", ".", "success"),
         (False, "#c44e52", "x", "no success"),

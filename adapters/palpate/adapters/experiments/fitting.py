@@ -1,4 +1,4 @@
-"""Perception that has to be fitted first: from samples of random-walk trials."""
+"""Fitting of perception to samples of random-walk trials."""
 
 from collections.abc import Sequence
 
@@ -24,16 +24,16 @@ from palpate.core.ports import Rig
 from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, ReadyPose, generator
 
 FIRST_FITTING_TRIAL = 2 * TRIALS_OF_A_SERIES
-"""Fitting trials are numbered from here, so that they never share a random stream with a run's own."""
+"""First number of fitting trials, so that their random streams differ from those of a run."""
 
 
 def needs_fitting(config: RunConfig) -> bool:
-    """Whether the perception cannot be built from the configuration alone."""
+    """Return whether the perception must be fitted to samples."""
     return config.perception.features != "channels" or config.perception.symbols in ("random", "clusters")
 
 
 def configured_perception(config: RunConfig) -> Perception | None:
-    """The perception that the configuration fixes, or None if it has to be fitted."""
+    """Return the perception defined by the configuration; None if it must be fitted."""
     return None if needs_fitting(config) else build_perception(config)
 
 
@@ -55,7 +55,7 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Percepti
 
 
 def simulated_perception(config: RunConfig, ready: ReadyPose) -> Perception:
-    """The configuration's perception; one that has to be fitted is fitted in the simulator, wherever it is used."""
+    """Return the configured perception; fitting, if necessary, takes place in the simulator."""
     found = configured_perception(config)
     if found is not None:
         return found
@@ -76,7 +76,7 @@ def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: 
 
 
 def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float, ...]]:
-    """Measurement vectors (in the order of ``CHANNELS``) at the decisions of random walks."""
+    """Return measurement vectors (in the order of ``CHANNELS``) at the decisions of random walks."""
     walk = _Recorder(task_actions(config))
     trials = Trials(config, ready, rig, plain_perception(config), walk)
     for k in range(config.perception.fit_trials):
@@ -85,13 +85,13 @@ def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float,
 
 
 class _Recorder(RandomWalkPolicy):
-    """A random walk that keeps what it observed."""
+    """A random walk that records its observations."""
 
     def __init__(self, actions: Sequence[Action]) -> None:
         super().__init__(actions)
         self.samples: list[tuple[float, ...]] = []
 
     def choose(self, observation: Observation) -> Decision:
-        """Take note, then walk on."""
+        """Record the observation and choose a random action."""
         self.samples.append((*observation.position_m, *observation.force_N, *observation.torque_Nm))
         return super().choose(observation)

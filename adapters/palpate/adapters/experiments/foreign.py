@@ -1,4 +1,4 @@
-"""Policies that other packages bring: found by name, made for a task, and put behind the guard."""
+"""Third-party policies: found by name, created for a task, and guarded."""
 
 import hashlib
 import importlib.metadata
@@ -17,12 +17,12 @@ from palpate.core.perception import Perception
 from palpate.core.policy import ForeignEntry, ForeignPolicy, PolicyContext
 
 GROUP: Final = "palpate.policies"
-"""Entry points of this group are policies by name, each a class or function that makes one."""
+"""Group of the entry points that name policies, each a class or function that creates one."""
 _PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
 def foreign_code(name: str) -> str:
-    """What makes the policy of that name, ``package.module:Name``; empty where it is no such name."""
+    """Return the code of the policy of that name, ``package.module:Name``; empty for other names."""
     if _PLACE.fullmatch(name):
         return name
     entry = None if "/" in name or name.endswith(".json") else entries(GROUP).get(name)
@@ -30,7 +30,7 @@ def foreign_code(name: str) -> str:
 
 
 def foreign_entry(code: str) -> ForeignEntry:
-    """What a policy file holds of code, as it is installed now; nothing learned.
+    """Return the entry of a policy file for code as installed now, without learned state.
 
     Raises:
         ConfigurationError: The code cannot be loaded.
@@ -45,16 +45,16 @@ def foreign_entry(code: str) -> ForeignEntry:
 
 
 def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perception, *, frozen: bool) -> ForeignPolicy:
-    """The policy that the code makes now, put to what it had learned.
+    """Return a policy created by the code, with its learned state restored.
 
     Raises:
-        ConfigurationError: The code cannot be loaded, or makes no policy.
-        PolicyError: What it makes refuses its state.
+        ConfigurationError: The code cannot be loaded, or creates no policy.
+        PolicyError: The policy refuses its state.
     """
     maker = _maker(entry.code)
     context = PolicyContext(tuple(perception.states), task_actions(config), task_reach(config))
     try:
-        # A class that needs nothing of the task need not take it.
+        # A class may have no parameter for the task.
         with from_here():
             made = maker(context) if inspect.signature(maker).parameters else maker()
     except KeyboardInterrupt:
@@ -77,7 +77,7 @@ def _maker(code: str) -> Callable[..., Any]:
 
 @cache
 def _distributions(path: tuple[str, ...]) -> Mapping[str, list[str]]:
-    """Distributions of each package that is found along the path: half a second's work, of which trials ask often."""
+    """Return the distributions of each package on the path; cached, because the search takes half a second."""
     return importlib.metadata.packages_distributions()
 
 

@@ -30,8 +30,7 @@ _REMEDY: Final = "check power, wiring, bit rate and termination, and that the se
 class Jr3(PolledSensor):
     """One JR3 sensor with its board.
 
-    The driver does not tare, and starting the stream removes a zero that another client has set. (FACT: revisions
-    of
+    The driver does not tare, and starting the stream removes a zero that another client has set. (FACT: revisions of
     Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
     reads zero right after :meth:`open` has such firmware.)
 

@@ -1,4 +1,4 @@
-"""Commissioning: what a new rig's owner has to find out, by moving slowly and touching."""
+"""Commissioning: measurements of a new rig by slow motions and contact."""
 
 import lazy_loader
 

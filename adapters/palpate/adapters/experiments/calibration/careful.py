@@ -1,4 +1,4 @@
-"""Moves an arm so slowly that a person may stand by, and stops it at the first thing that is not as it should be."""
+"""Slow motion of an arm with a person close by, which stops at the first irregularity."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -27,12 +27,12 @@ from palpate.core.supervision import require_raw
 SPEED_M_S: Final = 0.005
 """Highest speed of tip and sensor."""
 FORCE_N: Final = 10.0
-"""A force that differs by more than this from the one at the beginning of a motion stops the arm."""
+"""A change of the force by more than this since the start of a motion stops the arm."""
 _TURN_RAD_S: Final = 0.1
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4
-"""Parts of a motion that each begin with the force as it is then: the weight turns with the tool."""
+"""Parts of a motion, each with a new reference force, because the weight turns with the tool."""
 
 
 class Felt(NamedTuple):
@@ -40,7 +40,7 @@ class Felt(NamedTuple):
 
     Attributes:
         q_rad: Joint angles, (n,).
-        wrench: Force and torque, (6,), N and N m, as the sensor gives them.
+        wrench: Force and torque, (6,), N and N m, as measured.
     """
 
     fresh: bool
@@ -49,7 +49,7 @@ class Felt(NamedTuple):
 
 
 class CarefulArm:
-    """An arm that is moved slowly, over the ports."""
+    """An arm that is moved slowly by the ports."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class CarefulArm:
 
     @contextmanager
     def moving(self) -> Iterator[None]:
-        """While inside, the arm may be moved; it is stopped on every way out."""
+        """Allow motion within the context, and stop the arm at its end in any case."""
         arm, clock = self._ports.arm, self._ports.clock
         with self._loop():
             if arm.life is Life.ACTIVE:
@@ -81,17 +81,17 @@ class CarefulArm:
                 arm.stop()
 
     def place(self, q_rad: JointVector | Array) -> pin.SE3:
-        """Where the tip is at these joint angles, base frame."""
+        """Return the pose of the tip at these joint angles, base frame."""
         self.kinematics.update(q_rad)
         return self.kinematics.tip_in_base
 
     @property
     def asked_rad(self) -> JointVector:
-        """What the arm was told last, (n,)."""
+        """The last commanded joint angles, (n,)."""
         return self._asked
 
     def joint_line(self, target_rad: JointVector | Array) -> None:
-        """Go straight in joint space, no point of the tool faster than allowed, and wait until the arm has settled."""
+        """Move straight in joint space within the speed limit of the tool, and wait until the arm has settled."""
         begin, target = np.array(self._asked), np.asarray(target_rad)
         ticks = ceil(self._duration_s(begin, target) * CONTROL_RATE_HZ)
         for tick in range(1, ticks + 1):
@@ -101,7 +101,7 @@ class CarefulArm:
         self.hold(_SETTLE_TICKS)
 
     def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Felt]:
-        """Go straight with the tip, its orientation kept; gives each tick, and ends wherever its reader leaves it."""
+        """Move the tip straight at constant orientation and yield each tick; the motion ends when iteration ends."""
         begin = self.place(self._asked)
         way = target_in_base.translation - begin.translation
         ticks = max(1, ceil(float(np.linalg.norm(way)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
@@ -113,18 +113,18 @@ class CarefulArm:
             yield self.tick(q_rad)
 
     def go(self, target_in_base: pin.SE3) -> None:
-        """Go straight with the tip."""
+        """Move the tip straight."""
         for _ in self.tip_line(target_in_base):
             pass
 
     def hold(self, ticks: int) -> list[Felt]:
-        """Stay; gives what was felt, and holds later forces against the one at the end."""
+        """Hold the pose and return the measurements; the last force becomes the reference for later ones."""
         felt = [self.tick(self._asked) for _ in range(ticks)]
         self._mark()
         return felt
 
     def tick(self, q_rad: JointVector) -> Felt:
-        """One control tick."""
+        """Execute one control tick."""
         clock, ports = self._ports.clock, self._ports
         for _ in range(_BLIND_TICKS):
             clock.sleep_until(tick_time_ns(self._start_ns, self._slot))
@@ -133,12 +133,12 @@ class CarefulArm:
             seeing = joints.validity is Validity.VALID and wrench.validity is Validity.VALID
             if seeing and dist(wrench.force_N, self._first_N) > FORCE_N:
                 raise DeviceError("rig", f"the force has changed by more than {FORCE_N:g} N: the arm was stopped")
-            # An arm whose sensors do not see is told to stay where it is.
+            # Without valid sensor data the arm is commanded to hold its pose.
             asked = q_rad if seeing else self._asked
             applied = ports.arm.send(JointCommand(asked))
             self._slot = next_slot(self._start_ns, self._slot, now_ns)
             if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-                # By then a fault that stopped it has a name.
+                # By then the fault that stopped the arm is known.
                 ports.arm.stop()
                 cause = self._rig.stopped_by()
                 raise DeviceError("rig", f"the arm was held back: {applied.reason.value}{cause and f', {cause}'}")
@@ -150,7 +150,7 @@ class CarefulArm:
         raise DeviceError("rig", f"joint sample {joints.validity.value}, force sample {wrench.validity.value}")
 
     def _mark(self) -> None:
-        """Take the present force for what later ones are held against."""
+        """Set the present force as the reference for later ones."""
         for _ in range(_BLIND_TICKS):
             sample = self._ports.force_sensor.read()
             if sample.validity is Validity.VALID:
@@ -161,7 +161,7 @@ class CarefulArm:
         raise DeviceError("rig", f"force sample {sample.validity.value}")
 
     def _duration_s(self, begin: Array, target: Array) -> float:
-        """Time for a line in joint space, by the fastest of its parts."""
+        """Return the time for a line in joint space, from the fastest of its parts."""
         parts, before = 40, None
         longest_m = 0.0
         for part in range(parts + 1):
@@ -175,5 +175,5 @@ class CarefulArm:
 
 
 def fresh_wrenches(felt: Sequence[Felt]) -> Array:
-    """The wrenches that were new, (n, 6)."""
+    """Return the wrenches of new samples, (n, 6)."""
     return np.array([each.wrench for each in felt if each.fresh])

@@ -1,7 +1,7 @@
-"""What samples of a rig say of it: pure functions, each result with its standard deviation, or a refusal.
+"""Estimates from samples of a rig: pure functions that return values with standard deviations, or refuse the data.
 
-Frames as in :mod:`palpate.core.motion`. A sensor that is turned by an angle about the tool's axis, from x towards y,
-gives (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
+Frames as in :mod:`palpate.core.motion`. A sensor turned by an angle about the tool's axis, from x towards y, reads
+(c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from palpate.core.errors import UndeterminedError
 Array: TypeAlias = npt.NDArray[np.float64]
 
 _BATCHES: Final = 10
-"""Samples of a filtered sensor are not independent; the means of so many pieces of a second nearly are."""
+"""Number of batches per second: filtered samples are not independent, but means of batches nearly are."""
 _LEAST_SAMPLES: Final = 50
 _SINGULAR: Final = 1e5
 _WEIGHT_SHARE: Final = 0.01
@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""A wrench that is further from a rigid tool's than this share of its weight has another cause."""
+"""A deviation from a rigid tool's wrench by more than this share of its weight has another cause."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Estimate:
     sd: float
 
     def text(self, unit: str, scale: float = 1.0) -> str:
-        """As a person reads it: two standard deviations, to two digits, and the value as far as they reach."""
+        """Return the value with two standard deviations, to two digits of the latter."""
         spread = 2.0 * self.sd * scale
         places = max(0, 1 - floor(log10(spread))) if 0.0 < spread < inf else 3
         return f"{self.value * scale:.{places}f} ± {spread:.{places}f} {unit}"
@@ -47,10 +47,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Payload:
-    """What a force sensor carries, and how it is mounted.
+    """Load of a force sensor, and its mounting.
 
     Attributes:
-        centre_of_mass_m: Of that, (3,), frame of the tool.
+        centre_of_mass_m: Centre of mass of the load, (3,), frame of the tool.
         mounting_deg: The sensor's turn about the tool's axis.
     """
 
@@ -60,10 +60,10 @@ class Payload:
 
 
 def mean_of(wrenches: Array) -> tuple[Array, Array]:
-    """Mean of samples, (n, 6), and its standard deviation, (6,) each; of pieces, because neighbours are alike.
+    """Return the mean of samples, (n, 6), and its standard deviation from batches of correlated samples, (6,) each.
 
     Raises:
-        UndeterminedError: They are too few.
+        UndeterminedError: There are too few samples.
     """
     if len(wrenches) < _LEAST_SAMPLES:
         raise UndeterminedError(
@@ -74,15 +74,15 @@ def mean_of(wrenches: Array) -> tuple[Array, Array]:
 
 
 def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
-    """Weight, centre of mass and mounting angle from wrenches at rest in several poses.
+    """Return weight, centre of mass and mounting angle from wrenches at rest in several poses.
 
     Args:
-        down_in_tool: Unit vectors down, (n, 3), frame of the tool as the encoders give it.
-        means: Mean wrenches, (n, 6), N and N m, as the sensor gives them.
+        down_in_tool: Downward unit vectors, (n, 3), frame of the tool from the encoders.
+        means: Mean wrenches, (n, 6), N and N m, as measured.
         sds: Their standard deviations, (n, 6).
 
     Raises:
-        UndeterminedError: The poses do not determine them, or something besides a rigid tool's weight acts.
+        UndeterminedError: The poses do not determine the values, or other forces than a rigid tool's weight act.
     """
     start = _linear_load(down_in_tool, means)
     spread = np.maximum(sds, (1e-4,) * 3 + (1e-5,) * 3)
@@ -97,7 +97,7 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
     if np.linalg.cond(scaled) > _SINGULAR:
         accepted = "poses that tilt the tool about two axes"
         raise UndeterminedError("weight", "the poses do not determine it", accepted)
-    # A misfit beyond the noise widens the deviations.
+    # A misfit beyond the noise increases the standard deviations.
     excess = max(1.0, float(found.fun @ found.fun) / max(len(found.fun) - len(start), 1))
     sd = np.sqrt(np.diag(np.linalg.inv(scaled.T @ scaled)) * excess) / scale
     misfit_N = float(np.sqrt(np.mean((_load(found.x, down_in_tool) - means)[:, :3] ** 2)))
@@ -116,14 +116,14 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
 
 
 def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, Estimate]:
-    """Depth of the plate's surface, m, and the stiffness, N/m, from a press and the way back.
+    """Return depth of the plate's surface, m, and stiffness, N/m, from pressing and releasing.
 
     Args:
         depth_m: Depth of the tip by the encoders, (n,).
-        direction: +1 on the way in, -1 on the way out, (n,): what differs between the two is friction and delay.
+        direction: +1 on the way in, -1 on the way out, (n,); friction and delay cause the difference between them.
 
     Raises:
-        UndeterminedError: They are too few, or force does not grow with depth as with a spring.
+        UndeterminedError: There are too few samples, or the force does not increase with depth as for a spring.
     """
     if len(depth_m) < _LEAST_SAMPLES or np.ptp(depth_m) == 0.0:
         raise UndeterminedError("stiffness", f"{len(depth_m)} samples under load", "a press that is slower or deeper")
@@ -133,7 +133,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
         columns = columns[:, :2]
     found, *_ = np.linalg.lstsq(columns, force_N, rcond=None)
     rest = force_N - columns @ found
-    # Neighbours are alike here too: as many independent samples as pieces of ten.
+    # Neighbouring samples are correlated here, too: one independent sample per ten.
     covariance = np.linalg.inv(columns.T @ columns) * float(rest @ rest) / (len(rest) - 3) * _BATCHES
     slope, level = float(found[0]), float(found[1])
     sd_slope = sqrt(covariance[0, 0])
@@ -147,10 +147,10 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
 
 
 def joined(what: str, values: Sequence[Estimate], apart: float, unit: str) -> Estimate:
-    """One number of several that should be the same: their mean, with the scatter that they really have.
+    """Return the mean of values that should be equal, with their actual scatter.
 
     Raises:
-        UndeterminedError: There are fewer than two, or they are further apart than that.
+        UndeterminedError: There are fewer than two values, or they differ by more than ``apart``.
     """
     numbers = np.array([each.value for each in values])
     if len(numbers) < 2:
@@ -163,10 +163,10 @@ def joined(what: str, values: Sequence[Estimate], apart: float, unit: str) -> Es
 
 
 def hole(places_m: Sequence[tuple[float, float]], play_m: float) -> tuple[Estimate, Estimate]:
-    """The hole's place from where a peg that sits in it came to rest, which is anywhere within its play.
+    """Return the position of the hole from rest positions of an inserted peg, which vary within its play.
 
     Raises:
-        UndeterminedError: There are fewer than two, or they are too far apart for one hole.
+        UndeterminedError: There are fewer than two positions, or they are too far apart for one hole.
     """
     x, y = (
         joined(f"hole's {axis}", [Estimate(place[k], play_m / sqrt(12.0)) for place in places_m], _APART_M, "m")
@@ -176,7 +176,7 @@ def hole(places_m: Sequence[tuple[float, float]], play_m: float) -> tuple[Estima
 
 
 def _load(x: Array, down: Array) -> Array:
-    """Wrenches of a tool, (n, 6): weight, turn in rad, force offset (3), centre of mass (3), torque offset (3)."""
+    """Return wrenches, (n, 6), from weight, turn in rad, force offset (3), centre of mass (3) and torque offset (3)."""
     force = x[0] * down
     c, s = np.cos(x[1]), np.sin(x[1])
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -185,7 +185,7 @@ def _load(x: Array, down: Array) -> Array:
 
 
 def _linear_load(down: Array, means: Array) -> Array:
-    """A start for the fit: weight and turn from the forces across the tool, the rest from both."""
+    """Return an initial value for the fit: weight and turn from the transverse forces, the rest from both."""
     count = len(down)
     if count < 3:
         raise UndeterminedError("weight", f"{count} poses", "at least 3, that tilt the tool about two axes")

@@ -1,4 +1,4 @@
-"""The steps of a commissioning: each moves the arm as far as it has to, and makes an estimate of what was felt."""
+"""The steps of a commissioning, each with motions of the arm and an estimate from the measurements."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -32,7 +32,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
 _TILTS_DEG: Final = (25.0, 20.0, 15.0)
-"""The steeper, the better known; near its limits an arm tilts its tool to few sides that far."""
+"""Tilts of the tool. Larger ones give better estimates, but arms near their limits reach them to few sides."""
 _HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 _LEAST_TILTED: Final = 3
 _NEAR_RAD: Final = 1.5
@@ -55,11 +55,11 @@ _CAREFUL: Final = {
     "start_uncertainty_mm": 1.5, "travel_speed_mm_s": 5.0, "press_kgf": 0.3, "step_mm": 0.5, "max_force_N": 10.0,
     "time_limit_s": 60.0,
 }  # fmt: skip
-"""The task of a commissioning's insertions: ten steps a second are 5 mm/s."""
+"""Task settings of insertions during commissioning: ten steps per second give 5 mm/s."""
 
 
 class Commissioning:
-    """What a rig's person goes through step by step."""
+    """The steps of commissioning a rig."""
 
     def __init__(
         self,
@@ -77,20 +77,20 @@ class Commissioning:
         self.believe(config)
 
     def believe(self, config: RunConfig) -> None:
-        """Go on with another belief of where the plate and its hole are."""
+        """Continue with a new configuration of plate and hole."""
         self.config = overlay(config, {"task": _CAREFUL})
         self._goal = goal_in_base(config.task.goal)
         self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
         self._approach = find_approach(config, self._ready)
 
     def plan_payload(self) -> list[Array]:
-        """Find the poses of :meth:`payload`: on some arms it takes longer than devices may be left alone."""
+        """Find the poses for :meth:`payload` in advance, because this may exceed the time-outs of devices."""
         above = np.array(self._approach.poses_rad[0])
         self._poses = [above, *self._tilted(above), above]
         return self._poses
 
     def payload(self) -> Payload:
-        """Turn the tool about its middle, well above the plate; returns what hangs on the sensor."""
+        """Turn the tool about its centre, well above the plate, and return the load of the sensor."""
         down, means, sds = [], [], []
         poses = self._poses or self.plan_payload()
         with self.arm.moving():
@@ -107,7 +107,7 @@ class Commissioning:
         return payload(np.array(down), np.array(means), np.array(sds))
 
     def plate(self) -> tuple[Estimate, Estimate]:
-        """Press on the plate at four places round the believed hole.
+        """Press on the plate at four places around the expected hole.
 
         Returns:
             Height of the plate, m, base frame; stiffness along the tool, N/m.
@@ -128,17 +128,17 @@ class Commissioning:
         return Estimate(float(self._goal.translation[2]) - depth.value, depth.sd), stiffness
 
     def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[Estimate, Estimate]:
-        """Insert the peg slowly a few times, by what its torque tells; the core proves that it is in the hole.
+        """Insert the peg slowly a few times, guided by its torque; the core verifies that it is in the hole.
 
         Args:
             mounting_deg: The sensor's turn about the tool's axis.
-            weight_N: Of what the sensor carries; 0 takes the configured masses.
+            weight_N: Weight of the sensor's load; 0 for the configured masses.
 
         Returns:
-            Place of the hole, x and y, m, base frame.
+            Position of the hole, x and y, m, base frame.
 
         Raises:
-            UndeterminedError: The peg did not get in.
+            UndeterminedError: The peg was not inserted.
         """
         ports = self._rig.ports
         turned = replace(ports, force_sensor=TurnedForceSensor(ports.force_sensor, mounting_deg))
@@ -170,14 +170,14 @@ class Commissioning:
         return hole(places, 2e-3 * self.config.cell.peg.clearance_mm)
 
     def _withdraw(self) -> None:
-        """Draw the tool out of whatever it may be in."""
+        """Withdraw the tool from a hole that it may be in."""
         for pose in withdrawal(self._approach, self.arm.asked_rad):
-            # Made for 20 mm/s.
+            # Planned for 20 mm/s.
             for _ in range(4):
                 self.arm.tick(pose)
 
     def _go_above(self) -> None:
-        """Draw the tool out and lift it, well above the believed hole."""
+        """Withdraw the tool and lift it well above the expected hole."""
         self._tell("on the way to 100 mm above the believed hole")
         self._withdraw()
         self.arm.joint_line(self._approach.poses_rad[0])
@@ -187,7 +187,7 @@ class Commissioning:
         self.arm.go(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M])))
 
     def _tilted(self, above_rad: Array) -> list[Array]:
-        """Poses with the tool tilted about its middle, as far as the arm can take them without turning over."""
+        """Return poses with the tool tilted about its centre that the arm reaches without flipping."""
         tip = self.arm.place(above_rad)
         lever = np.array([0.0, 0.0, _MIDDLE * (self._tool.sensor_m[2] + self._tool.tip_m[2])])
         middle = tip.act(-lever)
@@ -212,7 +212,7 @@ class Commissioning:
         raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
     def _press_at(self, x_m: float, y_m: float, height_m: float) -> Array:
-        """Touch the plate at a place of the task frame, coming from a depth there; press, and go back up.
+        """Touch the plate at a position in the task frame, from a given height; press, and lift again.
 
         Returns:
             Depth of the tip by the encoders, m; force, N; +1 inwards, -1 outwards; (3, n).
@@ -229,7 +229,7 @@ class Commissioning:
         zero_N = float(fresh_wrenches(arm.hold(_TARE_TICKS))[:, 2].mean())
 
         def force_N(felt: Felt) -> float:
-            # Pressing pushes the tool back: a negative force along its axis, whichever way the sensor is turned.
+            # Pressing causes a negative force along the tool's axis, independent of the sensor's mounting angle.
             return zero_N - felt.wrench[2]
 
         lowest = at(_ABOVE_M)
