@@ -1,4 +1,4 @@
-"""A third-party arm, an adapter with ports and life cycles of its own, as the arm's process serves it."""
+"""A third-party arm adapter, with its own ports and life cycles, served by the arm's process."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,10 +11,10 @@ from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample
 
 
 class AdapterArm(ServedArm):
-    """Encoders and servos with one life.
+    """Encoders and servos with a common life cycle.
 
     Args:
-        adapter: The arm. Where encoders and servos are two objects, they live together.
+        adapter: The arm. Encoders and servos may be two objects.
     """
 
     answers = True
@@ -58,7 +58,7 @@ class AdapterArm(ServedArm):
             applied = None if setpoint_rad is None else self._adapter.arm.send(JointCommand(setpoint_rad))
             return self._adapter.encoder.read(), applied
         finally:
-            # A fault says more than that something was refused because of it.
+            # The fault tells more than a refusal caused by it.
             self._require_sound()
 
     def _require_sound(self) -> None:
@@ -100,5 +100,5 @@ class AdapterArm(ServedArm):
 
 
 def served(made: ArmAdapter | ServedArm, context: RigContext) -> ServedArm:
-    """What an adapter's function made, as the arm's process serves it."""
+    """Return the product of an adapter's function in the form that the arm's process serves."""
     return made if isinstance(made, ServedArm) else AdapterArm(made, context)

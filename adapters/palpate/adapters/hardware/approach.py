@@ -1,4 +1,4 @@
-"""The way of a real arm to the ready pose, from wherever it was left."""
+"""The way of a real arm to the ready pose from any pose."""
 
 from dataclasses import dataclass
 from math import copysign, dist, pi, tau
@@ -27,28 +27,28 @@ from palpate.core.supervision import WITHDRAWAL_SHARE, SampleWatch, require_raw
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
-"""Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""
+"""Speed of withdrawing a peg that was left in its hole: that of free motion near the plate."""
 _ALONG: Final = 0.98
 """Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
 _THERE_RAD: Final = 2e-3
-"""An arm whose joints are all this close to a pose is there, if it is so in several samples in a row."""
+"""Tolerance of each joint at a pose, which must hold in several consecutive samples."""
 _STAYS_SAMPLES: Final = 5
-"""In so many: one that was late and catches up passes by the pose, with up to 5 mrad between two samples."""
+"""Number of those samples: an arm that catches up may pass the pose, with up to 5 mrad between two samples."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
-"""Within so many ticks, a second, the set-point comes to its full speed, and to rest again.
+"""Ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
 
-What an arm that was held up for 0.2 s near the end of the way has to catch up is then small: the plate is 3 mm away.
+An arm that is delayed by 0.2 s near the end of the way then has little to catch up, with the plate 3 mm away.
 """
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
-"""For so long the arm waits, where it is, for a sensor whose samples are too old; after a pause they may be."""
+"""Time for which the arm waits at its position for new samples; after a pause they may be too old."""
 _TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 _PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""How long the arm may take to arrive after its set-point has."""
+"""Longest time for the arm to arrive after its set-point."""
 
 
 @dataclass(frozen=True, slots=True)
 class WayToReadyPose:
-    """What an arm needs to come to the ready pose from anywhere.
+    """Data for the way of an arm to the ready pose from any pose.
 
     Attributes:
         clear_m: Height of the tip over the plate from which the arm may move freely.
@@ -63,14 +63,14 @@ class WayToReadyPose:
 
 
 def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: float, watch: SampleWatch) -> None:
-    """Draw the tool straight out of a hole that it may be in, then pass the poses of an approach.
+    """Withdraw the tool straight from a hole that it may be in, then pass the poses of an approach.
 
-    The arm is left as it is on every way out: it holds its last set-point, or was stopped.
+    At the end and after any error the arm is unchanged: it holds its last set-point, or was stopped.
 
     Args:
-        limit_N: A force that differs by more than this from the one at first, or from the one after the withdrawal,
-            stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
-        watch: The supervisor's own, which says whether samples are valid and new.
+        limit_N: Change of force that stops the arm, from that at the start or after the withdrawal; doubled during the
+            withdrawal, because an arm that was left pressing releases that force.
+        watch: The supervisor's check whether samples are valid and new.
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back, meets something, or a
@@ -88,7 +88,7 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
 
 
 def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None:
-    """A joint that reads more than half a turn from the ready pose must not be as well a turn nearer to it."""
+    """Refuse a joint more than half a turn from the ready pose whose true angle may be one turn closer."""
     limits = Kinematics(approach.arm, approach.tool)
     joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
     for number, (q, ready, low, high) in enumerate(joints, start=1):
@@ -100,13 +100,13 @@ def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None
 
 
 def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVector]:
-    """Joint poses, tick by tick, that draw a tool back along its own axis until it is clear of the plate.
+    """Return joint poses, tick by tick, that withdraw a tool along its axis until it is clear of the plate.
 
     Returns:
-        The poses; none where the tip is clear already, or does not point as the hole does.
+        The poses; none if the tip is already clear, or the tool is not aligned with the hole.
 
     Raises:
-        DeviceError: The arm cannot move the tool that way from where it is.
+        DeviceError: The arm cannot withdraw the tool from its present pose.
     """
     kinematics = Kinematics(approach.arm, approach.tool)
     kinematics.update(begin_rad)
@@ -127,9 +127,9 @@ def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVe
 
 
 def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
-    """Straight in joint space, from rest to rest, all joints arriving together.
+    """Return a straight line in joint space from rest to rest, on which all joints arrive together.
 
-    Constant acceleration, constant speed, constant deceleration: a mean over :data:`_RAMP_TICKS` of a constant speed.
+    Acceleration, speed and deceleration are constant: a mean over :data:`_RAMP_TICKS` of a constant speed.
     """
     begin, way = np.array(begin_rad), np.subtract(target_rad, begin_rad)
     ticks = max(1, round(float(np.abs(way).max()) / speed_rad_s * CONTROL_RATE_HZ))
@@ -138,7 +138,7 @@ def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: fl
 
 
 def _force_N(ports: Ports) -> Vector3:
-    """A force that is not old, (3,) N."""
+    """Return a recent force, (3,) N."""
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()
         if sample.validity is Validity.VALID:
@@ -149,7 +149,7 @@ def _force_N(ports: Ports) -> Vector3:
 
 
 def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, watch: SampleWatch) -> None:
-    """Command one pose a tick and wait until the arm stands at the last, and does not pass by."""
+    """Command one pose per tick and wait until the arm rests at the last one."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
     near, sequence = 0, -1
@@ -167,7 +167,7 @@ def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: fl
             elif (blind := blind + 1) > _BLIND_TICKS:
                 raise DeviceError("rig", f"{trip} on the way to the ready pose")
             if tick:
-                # A blind arm is told again to stay where it is.
+                # Without valid samples the arm is commanded to hold its pose.
                 target = path[min(tick, len(path)) - 1]
                 _require_free(arm, arm.send(JointCommand(target)).reason)
             if tick >= len(path) and trip is None:
@@ -184,21 +184,21 @@ def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: fl
 
 def _require_free(arm: ArmCommand, reason: CommandReason) -> None:
     if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-        # By then a fault that stopped it has a name.
+        # By then the fault that stopped the arm is known.
         arm.stop()
         why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
         raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
 
 
 APPROACH_HEIGHT_M: Final = 0.1
-"""Height above the plate by which an arm on its way to the ready pose passes."""
+"""Height above the plate that an arm passes on its way to the ready pose."""
 
 
 def find_approach(config: RunConfig, ready: ReadyPose) -> WayToReadyPose:
-    """The way to the ready pose for an arm that comes from anywhere: clear of the plate, well above it, down to it.
+    """Return the way to the ready pose from any pose: clear of the plate, well above it, then down.
 
     Raises:
-        UnreachableError: The arm cannot get there.
+        UnreachableError: The arm cannot reach these poses.
     """
     inverse = InverseKinematics(Kinematics(arm_named(config.arm), config.tool.geometry), PERIOD_S)
     goal = goal_in_base(config.task.goal)

@@ -1,4 +1,4 @@
-"""An arm that another process owns, as the two arm ports of this one."""
+"""The two arm ports for an arm that another process owns."""
 
 import sys
 from collections.abc import Callable
@@ -38,10 +38,10 @@ _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
-"""A process that has not looked for so much longer than the set-point time-out counts as hanging: a cycle on a line
-that does not answer may take a while."""
+"""A process that is inactive for this much longer than the set-point time-out counts as hanging, because a cycle on a
+line that does not answer takes time."""
 _LATE_NS: Final = 40_000_000
-"""A process that has not looked for so long is late, or killed: an arm that nothing else stops is held meanwhile."""
+"""A process that is inactive for this time is late, or killed; an arm without another stop is held meanwhile."""
 _LEFT: Final = "what stops the arm now is its drives' own time-outs; switch the arm off if it moves"
 
 
@@ -49,11 +49,11 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm that another process owns.
 
     Args:
-        arm: The same arm as the other process has; here it is never opened.
-        tell: Takes what the arm has to say as it is opened.
+        arm: The arm of the other process; it is never opened in this one.
+        tell: Receives the arm's messages when it is opened.
 
     Attributes:
-        listens: Only angles are read: the arm gets neither power nor commands. Set it before :meth:`activate`.
+        listens: Whether only angles are read, without power and commands. Set it before :meth:`activate`.
     """
 
     def __init__(
@@ -105,23 +105,23 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return sample
 
     def diagnostics(self) -> dict[str, str]:
-        """Return what the arm reports of itself; empty while it is not open."""
+        """Return the diagnostics of the arm; empty while it is not open."""
         found: dict[str, str] = {} if self._host is None else self._request("diagnostics")
         return found
 
     @property
     def rate_Hz(self) -> float | None:
-        """Rate of its cycles; None for a third-party arm, whose rate is not known."""
+        """Rate of the arm's cycles; None for a third-party arm, whose rate is unknown."""
         return None if self._arm.answers else CONTROL_RATE_HZ / self._arm.divider
 
     @property
     def listens_unpowered(self) -> bool:
-        """Whether it gives angles without power."""
+        """Whether the arm reports angles without power."""
         return self._arm.listens_unpowered
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Pass on a set-point. For a driver's arm it is limited here; a third-party arm reports what it applied."""
+        """Send a set-point. For palpate's drivers it is limited here; a third-party arm reports the applied one."""
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
@@ -138,7 +138,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         if self._arm.answers:
             return self._answered(now_ns + _ANSWER_NS)
         if self._is_stopped():
-            # By a signal handler that came in between: the arm's process takes no set-point any more.
+            # Stopped by a signal handler meanwhile: the arm's process accepts no more set-points.
             return AppliedCommand(self._where(), CommandReason.STOPPED)
         return applied
 
@@ -146,7 +146,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return self._stopped
 
     def _answered(self, deadline_ns: int) -> AppliedCommand:
-        """What became of the newest set-point; where that is not known in time, the arm holds what it held."""
+        """Return the applied command of the latest set-point; if it is not known in time, the previous one."""
         while self._status.taken < self._sent and self._clock.now_ns() < deadline_ns:
             self._clock.sleep_until(self._clock.now_ns() + PACE_NS // 5)
             self._look()
@@ -165,7 +165,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
     @override
     def stop(self) -> None:
-        """Stop the arm; returns when it has been told, or it has taken too long. May come from a signal handler."""
+        """Stop the arm, and return when it has received the stop or after a time-out. Signal handlers may call this."""
         self._stopped = True
         host, asked_ns = self._host, self._clock.now_ns()
         if host is None or self._life is Life.CONSTRUCTED:
@@ -218,7 +218,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     @override
     def _on_acknowledge(self) -> None:
         if self._host is None:
-            # The process died: acknowledging the fault starts another one.
+            # The process died; acknowledging the fault starts a new one.
             self._on_configure()
         else:
             self._request("acknowledge_fault")
@@ -247,7 +247,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         answered = 0
         try:
             host.line.send((self._requests, name))
-            # An answer whose request timed out may come first.
+            # The answer of a request that timed out may arrive first.
             while answered != self._requests:
                 while not host.line.poll(0):
                     if self._clock.now_ns() > deadline_ns:
@@ -266,11 +266,11 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return found
 
     def _look(self) -> None:
-        """Take in what the other process has noted; never waits."""
+        """Read the notes of the other process without waiting."""
         host = self._host
         if host is None:
             return
-        # The time first: between the two this process may be stopped for a while itself.
+        # The time is read first, because this process may be suspended between the two.
         now_ns = self._clock.now_ns()
         silent_ns = now_ns - host.memory.beat_ns
         self._status = host.memory.status.read()
@@ -281,12 +281,12 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         elif silent_ns > self._silence_ns and self._life is Life.ACTIVE:
             self._bury(host, f"has not run for {silent_ns * 1e-6:.0f} ms, stopped or hanging in its driver")
         elif silent_ns > _LATE_NS and host.memory.beat_ns != self._held_beat_ns:
-            # What was killed takes a while to be gone. One that is late goes on from where the arm was held.
+            # A killed process takes time to end. A late one continues from where the arm was held.
             self._held_beat_ns = host.memory.beat_ns
             self._hold()
 
     def _bury(self, host: ArmProcess, cause: str = "") -> None:
-        """Have nothing to do with it any more: one that would go on later must not move the arm again."""
+        """Abandon the process, and make sure that it cannot move the arm again."""
         if self._host is host:
             self._host = None
             end = host.kill()
@@ -295,7 +295,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._latch(self._last_words)
 
     def _hold(self) -> None:
-        """Hold an arm that moves, where its controller goes on without commands."""
+        """Hold a moving arm whose controller continues without commands."""
         if self._stand_by is not None and self._life is Life.ACTIVE and not self._stopped and not self.listens:
             with suppress(DeviceError):
                 self._stand_by.hold(self._where())
@@ -307,10 +307,10 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
 
 def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeConfig, timeout_ns: int) -> ArmClient:
-    """Return the arm of a rig file in a process of its own, which begins with ``configure``.
+    """Return the arm of a rig file in a separate process, which starts with ``configure``.
 
     Args:
-        real_time: What the run asks of the system; the process asks for the same, with a priority above the loop's.
+        real_time: Real-time settings of the run; the process uses them with a priority above the loop's.
         timeout_ns: Time without a set-point after which the process brings the arm to rest.
 
     Raises:
@@ -319,7 +319,7 @@ def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeC
     clock = context.clock
     if not isinstance(clock, MonotonicClock):
         raise TypeError("another process needs real time")
-    # Made here as well, which opens nothing: so a wrong rig file is refused before anything starts.
+    # Also created here, without opening it, so that a wrong rig file is refused before anything starts.
     arm = served(arm_maker(entry.adapter)(entry.settings, context), context)
     assignment = Assignment(entry, context.portable(), clock, real_time, timeout_ns, tuple(sys.path))
     return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.tell)

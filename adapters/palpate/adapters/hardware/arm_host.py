@@ -1,4 +1,4 @@
-"""The process that runs an arm's loop, as its client sees it."""
+"""Client side of the process that runs an arm's loop."""
 
 import mmap
 import multiprocessing
@@ -14,11 +14,11 @@ from palpate.adapters.hardware.arm_process import Assignment
 from palpate.core.errors import DeviceError
 
 _END_S: Final = 12.0
-"""Longest wait for the process to end: what it takes to stop and close an arm whose line is dead, twice over."""
+"""Longest wait for the process to end: twice the time to stop and close an arm whose line is dead."""
 
 
 class ArmProcess:
-    """The process, just started. It works once it has got its assignment."""
+    """The new process. It works after it has received its assignment."""
 
     def __init__(self, assignment: Assignment) -> None:
         self.line, theirs = multiprocessing.Pipe()
@@ -27,7 +27,7 @@ class ArmProcess:
         words = ["-P", "-m", "palpate.adapters.hardware.arm_process", *map(str, handed)]
         try:
             os.ftruncate(file, ArmMemory.BYTES)
-            # In a process group of its own: Ctrl-C and Ctrl-Z are for the loop, and this stops the arm after both.
+            # In a separate process group: Ctrl-C and Ctrl-Z affect the loop, and this process stops the arm after both.
             self._process = subprocess.Popen(
                 [sys.executable, *words], stdin=subprocess.DEVNULL, pass_fds=handed, process_group=0
             )
@@ -42,11 +42,11 @@ class ArmProcess:
             self.line.send(assignment)
 
     def is_alive(self) -> bool:
-        """Return whether it runs."""
+        """Return whether the process runs."""
         return self._process.poll() is None
 
     def end(self) -> None:
-        """Make sure that nothing of it is left; wait a little for it to end by itself."""
+        """End the process, after a short wait for it to end by itself."""
         self.line.close()
         try:
             self._process.wait(_END_S)
@@ -54,10 +54,10 @@ class ArmProcess:
             self.kill()
 
     def kill(self) -> str:
-        """End it at once; return how it ended, for a message."""
+        """Kill the process, and return how it ended for a message."""
         self.line.close()
         with suppress(subprocess.TimeoutExpired):
-            # One that has hung up is about to end.
+            # A process that has closed its line is about to end.
             self._process.wait(0.05)
         if self._process.poll() is None:
             self._process.kill()

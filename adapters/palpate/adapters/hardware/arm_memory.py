@@ -1,4 +1,4 @@
-"""Memory that loop and arm process share: set-points one way, joints and faults the other. Neither side waits."""
+"""Shared memory of loop and arm process: set-points one way, joints and faults the other, without waiting."""
 
 import mmap
 import pickle
@@ -16,7 +16,7 @@ NoteT = TypeVar("NoteT")
 
 
 class Setpoint(NamedTuple):
-    """What the arm is to go to, and when the loop said so."""
+    """A set-point and the time at which the loop sent it."""
 
     number: int
     sent_ns: int
@@ -24,11 +24,11 @@ class Setpoint(NamedTuple):
 
 
 class ArmStatus(NamedTuple):
-    """How things stand at the arm.
+    """State of the arm.
 
     Attributes:
-        applied: What became of the newest set-point that was taken.
-        taken: Number of that one.
+        applied: Applied command of the latest accepted set-point.
+        taken: Number of that set-point.
     """
 
     fault: str | None = None
@@ -38,7 +38,7 @@ class ArmStatus(NamedTuple):
 
 
 class Board(Generic[NoteT]):
-    """One side writes, the other reads: always the newest note, never half of one."""
+    """Notes that one side writes and the other reads: always the latest one, and always complete."""
 
     BYTES: Final = 2 * _SLOT_BYTES
 
@@ -47,7 +47,7 @@ class Board(Generic[NoteT]):
         self._read: NoteT = empty
 
     def write(self, note: NoteT) -> None:
-        """Put a note where the one before the last was."""
+        """Write a note into the older of two places."""
         data = pickle.dumps(note)
         number = self._number = self._number + 1
         at = self._offset + number % 2 * _SLOT_BYTES
@@ -55,13 +55,13 @@ class Board(Generic[NoteT]):
         _HEAD.pack_into(self._memory, at, number, len(data), zlib.crc32(data, number))
 
     def read(self) -> NoteT:
-        """The newest note; the empty one while there is none."""
+        """Return the latest note; an empty one if there is none."""
         newest = self._number
         for at in (self._offset, self._offset + _SLOT_BYTES):
             number, length, checksum = _HEAD.unpack_from(self._memory, at)
             if number > newest:
                 data = self._memory[at + _HEAD.size : at + _HEAD.size + length]
-                # One that is being written counts as not yet there.
+                # A note that is being written counts as absent.
                 if zlib.crc32(data, number) == checksum:
                     note: Any = pickle.loads(data)
                     newest, self._number, self._read = number, number, note
@@ -69,7 +69,7 @@ class Board(Generic[NoteT]):
 
 
 class _Word:
-    """A time, ns. Reading and writing are one step each of the processor: ``struct`` would put a 0 there in between."""
+    """A time, ns. The processor reads and writes it in one step; ``struct`` would write a 0 in between."""
 
     def __init__(self, index: int) -> None:
         self._index = index
@@ -82,13 +82,13 @@ class _Word:
 
 
 class ArmMemory:
-    """All that is shared.
+    """All shared data.
 
     Attributes:
         stop_asked_ns: When the arm was last asked to stop; written by any thread of the loop's process, and by signal
             handlers.
-        stopped_ns: When it was last told to stop because of that.
-        beat_ns: When the arm's process last looked.
+        stopped_ns: Time of the last stop command because of that.
+        beat_ns: Time of the last activity of the arm's process.
     """
 
     BYTES: Final = _WORDS_BYTES + 2 * Board.BYTES

@@ -1,4 +1,4 @@
-"""The process that owns an arm: reads the newest set-point, cycles the arm, and stops it when none comes any more."""
+"""The process that owns an arm: reads the latest set-point, cycles the arm, and stops it without set-points."""
 
 import mmap
 import os
@@ -21,26 +21,26 @@ from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample
 
 PACE_NS: Final = 1_000_000
-"""How often to look for a stop, a set-point and whether the loop still lives."""
+"""Period of checking for a stop, for a set-point, and whether the loop is alive."""
 _NS: Final = 1_000_000_000
 _FIRST_NS: Final = 3 * _NS
 """Longest wait for a first sample."""
 _SWING_NS: Final = _NS // 2
-"""How long an arm that was stopped in full motion may go on swinging."""
+"""Longest time for which an arm swings after a stop at full speed."""
 _SWITCH_S: Final = 0.0001
 _LONGEST: Final = 2000
-"""Signs of a message; a note has its size."""
+"""Characters of a message; a note has a fixed size."""
 
 
 _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Serves one loop until it has had the arm closed, or is gone.
+    """Serves one loop until the loop closes the arm, or is gone.
 
     Args:
-        line: Requests of the life cycle come this way, and their answers go back.
-        timeout_ns: Time without a set-point, while set-points move the arm, after which it is brought to rest.
+        line: Connection for requests of the life cycle and their answers.
+        timeout_ns: Time without a set-point after which a moving arm is brought to rest.
     """
 
     def __init__(
@@ -73,9 +73,9 @@ class ArmLoop:
         self._start_ns = self._slot = 0
 
     def serve(self) -> bool:
-        """Until the loop has had the arm closed, or is gone; True if it was gone."""
+        """Serve until the loop closes the arm, or is gone; return True if it was gone."""
         try:
-            # Under a clock on which threads take turns, this one waits for its own.
+            # On a clock with turns of threads, this thread waits for its turn.
             self._clock.now_ns()
             while not self._closed:
                 self._look()
@@ -87,7 +87,7 @@ class ArmLoop:
         return False
 
     def _wait(self) -> None:
-        """Cycle if it is time to, and sleep until there may be something to do."""
+        """Cycle the arm if a cycle is due, and sleep until the next event."""
         until_ns = self._clock.now_ns() + PACE_NS
         if self._cycles:
             if self._arm.answers or self._clock.now_ns() >= self._due_ns:
@@ -116,7 +116,7 @@ class ArmLoop:
             self._latch(f"set-point time-out: {limit}")
 
     def _newest(self) -> Setpoint | None:
-        """The set-point that counts; None while none does."""
+        """Return the valid set-point; None if there is none."""
         setpoint = self._memory.setpoint.read()
         if self._stopped or setpoint is None or setpoint.sent_ns < self._start_ns:
             return None
@@ -132,7 +132,7 @@ class ArmLoop:
         try:
             self._sample, applied = self._arm.cycle(None if setpoint is None else setpoint.position_rad)
         except Exception as error:
-            # Whatever it was: without its cycles the arm must not go on.
+            # After any error, the arm must not continue without its cycles.
             self._cycles = False
             self._latch(self._cause(error))
             self._stop()
@@ -155,7 +155,7 @@ class ArmLoop:
         self._memory.beat_ns = self._clock.now_ns()
 
     def _stop(self) -> None:
-        """Once, until the arm is activated again."""
+        """Stop the arm once, until it is activated again."""
         if not self._stopped:
             self._stopped = True
             try:
@@ -169,7 +169,7 @@ class ArmLoop:
             found = self._requests[request]()
         except PalpateError as error:
             problem = error
-            # They may hold anything, and not all of it can go to another process.
+            # Errors may hold any object, and not every object can be sent to another process.
             vars(problem).update(
                 {name: repr(value) for name, value in vars(error).items() if type(value) not in _PLAIN}
             )
@@ -232,10 +232,10 @@ class ArmLoop:
         self._arm.close()
 
     def _end(self) -> None:
-        """Stop and close where the loop is gone without a word."""
+        """Stop and close the arm if the loop is gone without closing it."""
         if not self._closed:
             self._stop()
-            # Some arms are left alone for good now, and keep where they stood: not where they swung.
+            # Some arms get no more commands and store their position, which must not be one while swinging.
             end_ns = self._clock.now_ns() + _SWING_NS
             while (now_ns := self._clock.now_ns()) < end_ns:
                 if self._cycles:
@@ -248,11 +248,11 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """All that the process has to know; the first message on its line.
+    """Assignment of the process; the first message on its line.
 
     Attributes:
-        context: Without a clock.
-        path: Where the loop's process finds modules, an adapter's among them.
+        context: Context of the rig without a clock.
+        path: Module search path of the loop's process, which includes adapters.
     """
 
     entry: DeviceEntry
@@ -264,7 +264,7 @@ class Assignment(NamedTuple):
 
 
 def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
-    """Puts a thread into the real-time class, if the run is to be there: above a loop that hangs in it."""
+    """Return a function that puts a thread into the real-time class, if the run uses it, above a loop that hangs."""
     if not real_time.scheduling:
         return lambda: None
 
@@ -276,8 +276,8 @@ def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
 
 
 def main() -> None:
-    """Be the arm's process; arguments are the numbers of the line and of the memory."""
-    # A request to end goes to the loop, which ends this process by closing its line.
+    """Run the arm's process; arguments are the descriptors of the line and of the memory."""
+    # A termination request is for the loop, which ends this process by closing its line.
     ignore_ending_signals()
     line, file = Connection(int(sys.argv[1])), int(sys.argv[2])
     memory = ArmMemory(mmap.mmap(file, ArmMemory.BYTES))
@@ -288,7 +288,7 @@ def main() -> None:
     if was_left:
         with suppress(OSError):
             sys.stderr.write("palpate: the loop is gone without a word; the arm was stopped\n")
-    # Not a moment longer, whatever threads an adapter has left.
+    # The process ends immediately, even if an adapter has left threads.
     os._exit(0)
 
 
@@ -297,7 +297,7 @@ def _serve(given: Assignment, line: Connection, memory: ArmMemory, is_orphan: Ca
     clock = given.clock
     hurry = _hurrying(given.real_time)
     hurry()
-    # Between the bus's receiver and this thread.
+    # The priority is between those of the bus's receiver and of this thread.
     sys.setswitchinterval(_SWITCH_S)
     context = replace(given.context, clock=clock, hurry=hurry)
     arm = served(arm_maker(given.entry.adapter)(given.entry.settings, context), context)

@@ -1,4 +1,4 @@
-"""The driver of ATI's Net F/T as a force sensor: wiring and marks, nothing else."""
+"""Force sensor adapter for the driver of ATI's Net F/T: connection and marks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         return round(1e9 / self.opened().box.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Rated ranges and rate, as the box states them. It does not state its noise."""
+        """Return the rated ranges and the rate stated by the box, which does not state its noise."""
         box = self.opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 
@@ -67,7 +67,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
 
 def make_ati_netft(table: NetFtTable, context: RigContext) -> NetFtForceSensor:
-    """A Net F/T, of the table ``[force_sensor]`` of a rig file."""
+    """Return a Net F/T from the table ``[force_sensor]`` of a rig file."""
     return NetFtForceSensor(table, context.clock, _open_box)
 
 

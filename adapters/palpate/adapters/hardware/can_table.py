@@ -1,4 +1,4 @@
-"""The CAN bus of a device, as a rig file names it."""
+"""The CAN bus of a device in a rig file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ _BitRate: TypeAlias = Annotated[int, Range(1, 1_000_000)]
 
 @dataclass(frozen=True)
 class CanBusTable(Settings):
-    """What tables of devices on CAN have in common."""
+    """Common settings of devices on CAN."""
 
     interface: str = "socketcan"
     """Kind of CAN interface, as python-can calls it."""
@@ -31,5 +31,5 @@ class CanBusTable(Settings):
 
     @property
     def bus(self) -> dict[str, Any]:
-        """All that python-can is given."""
+        """Return the arguments for python-can."""
         return {"interface": self.interface, "channel": self.channel, "bitrate": self.bitrate, **self.can}

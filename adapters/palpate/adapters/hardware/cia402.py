@@ -1,6 +1,7 @@
-"""An arm of CiA 402 drives on CAN as an arm adapter: wiring and calibration.
+"""Arm adapter for CiA 402 drives on CAN: connection and calibration.
 
-A modern refit of an arm: nothing says that any Zebra Zero ever had such drives. Each drive turns one joint alone.
+The drives represent a modern refit: there is no evidence that any Zebra Zero had such drives. Each drive turns one
+joint.
 """
 
 from dataclasses import dataclass
@@ -33,7 +34,7 @@ class Cia402Table(CanBusTable, ArmTable):
 
 
 def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
-    """An arm of CiA 402 drives."""
+    """Return an arm of CiA 402 drives."""
     joints = len(context.lower_rad)
     zeros = table.zero_counts or (0,) * joints
     for name, vector in (("nodes", table.nodes), ("counts_per_rad", table.counts_per_rad), ("zero_counts", zeros)):

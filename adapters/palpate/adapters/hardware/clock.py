@@ -1,4 +1,4 @@
-"""The run's time on a real arm: the computer's monotonic clock, counted from the run's start."""
+"""The clock of a run on a real arm: the computer's monotonic clock, from the start of the run."""
 
 import time
 from collections.abc import Callable
@@ -12,8 +12,8 @@ class MonotonicClock(Clock):
     """Real time. Sleeps to absolute deadlines, so that lateness never adds up.
 
     Args:
-        origin_ns: The system's monotonic clock at the time 0 of this one; None begins now.
-        real_time_factor: Seconds of this clock in a second; below 1 with emulated devices whose clock is as slow.
+        origin_ns: Reading of the system's monotonic clock at time 0 of this clock; None for now.
+        real_time_factor: Seconds of this clock per second; below 1 for emulated devices with an equally slow clock.
     """
 
     def __init__(self, origin_ns: int | None = None, real_time_factor: float = 1.0) -> None:
@@ -25,13 +25,13 @@ class MonotonicClock(Clock):
         return round((time.monotonic_ns() - self._origin_ns) * self.real_time_factor)
 
     def sleep_until(self, deadline_ns: int) -> None:
-        """Sleep to a deadline; one that is past returns at once."""
+        """Sleep until a deadline; return immediately if it has passed."""
         while (left_ns := deadline_ns - self.now_ns()) > 0:
             time.sleep(left_ns * 1e-9 / self.real_time_factor)
 
 
 def sleeping(clock: Clock) -> Callable[[float], None]:
-    """A function that waits so many seconds on a clock; drivers take one."""
+    """Return a function that waits for a number of seconds on a clock, as drivers need it."""
 
     def sleep(seconds: float) -> None:
         clock.sleep_until(clock.now_ns() + round(seconds * 1e9))

@@ -1,4 +1,4 @@
-"""From a driver's errors to the core's: what happened stays."""
+"""Translation of driver errors to errors of the core, with the same content."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,13 +8,13 @@ from palpate.drivers.errors import DriverError, RefusedError, SettingError, Stat
 
 
 def told(error: DriverError, device: str = "") -> str:
-    """What happened, to which part of the device, and what to do; without the device's own name."""
+    """Return the problem, the affected part of the device, and the remedy, without the name of the device."""
     part = "" if error.device == "arm" or (device and error.device.startswith(device)) else f"{error.device}: "
     return f"{part}{error.problem}; {error.remedy}"
 
 
 def translated(error: DriverError, device: str) -> PalpateError:
-    """The core's error for a driver's."""
+    """Return the core's error for a driver error."""
     if isinstance(error, SettingError):
         return ConfigurationError(device, error.problem, error.remedy)
     if isinstance(error, RefusedError):
@@ -26,7 +26,7 @@ def translated(error: DriverError, device: str) -> PalpateError:
 
 @contextmanager
 def translating(device: str) -> Iterator[None]:
-    """While inside, a driver's error comes out as the core's."""
+    """Translate driver errors in the context to errors of the core."""
     try:
         yield
     except DriverError as error:

@@ -1,4 +1,4 @@
-"""The JR3 driver as a force sensor: wiring and marks, nothing else."""
+"""Force sensor adapter for the JR3 driver: connection and marks."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
@@ -16,9 +16,9 @@ from palpate.drivers.jr3 import LEFT_HANDED, RIGHT_HANDED, Jr3, shut_down, start
 
 _NAME: Final = "JR3"
 _LEAVE_S: Final = 5.0
-"""Longest wait for a board to take the end of its stream."""
+"""Longest wait for a board to stop its stream."""
 _DEAD_S: Final = 0.2
-"""The same for a board that has failed: the request is sent, and an answer may not come."""
+"""The same for a board that has failed, which may not answer the request."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Jr3CanTable(CanBusTable, SensorTable):
     @override
     def check(self) -> None:
         super().check()
-        # All identifiers of board and drives are multiples of 0x80 plus their node: of equal numbers the drive's
-        # frames are taken for readings and commands, and its TPDO2 stops the sensor.
+        # All identifiers of board and drives are multiples of 0x80 plus the node number. With equal numbers, the
+        # drive's frames would be read as readings and commands, and its TPDO2 would stop the sensor.
         self.require("node", self.node not in self.canopen_nodes, "a node that no drive on the bus has")
 
 
@@ -60,7 +60,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         return self._table.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
-        """Full scales and rate, as the board reports them. It does not report its noise."""
+        """Return the full scales and the rate reported by the board, which does not report its noise."""
         scales = self.opened().full_scales
         x, y, z = scales.force_N
         tx, ty, tz = scales.moment_dNm
@@ -95,12 +95,12 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
 
 def make_jr3_can(table: Jr3CanTable, context: RigContext) -> Jr3ForceSensor:
-    """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
+    """Return a JR3 on CAN from the table ``[force_sensor]`` of a rig file."""
     return Jr3ForceSensor(table, context.clock)
 
 
 def open_jr3_bus(table: Jr3CanTable) -> BusABC:
     """Open the bus."""
-    # We only ever ask whether something is there; slcan would wait a millisecond for it.
+    # The driver only polls for received frames; slcan would wait a millisecond for them.
     extra: dict[str, Any] = {"timeout": 0.0} if table.bus["interface"] == "slcan" else {}
     return open_bus(**(extra | table.bus))

@@ -1,4 +1,4 @@
-"""Stops the arm at a person's word, a key in the terminal or SIGUSR1, and keeps it stopped until acknowledged."""
+"""Stop by a person, with a key in the terminal or SIGUSR1; the arm stays stopped until acknowledged."""
 
 import os
 import select
@@ -46,11 +46,11 @@ class OperatorStop:
 
     @property
     def tripped(self) -> str:
-        """What tripped first since the last acknowledgement; empty for nothing."""
+        """First cause of a stop since the last acknowledgement; empty if there is none."""
         return next(iter(self._tripped), "")
 
     def stop(self, cause: str = "program: asked for") -> None:
-        """Stop and latch; from any thread, and from a signal handler: no lock."""
+        """Stop and latch. Uses no lock, so any thread and signal handlers may call it."""
         trouble = stop_surely(self._arm)
         was_tripped = bool(self._tripped)
         self._tripped.append(cause + trouble)
@@ -59,7 +59,7 @@ class OperatorStop:
                 self._tell(cause + trouble)
 
     def acknowledge(self) -> None:
-        """Clear the trip; a person's decision."""
+        """Clear the trip, as decided by a person."""
         self._tripped.clear()
 
     def __enter__(self) -> Self:
@@ -88,7 +88,7 @@ class OperatorStop:
     def _watch_keys(self, opened: ExitStack) -> None:
         if not _is_ours(self._fd):
             return
-        # Keys come one by one, without Enter; Ctrl-C keeps its meaning.
+        # Keys are read one by one, without Enter; Ctrl-C keeps its meaning.
         before = termios.tcgetattr(self._fd)
         tty.setcbreak(self._fd, termios.TCSANOW)
         # Released last to first: the thread before what it looks at.
@@ -108,7 +108,7 @@ class OperatorStop:
                 pressed = os.read(self._fd, 64)
             self.stop("key: a key was pressed" if pressed else "key: the terminal is gone")
             if not pressed:
-                # No key can be pressed any more.
+                # No more keys can be pressed.
                 return
 
 
@@ -130,7 +130,7 @@ def _restore(fd: int, before: list[Any]) -> None:
 
 
 class GuardedArm(DeviceDecorator, ArmCommand):
-    """Neither activates nor moves the arm until the operator's stop is acknowledged."""
+    """Refuses to activate or move the arm until the operator's stop is acknowledged."""
 
     def __init__(self, arm: ArmCommand, operator: OperatorStop) -> None:
         super().__init__(arm)
@@ -141,7 +141,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         """Activate the arm, unless the operator has stopped it.
 
         Raises:
-            FaultLatchedError: Besides the arm's own: a stop waits to be acknowledged.
+            FaultLatchedError: Also raised if a stop must be acknowledged.
         """
         # A request that is wrong anyway is refused by the arm, with the reason.
         if self._operator.tripped and self._arm.life is Life.CONFIGURED:
@@ -149,7 +149,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         super().activate()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """While a stop is latched the arm is stopped, and says so."""
+        """Send a command; while a stop is latched, the arm stays stopped and reports so."""
         if self._operator.tripped:
             # It may have been activated from elsewhere since it was stopped.
             stop_surely(self._arm)
@@ -161,7 +161,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
 
 
 def stop_surely(arm: ArmCommand) -> str:
-    """Stop an arm that may be gone already; empty, or why it could not be told."""
+    """Stop an arm that may be gone; return why it could not be commanded, or an empty text."""
     try:
         arm.stop()
     except Exception as error:

@@ -1,7 +1,7 @@
-"""Adapters by name: ours and strangers', all through the entry points of the group ``palpate.adapters``.
+"""Adapters by name: palpate's own and third-party ones, from the entry points of the group ``palpate.adapters``.
 
-An entry is called ``arm.NAME`` or ``force.NAME`` and leads to a function that makes an adapter of the settings in a
-rig file; ``package.module:function`` leads to one without any entry. Making opens nothing; the life cycle does.
+An entry is called ``arm.NAME`` or ``force.NAME`` and refers to a function that makes an adapter from the settings in a
+rig file; ``package.module:function`` needs no entry. The function opens nothing; the life cycle does.
 """
 
 from __future__ import annotations
@@ -43,18 +43,18 @@ def _to_stderr(line: str) -> None:
 
 @dataclass(frozen=True)
 class RigContext:
-    """What an adapter may need besides its own settings.
+    """Context of an adapter besides its own settings.
 
     Attributes:
         clock: The run's clock; samples carry its time.
         lower_rad: Lower joint limits of that arm, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
-        tool: What the job says is on its flange; None where there is no job.
-        accept_kinematics: A person has accepted a nominal model of the arm, or the rig is emulated.
+        tool: Tool on the flange according to the job; None without a job.
+        accept_kinematics: Whether a person has accepted a nominal model of the arm, or the rig is emulated.
         hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
             class and onto the loop's CPU, where the run asks for these.
-        tell: Takes what an adapter has to say when it opens its device.
+        tell: Receives the messages of an adapter when it opens its device.
     """
 
     clock: Clock
@@ -69,7 +69,7 @@ class RigContext:
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:
-        """For an arm, or the one of that name, with the limits of its kinematic model."""
+        """Return the context of an arm, or of the arm of that name, with the limits of its kinematic model."""
         description = arm_named(arm)
         kinematics = Kinematics(description, ToolGeometry())
         lower, upper, velocity = (
@@ -80,7 +80,7 @@ class RigContext:
 
     @property
     def limiter(self) -> CommandLimiter:
-        """Holds commands to the limits of the arm's joints."""
+        """Return a limiter of commands to the limits of the arm's joints."""
         return CommandLimiter(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, CONTROL_RATE_HZ)
 
     @property
@@ -89,7 +89,7 @@ class RigContext:
         return self.clock.real_time_factor if isinstance(self.clock, MonotonicClock) else 1.0
 
     def portable(self) -> RigContext:
-        """Return what of it another process can have."""
+        """Return the parts of the context that can be sent to another process."""
         none: Any = None
         return replace(self, clock=none, hurry=_as_it_is, tell=_to_stderr)
 
@@ -103,21 +103,21 @@ class ArmAdapter:
 
 
 DeviceSettings: TypeAlias = Mapping[str, Any]
-"""What a rig file says of a device, besides its adapter."""
+"""Settings of a device in a rig file, without its adapter."""
 Host: TypeAlias = Annotated[str, Holds(lambda host: bool(host.strip()) and host.isprintable(), "an address")]
 ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter | ServedArm]
 ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor]
 
 
 def arm_maker(name: str) -> ArmMaker:
-    """The function that makes the arm adapter of that name."""
+    """Return the function that makes the arm adapter of that name."""
     maker = load_maker("arm", name)
     kinds: Any = ArmAdapter | ServedArm
     return lambda settings, context: _made("arm.adapter", name, kinds, maker, settings, context)
 
 
 def force_sensor_maker(name: str) -> ForceSensorMaker:
-    """The function that makes the force sensor adapter of that name.
+    """Return the function that makes the force sensor adapter of that name.
 
     Raises:
         ConfigurationError: There is none, or it cannot be loaded.
@@ -129,7 +129,7 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
 
 
 def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSettings, context: RigContext) -> T:
-    """What a third-party function makes, which may fail in any way."""
+    """Return the product of a third-party function, which may fail in any way."""
     table = settings_table(maker)
     given = settings if table is None else overlay(table(), settings)
     try:
@@ -173,7 +173,7 @@ def load_maker(kind: str, name: str) -> Any:
         try:
             return entry.load()
         except Exception as error:
-            # A stranger's package may fail in any way as it is imported.
+            # A third-party package may fail in any way when it is imported.
             accepted = f"an adapter that can be loaded; {entry.value} cannot ({error})"
             raise ConfigurationError(field, name, accepted) from error
     if ":" in name:

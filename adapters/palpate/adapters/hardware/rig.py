@@ -1,4 +1,4 @@
-"""A rig of real devices, as a rig file names them."""
+"""A rig of real devices from a rig file."""
 
 import os
 from contextlib import ExitStack, suppress
@@ -38,10 +38,10 @@ from palpate.core.supervision import SampleWatch
 
 
 class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
-    """Gives wrenches in the frame of the tool.
+    """Converts wrenches to the frame of the tool.
 
     Args:
-        mounting_deg: Its turn about the tool's axis, from x towards y.
+        mounting_deg: Turn of the sensor about the tool's axis, from x towards y.
     """
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
@@ -57,7 +57,7 @@ class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
 
 
 class DeviceRig(Rig):
-    """Devices of which nothing is known but what rig file and wires say.
+    """Devices known only from the rig file and their own reports.
 
     Args:
         arm: Encoders and servos.
@@ -71,10 +71,10 @@ class DeviceRig(Rig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        """What rig file and force sensor say together, as the sensor said it when the rig was entered.
+        """Properties of the force sensor from the rig file and from the sensor, read when the rig was entered.
 
         Raises:
-            LifecycleError: The rig is not entered: the sensor has not been asked yet.
+            LifecycleError: The rig has not been entered, so the sensor has not been read.
         """
         if self._facts is None:
             raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
@@ -97,12 +97,12 @@ class DeviceRig(Rig):
         return f"{name}: {account}" if account else name
 
     def world(self) -> World:
-        """What a log records: there is no way to set this world up again, only the name of the rig."""
+        """Return the name of the rig for logs; a real world cannot be reproduced."""
         facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
         return World(self._file.name, facts)
 
     def truth(self) -> None:
-        """Nobody knows."""
+        """Return None, because the ground truth is unknown."""
 
     @property
     def clock_ticks(self) -> int:
@@ -117,12 +117,12 @@ class HardwareRig(DeviceRig):
     """Real devices behind the ports. A context manager: on exit the arm is stopped and every device closed.
 
     Args:
-        approach: How the arm comes to the ready pose before the first trial.
-        latch: Outlives the program; None for one that ends with it.
+        approach: Way of the arm to the ready pose before the first trial.
+        latch: Latch that outlasts the program; None for one that ends with it.
 
     Attributes:
-        latch: Set by a trip, an operator's stop or a fault of a device; while it is, nothing moves here.
-        operator: Stops the arm at a person's word.
+        latch: Set by a trip, an operator's stop or a device fault; while it is set, nothing moves.
+        operator: The operator's stop.
     """
 
     def __init__(
@@ -145,10 +145,10 @@ class HardwareRig(DeviceRig):
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
 
     def prepare(self, trial: int) -> None:
-        """Free the arm from its last stop; before the first trial, move it to the ready pose.
+        """Release the arm from its last stop; before the first trial, move it to the ready pose.
 
         Raises:
-            DeviceError: A device failed, or the arm met something on its way, which is latched.
+            DeviceError: A device failed, or the arm touched something on its way, which is latched.
         """
         self._free()
         if not self._at_ready:
@@ -159,11 +159,11 @@ class HardwareRig(DeviceRig):
             except DeviceError as error:
                 self.latch.set(str(error))
                 raise
-            # Nobody commands it until the trial begins, and nobody need.
+            # The arm needs no commands until the trial starts.
             self.ports.arm.stop()
             self._at_ready = True
             self._free()
-        # What waited in the lines meanwhile is taken now, and not in the first tick.
+        # Waiting data are read now, not in the first tick.
         self.ports.force_sensor.read()
 
     @override
@@ -171,12 +171,12 @@ class HardwareRig(DeviceRig):
         self._at_ready = False
 
     def stopped_by(self) -> str:
-        """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
+        """Cause of a stop other than core and supervisor since the last :meth:`prepare`; empty if there is none."""
         fault = self.ports.arm.fault
         return self.operator.tripped or (f"fault of the arm: {fault}" if fault else "")
 
     def _reported(self) -> str:
-        """The fault that a device reports; empty for none."""
+        """Return the fault that a device reports; empty if there is none."""
         devices = (self._sensor, self._arm)
         return next((f"{getattr(one, 'name', 'device')}: {one.fault}" for one in devices if one.fault), "")
 
@@ -206,7 +206,7 @@ class HardwareRig(DeviceRig):
 
 
 class NoArm(ManagedDevice, ArmCommand):
-    """Takes commands and keeps them to itself."""
+    """Accepts commands without executing them."""
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
@@ -220,8 +220,8 @@ class NoArm(ManagedDevice, ArmCommand):
 class DryRig(DeviceRig):
     """Sensors and encoders of a rig; commands end in :class:`NoArm`.
 
-    The arm gets no power, except where encoders and servos are one object of a third-party adapter: that is activated,
-    because it gives no angles otherwise.
+    The arm gets no power, unless a third-party adapter has encoders and servos in one object, which must be activated
+    to report angles.
 
     Attributes:
         is_on: Whether the arm had to be activated.
@@ -239,7 +239,7 @@ class DryRig(DeviceRig):
         self.latch = FaultLatch()
 
     def prepare(self, trial: int) -> None:
-        """Take what waited in the lines; nothing moves."""
+        """Read waiting data without any motion."""
         self.ports.force_sensor.read()
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""An arm and a force sensor behind ROS 2 as adapters: wiring and marks, nothing else."""
+"""Adapters for an arm and a force sensor with ROS 2: connection and marks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ _NAME: Final = "ROS 2 arm"
 
 @dataclass(frozen=True)
 class Ros2Table(Settings):
-    """What arm and force sensor have in common: the network."""
+    """Common network settings of arm and force sensor."""
 
     domain: Annotated[int, Range(0, 232)] = 0
     """ROS_DOMAIN_ID of the robot."""
@@ -43,7 +43,7 @@ class Ros2Table(Settings):
     """Addresses of the computers that run ROS. If not given: multicast finds them."""
 
     def network(self) -> Ros2Network:
-        """Return where the robot is."""
+        """Return the network settings of the robot."""
         return Ros2Network(self.domain, self.address, self.peers)
 
 
@@ -82,10 +82,10 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
 
 
 class Ros2DriverArm(DriverArm):
-    """The arm, which its controller does not stop: each of two processes has a way to it.
+    """An arm that its controller does not stop, so that each of two processes has a connection to it.
 
     Args:
-        link: Makes such a way.
+        link: Creates such a connection.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Ros2DriverArm(DriverArm):
 
 
 def make_ros2_arm(table: Ros2ArmTable, context: RigContext) -> DriverArm:
-    """An arm behind a forward_command_controller of ROS 2."""
+    """Return an arm with a forward_command_controller of ROS 2."""
     return ros2_arm(
         table, context, lambda: Ros2Link(table.network(), (table.joint_states, JOINT_STATE), table.commands)
     )
@@ -153,7 +153,7 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
         return round(1e9 / self._table.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """The rate that is stated; messages say nothing of range and noise."""
+        """Return the stated rate; messages do not contain range and noise."""
         return SensorFactsTable(rate_Hz=self._table.rate_Hz, frame="sensor")
 
     @override
@@ -166,5 +166,5 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
 
 
 def make_ros2_wrench(table: Ros2WrenchTable, context: RigContext) -> Ros2ForceSensor:
-    """The wrenches of a topic."""
+    """Return a force sensor from the wrenches of a topic."""
     return Ros2ForceSensor(lambda: Ros2Link(table.network(), (table.topic, WRENCH)), context.clock, table)

@@ -1,4 +1,4 @@
-"""What is known of a rig's force sensor: what the rig file states and what the sensor reports, put together."""
+"""Properties of a rig's force sensor, combined from the rig file and from the sensor's reports."""
 
 from abc import abstractmethod
 from dataclasses import asdict
@@ -16,29 +16,29 @@ _SAME_RATE: Final = 0.01
 
 @runtime_checkable
 class ReportsFacts(Protocol):
-    """A force sensor that states facts about itself; adapters may leave this out."""
+    """A force sensor that reports its properties; adapters need not do so."""
 
     @abstractmethod
     def reported_facts(self) -> SensorFactsTable:
-        """What the device reports, once it is configured."""
+        """Return the properties reported by the device after ``configure``."""
 
 
 def reported_by(sensor: object) -> SensorFactsTable:
-    """What a configured sensor reports of itself; nothing where it cannot."""
+    """Return the properties that a configured sensor reports; empty if it reports none."""
     return sensor.reported_facts() if isinstance(sensor, ReportsFacts) else SensorFactsTable()
 
 
 def missing_facts(stated: SensorFactsTable, reported: SensorFactsTable) -> tuple[str, ...]:
-    """Names of the facts that neither states."""
+    """Return the names of properties that neither states."""
     known = _known(reported) | _known(stated)
     return tuple(name for name in asdict(stated) if name != "frame" and name not in known)
 
 
 def gathered(stated: SensorFactsTable, reported: SensorFactsTable) -> SensorFacts:
-    """The facts that a run relies on. A rig file may narrow a range; it must not contradict the sensor.
+    """Return the properties for a run. A rig file may narrow a range, but must not contradict the sensor.
 
     Raises:
-        ConfigurationError: Something is known from neither, or the rig file contradicts the sensor.
+        ConfigurationError: A property is stated by neither, or the rig file contradicts the sensor.
     """
     missing = missing_facts(stated, reported)
     if missing:

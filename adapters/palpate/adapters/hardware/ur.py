@@ -1,4 +1,4 @@
-"""An arm of Universal Robots, and the force sensor in its flange, as adapters: wiring and marks, nothing else."""
+"""Adapters for an arm of Universal Robots and the force sensor in its flange: connection and marks."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class UrToolTable(SensorTable):
 
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
-    """An arm of Universal Robots over RTDE, by the client ur_rtde."""
+    """Return an arm of Universal Robots over RTDE, with the client ur_rtde."""
     return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry, context.real_time_factor))
 
 
@@ -80,10 +80,10 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:
-    """Lines on how model and tool agree with an open arm.
+    """Return lines on the agreement of model and tool with an open arm.
 
     Raises:
-        ConfigurationError: They do not.
+        ConfigurationError: They do not agree.
     """
     if not isinstance(driver, UrArm) or (seen := driver.seen) is None:
         return []
@@ -108,7 +108,7 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         return round(1e9 / self._rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Rated ranges of the data sheet, and the rate."""
+        """Return the rated ranges of the data sheet, and the rate."""
         return SensorFactsTable(range_N=RANGE_N, range_Nm=RANGE_NM, rate_Hz=self._rate_Hz, frame="sensor")
 
     @override
@@ -127,6 +127,6 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:
-    """The tool force of an e-Series arm."""
+    """Return the force sensor in the flange of an e-Series arm."""
     link = partial(UrLink, table.host, table.rate_Hz, context.hurry, context.real_time_factor)
     return UrToolForceSensor(link, context.clock, table)

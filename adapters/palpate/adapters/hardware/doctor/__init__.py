@@ -1,4 +1,4 @@
-"""``palpate rig doctor``: examines the devices of a rig, and says what to do about what is wrong."""
+"""``palpate rig doctor``: examines the devices of a rig and recommends remedies."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Examines a rig device by device; each is closed again on every way out."""
+"""Examination of a rig device by device; each is closed in any case."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class ExaminationSettings:
-    """What to try.
+    """Settings of an examination.
 
     Attributes:
-        seconds: How long to listen to each device.
-        person: Pushes the tool; None leaves that out.
-        move: Switch the arm on and move each joint.
-        before_move: Called before the first motion; refuses it by an error.
+        seconds: Time of reading each device.
+        person: Person who pushes the tool; None to skip this.
+        move: Whether to switch the arm on and move each joint.
+        before_move: Called before the first motion; refuses it by raising an error.
     """
 
     seconds: float
@@ -40,10 +40,10 @@ class ExaminationSettings:
 
 
 class Examination:
-    """One rig.
+    """Examination of one rig.
 
     Raises:
-        ConfigurationError: The rig file cannot be used. What only a driver refuses is a finding instead.
+        ConfigurationError: The rig file cannot be used. Settings that only a driver refuses are findings instead.
     """
 
     def __init__(self, file: RigFile, context: RigContext, settings: ExaminationSettings) -> None:
@@ -56,7 +56,7 @@ class Examination:
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._of_sensor)
 
     def reports(self) -> Iterator[DeviceReport]:
-        """Yield what was found, device by device, as soon as each is done."""
+        """Yield the report of each device when its examination is complete."""
         of_rig = DeviceReport(f"rig: {self._file.name}")
         report_clock(self._context.clock, of_rig)
         yield of_rig
@@ -68,7 +68,7 @@ class Examination:
         opened.callback(sensor.close)
         sensor.configure()
         sensor.activate()
-        # Adapters may leave diagnostics out.
+        # Adapters may lack diagnostics.
         opened.callback(lambda: report.include(getattr(sensor, "diagnostics", dict)()))
         series = listen(sensor.read, clock, self._settings.seconds)
         reported = reported_by(sensor)
@@ -111,13 +111,13 @@ def _examined(device: T | None, examine: Callable[[T, ExitStack], None], report:
             with ExitStack() as opened:
                 examine(device, opened)
         except Exception as error:
-            # Whatever a device or a third-party adapter does, the others are still to be examined.
+            # After any error of a device or a third-party adapter, the others must still be examined.
             report.error(error)
     return report
 
 
 def _made(make: Callable[[], T], report: DeviceReport) -> T | None:
-    """Return the adapter; None, and a finding, where a driver refuses its settings."""
+    """Return the adapter; if a driver refuses its settings, add a finding and return None."""
     try:
         return make()
     except ConfigurationError as error:

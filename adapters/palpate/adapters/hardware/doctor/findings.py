@@ -1,4 +1,4 @@
-"""What an examination finds: facts and judgements, device by device."""
+"""Results of an examination: facts and judgements of each device."""
 
 import enum
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ from palpate.core.errors import PalpateError, told
 
 
 class Level(enum.Enum):
-    """How bad a finding is."""
+    """Severity of a finding."""
 
     OK = "ok"
     NOTE = "note"
@@ -36,7 +36,7 @@ class Topic(enum.Enum):
 
 
 class Finding(NamedTuple):
-    """One judgement: a sentence that ends, unless all is well, with what to do."""
+    """One judgement: a sentence, with a remedy at its end unless all is well."""
 
     level: Level
     topic: Topic
@@ -44,11 +44,11 @@ class Finding(NamedTuple):
 
 
 class DeviceReport:
-    """Collects what is found about one device, so that a failure half way leaves what was found before.
+    """Collects the results of one device, so that a failure keeps earlier results.
 
     Attributes:
-        facts: What was measured or reported, without a judgement.
-        findings: Judgements, in the order in which they were made.
+        facts: Measured or reported values without a judgement.
+        findings: Judgements in order.
     """
 
     def __init__(self, title: str) -> None:
@@ -65,14 +65,14 @@ class DeviceReport:
         self.add(Level.OK if good else ill, topic, text, "" if good else remedy)
 
     def error(self, error: Exception) -> None:
-        """Add an error. Ours say what would be right; a third-party adapter may raise anything."""
+        """Add an error. palpate's errors state accepted values; a third-party adapter may raise anything."""
         if isinstance(error, PalpateError):
             self.add(Level.WRONG, Topic.OPEN, str(error))
         else:
             self.add(Level.WRONG, Topic.OPEN, told(error), "see the adapter's own documentation")
 
     def include(self, diagnostics: Mapping[str, str]) -> None:
-        """Add what a driver reports of itself; its entry ``fault`` is a finding."""
+        """Add the diagnostics of a driver; their entry ``fault`` becomes a finding."""
         found = dict(diagnostics)
         fault = found.pop("fault", "")
         self.facts |= found
@@ -92,6 +92,6 @@ class DeviceReport:
 
 
 def summary_text(reports: Sequence[DeviceReport]) -> str:
-    """Return the last line: how many things are wrong."""
+    """Return the last line with the number of problems."""
     wrong, notes = (sum(report.count(level) for report in reports) for level in (Level.WRONG, Level.NOTE))
     return f"{f'{wrong} wrong' if wrong else 'all well'}, {notes} to note\n"

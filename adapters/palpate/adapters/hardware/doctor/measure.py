@@ -1,4 +1,4 @@
-"""Measures a device by its port alone: rate, age, marks, noise; and how late this computer wakes."""
+"""Measurements of a device by its port (rate, age, marks, noise), and of the wake-up delays of this computer."""
 
 from collections.abc import Callable
 from typing import Final, Generic, NamedTuple, TypeVar
@@ -15,22 +15,22 @@ _READ_NS: Final = 1_000_000
 _RATE_SHARE: Final = 0.9
 _FEW: Final = 0.01
 _STILL_N: Final = 1.0
-"""Standard deviation above which something moves or disturbs the tool."""
+"""Standard deviation above which the tool moves or is disturbed."""
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
-"""A computer that wakes this late more than once in a hundred times is too slow for ticks of 7 ms."""
+"""A computer that wakes later than this in more than 1 % of ticks is too slow for ticks of 7 ms."""
 _FACTOR: Final = 2.0
-"""Measured and stated noise may differ by it: noise depends on what runs nearby."""
+"""Accepted factor between measured and stated noise, because noise depends on machines nearby."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class Series(NamedTuple, Generic[SampleT]):
-    """Different samples of a device in the order in which they came.
+    """Different samples of a device in order of arrival.
 
     Attributes:
-        ages_ns: Age of the newest sample at each read.
-        marks: Mark of the newest sample at each read.
+        ages_ns: Age of the latest sample at each read.
+        marks: Mark of the latest sample at each read.
     """
 
     samples: list[SampleT]
@@ -39,7 +39,7 @@ class Series(NamedTuple, Generic[SampleT]):
 
     @property
     def rate_Hz(self) -> float:
-        """Mean rate; 0 of fewer than two samples."""
+        """Return the mean rate; 0 for fewer than two samples."""
         times_ns = [sample.receive_time_ns for sample in self.samples]
         span_ns = times_ns[-1] - times_ns[0] if times_ns else 0
         return (len(times_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
@@ -54,7 +54,7 @@ class MeasuredNoise(NamedTuple):
 
 
 def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[SampleT]:
-    """Read for a while, more often than any loop does."""
+    """Read for a time, more often than any loop."""
     samples: dict[int, SampleT] = {}
     ages_ns: list[int] = []
     marks: list[Validity] = []
@@ -72,11 +72,11 @@ def report_pace(series: Series[SampleT], expected_Hz: float | None, report: Devi
     """Judge rate and marks of samples.
 
     Args:
-        expected_Hz: Rate that the device is set to; None where that is not known.
+        expected_Hz: Configured rate of the device; None if unknown.
     """
     ages_ms = np.array(series.ages_ns) * 1e-6
     report.facts["age"] = f"{np.median(ages_ms):.1f} ms median, {ages_ms.max():.1f} ms at most"
-    # A read takes the newest of the samples that came since the last one; no loop needs more than one a tick.
+    # A read returns the latest sample since the previous read; no loop needs more than one per tick.
     if expected_Hz is None:
         wanted_Hz, of, ill = CONTROL_RATE_HZ / 2, "", Level.NOTE
         remedy = f"the control loop runs at {CONTROL_RATE_HZ} Hz; set the device to send more often"
@@ -93,7 +93,7 @@ def report_pace(series: Series[SampleT], expected_Hz: float | None, report: Devi
 
 
 def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> MeasuredNoise | None:
-    """Judge noise and range of a force sensor at rest; return the noise where it can be measured."""
+    """Judge noise and range of a force sensor at rest; return the noise if it can be measured."""
     samples = [sample for sample in series.samples if sample.validity is not Validity.INVALID]
     if len(samples) < 2:
         report.add(Level.WRONG, Topic.NOISE, f"{len(samples)} usable samples", "check cable and power, then try again")
@@ -120,7 +120,7 @@ def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> Measure
 def report_facts(
     stated: SensorFactsTable, reported: SensorFactsTable, measured: MeasuredNoise, report: DeviceReport
 ) -> None:
-    """Judge whether a run knows enough of the sensor, and whether that agrees with the measurement."""
+    """Judge whether the known properties of the sensor suffice for a run and agree with the measurement."""
     missing = missing_facts(stated, reported)
     values = dict(zip(("noise_N", "noise_Nm", "rate_Hz"), (f"{value:.3g}" for value in measured), strict=True))
     lines = [f"{name} = {values.get(name, '[x, y, z]')}" for name in missing or ("noise_N", "noise_Nm")]
@@ -143,7 +143,7 @@ def report_facts(
 
 
 def report_clock(clock: Clock, report: DeviceReport) -> None:
-    """Judge how late this computer wakes."""
+    """Judge the wake-up delays of this computer."""
     late_ns, due_ns = [], clock.now_ns()
     for _ in range(_NAPS):
         due_ns += _NAP_NS

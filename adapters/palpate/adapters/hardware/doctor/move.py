@@ -20,15 +20,15 @@ STEP_RAD: Final = 1e-3
 _RAMP_TICKS: Final = CONTROL_RATE_HZ // 2
 _WAIT_TICKS: Final = CONTROL_RATE_HZ // 2
 _GOOD_RAD: Final = 0.25 * STEP_RAD
-"""Error that is accepted at rest: friction and the servo's dead band leave some counts."""
+"""Accepted error at rest, because friction and the servo's dead band leave some counts."""
 
 
 def report_moves(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Move joint after joint, the last one first, up to the first that does not follow.
+    """Move the joints one by one from the last to the first, until one does not follow.
 
-    The arm is stopped on every way out.
+    The arm is stopped in any case.
     """
     try:
         for joint in reversed(range(len(upper_rad))):
@@ -41,7 +41,7 @@ def report_moves(
 
 
 def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str]:
-    """Return what a joint did, and a remedy where it does not follow."""
+    """Return the motion of a joint, and a remedy if it does not follow."""
     start = encoder.read().position_rad
     step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
     there, lag = _go(arm, encoder, clock, start, joint, (0.0, step))
@@ -64,7 +64,7 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
 def _go(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, way: tuple[float, float]
 ) -> tuple[JointVector, float]:
-    """Return where the arm is in the end, and the largest distance on the way between set-point and joint."""
+    """Return the final pose of the arm, and the largest distance between set-point and joint on the way."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)

@@ -11,7 +11,7 @@ from palpate.core.ports import Clock, ForceSensor
 PUSH_N: Final = 3.0
 """Change of force that counts as a push."""
 PATIENCE_S: Final = 20.0
-"""Longest wait for it."""
+"""Longest wait for a push."""
 _HELD_S: Final = 0.3
 _MEAN_S: Final = 0.7
 _READ_NS: Final = 5_000_000
@@ -23,14 +23,14 @@ class Person(Protocol):
     """A person at a terminal."""
 
     def ask(self, question: str) -> str | None:
-        """Return the answer; None when no one is there."""
+        """Return the answer; None if there is no person."""
 
     def tell(self, text: str) -> None:
         """Print a line for the person."""
 
 
 class PushCheck:
-    """The questions, and what follows from the answers."""
+    """Asks a person to push the tool, and judges the measured forces."""
 
     def __init__(self, sensor: ForceSensor, clock: Clock, person: Person, report: DeviceReport) -> None:
         self._sensor, self._clock, self._person, self._report = sensor, clock, person, report
@@ -81,7 +81,7 @@ class PushCheck:
         self._report.judge(Topic.AXES, lever_m > 0.0, text, remedy)
 
     def _changed(self, least_N: float) -> tuple[float, ...] | None:
-        """Return the mean change, (6,) in N and N m, once the force has changed for a while."""
+        """Return the mean change, (6,) in N and N m, after a sustained change of force."""
         if not self._wait(lambda force_N: force_N >= least_N):
             remedy = "push harder; if nothing ever changes, check the sensor's cable and overload"
             text = f"the force did not change by {least_N:.1f} N within {PATIENCE_S:g} s"
