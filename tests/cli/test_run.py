@@ -100,9 +100,10 @@ def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(palpate, tmp_
         advance_once(self)
 
     def append(self, *scored):
-        append_trial(self, *scored)
+        row = append_trial(self, *scored)
         if not ticks:
             signal.raise_signal(signal.SIGINT)
+        return row
 
     monkeypatch.setattr(WorkCell, "advance", advance)
     monkeypatch.setattr(RunFolder, "append_trial", append)

@@ -153,7 +153,7 @@ def desk(run, trained, tmp_path):
     [
         ("--out run --seed 1", "seed = 1", "0, with which the run in run began"),
         ("--out run --task.time-limit-s 3", "time_limit_s = 3.0", "2.0, with which the run in run began"),
-        ("--out run --policy policy.json", "policy.json", "No such file"),
+        ("--out run --policy policy.json", "policy.json", "a policy file that exists"),
         ("--out torn", "checkpoint.json", ""),
         ("--out empty", "checkpoint.json", "begin a new run"),
     ],

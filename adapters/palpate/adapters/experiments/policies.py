@@ -202,8 +202,8 @@ def accepted_policies() -> str:
     return f"a policy file, or one of {', '.join((*BASELINES, *sorted(entries(GROUP))))}, or package.module:Name"
 
 
-def policy_named(name: str) -> tuple[PolicyDocument | None, str]:
-    """Return the policy file of that name, or the code.
+def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, str]:
+    """Return the policy file of that name, or the code; ``accepted`` is what else may be named, for the refusal.
 
     Raises:
         ConfigurationError: There is neither, or the file cannot be read.
@@ -211,7 +211,7 @@ def policy_named(name: str) -> tuple[PolicyDocument | None, str]:
     if os.path.exists(name):
         return load_policy(Path(name)), ""
     if not (code := foreign_code(name)):
-        raise ConfigurationError("policy", name, accepted_policies())
+        raise ConfigurationError("policy", name, accepted or accepted_policies())
     return None, code
 
 

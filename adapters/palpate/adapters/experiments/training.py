@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 from typing_extensions import override
 
@@ -33,6 +33,8 @@ from palpate.core.perception import Perception, perception_from_dict, perception
 from palpate.core.policy import Policy, PolicyDocument, TabularLearner, Transition, document_of, learner_of
 from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
+
+_TRAINED: Final = "q-learning, a policy file that exists, or package.module:Name"
 
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
@@ -163,7 +165,7 @@ class Subject:
         name = config.learner if policy in ("", *LEARNERS) else policy
         asks = task_kind(config.task.name).asks_policy
         config.task.require("name", asks, "a task that lets a policy choose; this one asks none")
-        document, code = (None, "") if name == config.learner else policy_named(name)
+        document, code = (None, "") if name == config.learner else policy_named(name, _TRAINED)
         brought = config.learning.programmed or config.learning.examples
         if (document is not None or code) and brought:
             accepted = (
