@@ -1,4 +1,4 @@
-"""Trials in several processes of the simulator: of a policy, and of a job in worlds drawn from its ranges."""
+"""Simulated trials in several processes: of a policy, and of a job in worlds drawn from its ranges."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from palpate.core.ports import Rig
 from palpate.core.trial import Purpose, generator
 
 BLOCK: Final = 10
-"""Trials that a process runs at a time. Each block begins with a new policy object."""
+"""Number of trials in a block. Each block starts with a new policy object."""
 
 
 def run_blocks(
@@ -35,16 +35,16 @@ def run_blocks(
 ) -> tuple[list[TrialRow], list[str]]:
     """Run trials in several processes, until all are finished or Ctrl-C ends them.
 
-    A policy that keeps nothing from trial to trial gives the same trials and files as in one process.
+    A policy without memory of past trials gives the same trials and files as in one process.
 
     Returns:
-        The finished trials, and what could not be recorded.
+        The finished trials, and failures of recording.
 
     Raises:
-        PalpateError: A trial failed, in the words of its own error.
+        PalpateError: A trial failed, with the message of its error.
     """
     rows, troubles = list[TrialRow](), list[str]()
-    # Workers that are there already keep the working folder in which they were begun.
+    # Existing workers keep the working folder in which they were started.
     path = None if folder is None else folder.path.absolute()
     calls = ((config, policy, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
     with closing(in_processes(_run_block, calls, jobs)) as blocks:
@@ -65,7 +65,7 @@ def run_blocks(
 def _run_block(
     config: RunConfig, policy: str, folder: Path | None, first: int, trials: int
 ) -> tuple[list[ScoredTrial], list[str], str]:
-    """Return the trials, what could not be recorded, and the error that ended them: not all errors can be sent."""
+    """Return the trials, failures of recording, and the text of a final error, because not all errors can be sent."""
     problem, done = "", list[ScoredTrial]()
     chosen, ready, begin = ChosenPolicy(policy, config), ready_pose(config), FIRST_EVALUATION_TRIAL + first
     with ExitStack() as opened:
@@ -83,22 +83,22 @@ def _run_block(
 
 
 SERIES: Final = 10
-"""Trials of one learner, which begins from nothing; the first is its training and does not count."""
+"""Number of trials of a new learner; the first trains it and does not count."""
 _LEAST_FRICTION: Final = 0.1
-"""Dry metal on metal or plastic has no less."""
+"""Lowest friction of dry metal on metal or plastic."""
 _NOISE_SHARES: Final = (0.8, 1.25)
 _STIFFNESS_SHARES: Final = (0.9, 1.1)
-"""A gripper is known to some ten per cent."""
+"""Range of the stiffness of a gripper, which is known to about ten per cent."""
 _SPRINGS: Final = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
 
 
 def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> RunConfig:
-    """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each evenly from its range.
+    """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each uniformly from its range.
 
-    The hole and headings are drawn by the cell itself.
+    The cell itself draws hole and headings.
 
     Args:
-        stated: Table ``cell`` of the job: a friction in it is kept.
+        stated: Table ``cell`` of the job, whose friction is kept.
     """
     rng = generator(config.seed, Purpose.HIDDEN, trial)
     height, tilt, friction, noise, stiffness = rng.uniform(size=5).tolist()
@@ -128,11 +128,11 @@ def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> Run
 def run_series(
     config: RunConfig, policy: str, numbers: range, world: Callable[[int], RunConfig] | None = None
 ) -> Iterator[ScoredTrial]:
-    """Run trials of one policy object, a trip ending one trial and no more.
+    """Run trials of one policy object. A trip ends only its own trial.
 
     Args:
-        policy: Name of a rule; empty for the learner of the settings, from nothing.
-        world: Gives the configuration whose cell a trial runs in; the same for all unless given.
+        policy: Name of a rule; empty for a new learner of the settings.
+        world: Returns the configuration of the cell of each trial; if not given, the same for all.
     """
     ready, rigs = ready_pose(config), list[Rig]()
     perception = plain_perception(config) if policy else build_perception(config)
@@ -149,7 +149,7 @@ def run_series(
 
 
 def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
-    """Whether a trial was taken for inserted and was not."""
+    """Return whether a trial was reported as inserted but was not."""
     truth = scored.truth
     return truth is not None and task_kind(config.task.name).untrue(config.task, scored.report, truth, fit_of(config))
 
@@ -157,10 +157,10 @@ def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
 def simulate(
     config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
 ) -> Iterator[tuple[list[ScoredTrial], int]]:
-    """Run the trials of a job in series, each with a policy object of its own; the same for any number of jobs.
+    """Run the trials of a job in series, each with its own policy object; independent of the number of processes.
 
     Yields:
-        The trials of a series that count, and how many it ran.
+        The trials of a series that count, and the number of trials run.
     """
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
     yield from in_processes(_series, blocks, jobs)

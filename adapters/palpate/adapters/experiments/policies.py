@@ -1,4 +1,4 @@
-"""Policies by name or from a file: learners, programmed and example states beside them, and baselines."""
+"""Policies by name or from a file: learners, with programmed and example states, and baselines."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -38,29 +38,29 @@ from palpate.core.trial import N_PER_KGF, options_of
 OMNISCIENT_SPEED_M_S: Final = 0.01
 
 _TURN_SHARE: Final = 0.75
-"""Of the fastest turn: at the whole, a wrist was behind its command by more than the supervisor allows, once in 100."""
+"""Share of the fastest turn: at full speed, a wrist exceeded the supervisor's limit of lag once in 100."""
 
 _NEVER: Final = -1e6
-"""Q of a skill where it cannot begin: no temperature draws it."""
+"""Q of a skill that cannot start, so that it is never drawn at any temperature."""
 
 Hole = Callable[[], Sequence[float]]
-"""Gives what :func:`pose_of` does, or its first three numbers."""
+"""Returns the numbers of :func:`pose_of`, or the first three of them."""
 
 
 def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[str, float]) -> tuple[float, ...]:
-    """The true hole, (x, y, z), the rotation vector of its turn, (3,), and the heading of the grip's lean if drawn."""
+    """Return the true hole, (x, y, z), its rotation vector, (3,), and the heading of the tilt in the grip if drawn."""
     heading = (drawn["tilt_heading_deg"],) if "tilt_heading_deg" in drawn else ()
     return *hole_m, *turn_rad, *heading
 
 
 OUTSIDE: Final = "environment"
-"""An agent outside chose, through an environment: of it nothing is known but its decisions."""
+"""Source of decisions of an external agent, which chooses through an environment."""
 
 BASELINES: Final = ("oracle", "torque", "spiral-10", "spiral-5", "random", "corner-first", "oracle-pose")
 
 
 def baselines_of(config: RunConfig) -> list[str]:
-    """The baselines that the task has."""
+    """Return the baselines of the task."""
     found = []
     for name in BASELINES:
         with suppress(ConfigurationError):
@@ -70,14 +70,14 @@ def baselines_of(config: RunConfig) -> list[str]:
 
 
 NO_POLICY: Final = "none"
-"""What stands for a policy where the task asks none."""
+"""Name in place of a policy for tasks without policies."""
 
 
 def policy_for(config: RunConfig, name: str) -> str:
-    """The name of a policy, where a task asks one; :data:`NO_POLICY` where it does not.
+    """Return the name of the policy; :data:`NO_POLICY` for a task without policies.
 
     Raises:
-        ConfigurationError: None is named though the task asks one, or one is though it does not.
+        ConfigurationError: A required policy is missing, or a policy is named for a task without policies.
     """
     task = config.task.name
     if task_kind(task).asks_policy:
@@ -90,13 +90,13 @@ def policy_for(config: RunConfig, name: str) -> str:
 
 
 def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
-    """The baseline of that name, one of ``BASELINES``; only the oracle one uses the true hole.
+    """Return the baseline of that name, one of ``BASELINES``; only the oracles use the true hole.
 
     Raises:
-        ConfigurationError: There is none of that name.
+        ConfigurationError: The name is unknown.
     """
     task, action_s = config.task, config.task.ticks_per_action / CONTROL_RATE_HZ
-    # The task's own: a baseline has no skills.
+    # The actions of the task, because a baseline has no skills.
     actions = task_kind(task.name).actions(task)
     match name:
         case "none":
@@ -121,10 +121,10 @@ def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
 
 
 def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialOptions:
-    """The options of an insertion in six degrees of freedom.
+    """Return the options of an insertion in six degrees of freedom.
 
     Raises:
-        ConfigurationError: The task is another one.
+        ConfigurationError: The task is a different one.
     """
     if task_kind(config.task.name).options is not SpatialOptions:
         raise ConfigurationError("policy", policy, "a policy of this task; it is one of --task insertion-6dof")
@@ -132,7 +132,7 @@ def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialO
 
 
 def learning_parameters(config: RunConfig) -> Settings:
-    """The learner's parameters."""
+    """Return the parameters of the learner."""
     learning = config.learning
     if config.learner in ("belief", "hmm"):
         return learning.belief if config.learner == "belief" else learning.hmm
@@ -150,10 +150,10 @@ def learning_parameters(config: RunConfig) -> Settings:
 
 
 def learning_policy(config: RunConfig, perception: Perception, code: str = "") -> Policy:
-    """The learner from scratch, with the programmed and the example states of the configuration beside it.
+    """Return a new learner, combined with the programmed and example states of the configuration.
 
     Args:
-        code: What makes a foreign policy, which is that learner then; empty for the configuration's.
+        code: Code of a third-party policy as the learner; empty for the configured learner.
     """
     if code:
         return foreign_policy(foreign_entry(code), config, perception, frozen=False)
@@ -166,12 +166,12 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
             pairs = load_examples(Path(learning.examples), perception.states, actions)
             parts.append(ExamplesPolicy(perception.states, actions, pairs))
     except ConfigurationError as error:
-        # In the configuration the setting has another name than in the core.
+        # The setting has different names in the configuration and in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
     learner = new_learner(learning_parameters(config), perception.states, actions, task_reach(config))
     if config.learner == "belief" and not parts:
-        # A belief alone has no names for states and actions.
+        # A belief has no names of states and actions.
         parts.append(ProgrammedPolicy(perception.states, actions, {}))
     if config.perception.symbols == SKILLS:
         kind, begun = task_kind(config.task.name), learner.get_state()
@@ -189,7 +189,7 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
 
 
 def perception_settings(config: RunConfig, perception: Perception) -> dict[str, Any]:
-    """The way from raw signals to states, as a policy file describes it."""
+    """Return the settings from raw signals to states in the form of a policy file."""
     p = config.perception
     signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
     if config.learner == "belief":
@@ -198,12 +198,15 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
 
 
 def accepted_policies() -> str:
-    """What may be named as a policy, for a message."""
+    """Return the accepted names of policies, for a message."""
     return f"a policy file, or one of {', '.join((*BASELINES, *sorted(entries(GROUP))))}, or package.module:Name"
 
 
 def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, str]:
-    """Return the policy file of that name, or the code; ``accepted`` is what else may be named, for the refusal.
+    """Return the policy file or the code of that name.
+
+    Args:
+        accepted: Accepted names, for the error; if empty, those of all policies.
 
     Raises:
         ConfigurationError: There is neither, or the file cannot be read.
@@ -216,22 +219,22 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
 
 
 def foreign_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:
-    """The policy file of a foreign policy that has learned nothing.
+    """Return the policy file of a new third-party policy.
 
     Raises:
-        ConfigurationError: The code cannot be loaded, or makes no policy.
+        ConfigurationError: The code cannot be loaded, or creates no policy.
     """
     policy = foreign_policy(foreign_entry(code), config, perception, frozen=True)
     return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
 
 
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
-    """The perception that a policy file was made with, checked against the run's.
+    """Return the perception of a policy file after comparison with that of the run.
 
-    ``configured`` is None where the run's perception would have to be fitted: then the file's serves.
+    If ``configured`` is None, the run's perception would have to be fitted, and that of the file is used.
 
     Raises:
-        ConfigurationError: They differ.
+        ConfigurationError: The two differ.
     """
     try:
         own = perception_from_dict({key: value for key, value in document.perception.items() if key != "signal"})
@@ -239,9 +242,9 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         raise ConfigurationError("policy", "perception", f"a readable perception ({error})") from error
     if configured is not None:
         document.check_matches(configured.states, task_actions(config))
-    # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
+    # Fitted stages come from the file; stages defined by the configuration must be equal in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
-    # Another tool has a remedy of its own.
+    # A different tool has its own remedy.
     for each, signal in ((mine, _signal_in(document)), (theirs, theirs["signal"])):
         each["signal"] = {name: value for name, value in signal.items() if name != "tool"}
     if mine != theirs:
@@ -257,12 +260,11 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
 
 
 def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
-    """The policy of a file: frozen as it is, or ready to learn on with the parameters of the configuration.
+    """Return the policy of a file, frozen or ready to continue learning with the configured parameters.
 
     Raises:
-        ConfigurationError: It has other states or actions, is to learn on by another learner, or is made by code that
-            cannot be loaded.
-        PolicyError: That code refuses what it had learned.
+        ConfigurationError: Its states, actions or learner differ, or its code cannot be loaded.
+        PolicyError: The code refuses its learned state.
     """
     _require_same_tool(document, config)
     if document.foreign is not None:
@@ -276,7 +278,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
 
 
 def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
-    """The first setting in which two tables differ: its dotted name, and both values."""
+    """Return the first setting in which two tables differ: its dotted name, and both values."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         for key in sorted(set(a) | set(b)):
             if a.get(key) != b.get(key):
@@ -285,7 +287,7 @@ def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
 
 
 def _signal_in(document: PolicyDocument) -> Mapping[str, Any]:
-    """How a policy file's signal is made, and with which tool."""
+    """Return the signal settings and the tool of a policy file."""
     found: Mapping[str, Any] = fitted(
         "policy.perception.signal", document.perception.get("signal", {}), Mapping[str, Any]
     )
@@ -293,7 +295,7 @@ def _signal_in(document: PolicyDocument) -> Mapping[str, Any]:
 
 
 def tool_of(config: RunConfig) -> dict[str, Any]:
-    """What of the peg decides which torque is felt where, by its settings. The clearance does not."""
+    """Return the settings of the peg that determine its contact torques, which do not include the clearance."""
     peg = config.cell.peg
     told = {"cross_section": peg.cross_section, "diameter_mm": peg.diameter_mm, "chamfer_mm": peg.chamfer_mm}
     if peg.cross_section == "rounded-square":
@@ -304,7 +306,7 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """The tool of a policy file's touch model; None where it has no such model, and in the policy of a log."""
+    """Return the tool of a policy file's contact model; None without such a model, and for the policy of a log."""
     tool = _signal_in(document).get("tool")
     if tool is None or document.learner is None or document.learner.kind != "belief":
         return None
@@ -312,10 +314,10 @@ def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
 
 
 def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
-    """Refuse a touch model of another tool, unless it is asked for as a beginning.
+    """Refuse a contact model of another tool, unless it is requested as a starting point.
 
     Raises:
-        ConfigurationError: The run has another peg than the policy file.
+        ConfigurationError: The pegs of the run and of the policy file differ.
     """
     learned = tool_in(document)
     if learned is None or config.learning.belief.other_tool:

@@ -1,4 +1,4 @@
-"""The folder that a run leaves behind. Nothing in it is ever lost to an error: files are replaced whole.
+"""The folder of a run. Files are replaced as a whole, so that no error loses their content.
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
@@ -29,12 +29,12 @@ from palpate.adapters.log import LOG_FOLDER, TrialRecorder, csv_text
 from palpate.core.errors import LifecycleError, OutputError
 
 LOCK: Final = ".lock"
-"""File that is locked. It says who writes here; after a good end it is gone."""
+"""File that is locked and names the writer; it is removed after a regular end."""
 
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[str]:
-    """Keep every other writer out of a folder; gives who wrote here before without a good end, empty for nobody."""
+    """Lock a folder against other writers; yield the previous writer without a regular end, or an empty text."""
     path = folder / LOCK
     descriptor = _locked(path)
     try:
@@ -46,7 +46,7 @@ def only_writer(folder: Path) -> Iterator[str]:
         try:
             yield before
         finally:
-            # While it is locked: who waits for it then finds another file of this name, or none.
+            # Removed while locked: a waiting writer then finds another file of this name, or none.
             os.unlink(path)
     finally:
         os.close(descriptor)
@@ -75,17 +75,17 @@ RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
     "trials.png", "compare.csv", "compare.txt", "examples.csv",
 )  # fmt: skip
-"""Files that a run leaves, besides its logs."""
+"""Files of a run, besides its logs."""
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
 
 @dataclasses.dataclass(frozen=True)
 class TrialRow:
-    """One line of ``trials.csv``. Where the hole is unknown, its columns are empty.
+    """One line of ``trials.csv``. If the hole is unknown, its columns are empty.
 
     Attributes:
-        trip: Why it was cut off: name of the reason and text; empty for a trial that was not.
-        drawn: What else was drawn for the trial, each in a column of its own after the others; see ``Truth.drawn``.
+        trip: Reason of a trip, by name and text; empty without one.
+        drawn: Other values drawn for the trial, each in its own column after the others; see ``Truth.drawn``.
     """
 
     trial: int
@@ -108,7 +108,7 @@ class TrialRow:
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
-        """The line for a trial. Force and depth are the truth, if there is one; the core's own force stands beside."""
+        """Return the line of a trial, with the true force and depth if known, and the core's own force."""
         report, truth = scored.report, scored.truth
         known = report if truth is None else truth
         return cls(
@@ -132,13 +132,13 @@ class TrialRow:
         )
 
     def cells(self) -> dict[str, Any]:
-        """What stands in each column."""
+        """Return the content of each column."""
         own = {f.name: getattr(self, f.name) for f in _COLUMNS}
         return own | dict(self.drawn)
 
     @classmethod
     def read(cls, cells: dict[str, str]) -> TrialRow:
-        """The line back from its cells."""
+        """Restore a line from its cells."""
         others = dict(cells)
         values = {f.name: _READ.get(str(f.type), _number)(others.pop(f.name)) for f in _COLUMNS}
         return cls(**values, drawn={name: float(text) for name, text in others.items()})
@@ -150,7 +150,7 @@ def _number(text: str) -> float | None:
 
 _COLUMNS: Final = dataclasses.fields(TrialRow)[:-1]
 _READ: Final[Mapping[str, Callable[[str], Any]]] = {"str": str, "int": int, "bool": lambda text: text == "True"}
-"""How a cell is read, by the type of its column; other columns hold numbers, or nothing."""
+"""Functions that read a cell, by the type of its column; other columns hold numbers, or are empty."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -158,12 +158,12 @@ class RunResult:
     """Finished trials.
 
     Attributes:
-        rows: A line of ``trials.csv`` each.
-        summary: Figures over all of them, as in ``summary.json``.
-        finished: Whether all the requested trials are among them.
-        folder: Folder with everything about them; None where nothing was kept.
-        troubles: What could not be recorded.
-        timing: How punctual the control loop was; empty in the simulator.
+        rows: Lines of ``trials.csv``.
+        summary: Statistics of all trials, as in ``summary.json``.
+        finished: Whether all requested trials are finished.
+        folder: Folder of the run; None if nothing was kept.
+        troubles: Failures of recording.
+        timing: Punctuality of the control loop; empty in the simulator.
     """
 
     rows: list[TrialRow]
@@ -180,7 +180,7 @@ class RunResult:
 
     @property
     def logs(self) -> list[Path]:
-        """The logs of the trials, in their order."""
+        """Logs of the trials, in order."""
         return sorted(self._path(LOG_FOLDER).glob("*.mcap"))
 
     def _path(self, name: str) -> Path:
@@ -190,13 +190,13 @@ class RunResult:
 
 
 def next_free_folder(stem: str) -> RunFolder:
-    """The first folder ``stem-001``, ``stem-002``, ... that is not there yet."""
+    """Return the first folder ``stem-001``, ``stem-002``, ... that does not exist."""
     names = (f"{stem}-{number:03d}" for number in count(1))
     return RunFolder(Path(next(name for name in names if not os.path.lexists(name))))
 
 
 def _holds(path: Path) -> bool:
-    """Whether there is something: a run that was killed before its first file leaves a folder for logs, empty."""
+    """Return whether a folder has content; a run killed before its first file leaves an empty folder for logs."""
     return bool(os.listdir(path)) if os.path.isdir(path) else os.path.exists(path)
 
 
@@ -207,12 +207,12 @@ class RunFolder:
         self.path = path
 
     def require_free(self) -> None:
-        """Make sure that nothing would be overwritten.
+        """Check that nothing would be overwritten.
 
         Raises:
             OutputError: The folder already holds a run.
         """
-        # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
+        # os.path.exists, unlike Path.exists, returns False for a name that is too long or not permitted.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
         found = [name for name in (*RUN_FILES, LOG_FOLDER) if _holds(self.path / name)]
@@ -223,17 +223,17 @@ class RunFolder:
             raise OutputError(str(self.path), f"already holds a run ({found[0]})", remedy)
 
     def create(self) -> None:
-        """Make the folder, for a new run.
+        """Create the folder for a new run.
 
         Raises:
-            OutputError: It holds a run.
+            OutputError: The folder holds a run.
         """
         self.require_free()
         self.path.mkdir(parents=True, exist_ok=True)
 
     @contextmanager
     def writing(self, *, again: bool = False) -> Iterator[None]:
-        """Make the folder and keep other writers out while inside; what a writer before left by a crash is told.
+        """Create the folder and lock it in the context; report what an earlier writer left after a crash.
 
         Raises:
             OutputError: Another process writes here.
@@ -242,22 +242,22 @@ class RunFolder:
             self.create()
         with only_writer(self.path) as before:
             if not again:
-                # Somebody may have been first since this was asked.
+                # Another process may have created a run since the check.
                 self.require_free()
             if before:
                 sys.stderr.write(f"palpate: {self.path} was left in the middle by {before}; it goes on from there\n")
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
-        """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
+        """Return a recorder of trials into the folder ``logs``, until ``opened`` closes; None without recording."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 
     def summary(self) -> dict[str, Any]:
-        """Return ``summary.json``, which a run writes last; empty where there is none.
+        """Return ``summary.json``, which a run writes last; empty if there is none.
 
         Raises:
-            OutputError: It is damaged.
+            OutputError: The file is damaged.
         """
         path = self.path / "summary.json"
         try:
@@ -286,7 +286,7 @@ class RunFolder:
         return row
 
     def read_trials(self) -> list[TrialRow]:
-        """The finished trials.
+        """Return the finished trials.
 
         Raises:
             OutputError: The file is damaged.
@@ -298,14 +298,14 @@ class RunFolder:
             with whole_text(path, newline="") as stream:
                 lines = stream.readlines()
             if lines and not lines[-1].endswith("\n"):
-                # It may still read as numbers.
+                # The damaged text may still be readable as numbers.
                 raise ValueError("its last line is not whole")
             return [TrialRow.read(cells) for cells in csv.DictReader(lines)]
         except (KeyError, ValueError, TypeError, OSError) as error:
             raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def truncate(self, trials: int) -> None:
-        """Keep only the first trials: what came after the last checkpoint will be run again, with equal results."""
+        """Keep only the first trials; those after the last checkpoint will be repeated, with equal results."""
         for name in ("trials.csv", "decisions.csv"):
             path = self.path / name
             if path.exists():
@@ -319,7 +319,7 @@ class RunFolder:
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
         path = self.path / name
-        # A run that was killed may have left the file without even its header.
+        # A run that was killed may have left the file without its header.
         head = [] if path.exists() and path.stat().st_size else [columns]
         with path.open("a", encoding="utf-8", newline="") as stream:
             stream.write(csv_text([*head, *rows]))

@@ -1,4 +1,4 @@
-"""One run: configuration, rig, policy, supervisor and recorder, put together in one place."""
+"""One run, with its configuration, rig, policy, supervisor and recorder."""
 
 from __future__ import annotations
 
@@ -53,26 +53,26 @@ def ignore(_: object) -> None:
 
 
 class Run:
-    """Configuration, rig and policy of trials; it trains, evaluates, and runs single trials.
+    """Configuration, rig and policy of trials; trains, evaluates, and runs single trials.
 
-    The rig is opened when it is first needed. It is closed at the end of a ``with`` block around the run, or of the
-    call that opened it.
+    The rig is opened at its first use. It is closed at the end of a ``with`` block around the run, or of the call that
+    opened it.
 
     Args:
         job: Job file, or its tables; None for the rig's, or the paper's; or a whole configuration.
         rig: Rig file; empty for the simulator.
-        policy: What :meth:`evaluate` runs: a baseline, a policy file, code ``package.module:Name``, or an object.
+        policy: Policy for :meth:`evaluate`: a baseline, a policy file, code ``package.module:Name``, or an object.
         acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
         accept_kinematics: Whether a person accepts that the arm moves by its nominal model.
-        live: Shows the trials while they run.
-        notify: Gets lines that a person should read; by default they go to the error stream on a rig, and nowhere in
+        live: Live view of the trials.
+        notify: Receives lines for a person; by default they are printed to the error stream on a rig, and dropped in
             the simulator.
-        make_rig: Makes the rig, not entered, instead of :func:`open_rig`.
+        make_rig: Creates the rig, not entered, instead of :func:`open_rig`.
         presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as :func:`configured` takes them.
 
     Attributes:
         config: The configuration.
-        ready: Pose from which trials begin.
+        ready: Pose from which trials start.
 
     Raises:
         ConfigurationError: A setting is unknown or refused.
@@ -120,8 +120,8 @@ class Run:
         """The open rig.
 
         Raises:
-            LifecycleError: Outside of a ``with`` block.
-            DeviceError: A device of it cannot be opened.
+            LifecycleError: The run is not in a ``with`` block.
+            DeviceError: A device of the rig cannot be opened.
         """
         if self._depth == 0:
             raise LifecycleError("run", "not entered", "rig", "use it in a with block: with Run(...) as run")
@@ -134,11 +134,11 @@ class Run:
         return self._rig
 
     def chosen(self, policy: Named | Policy = "") -> ChosenPolicy:
-        """Check a policy, before any rig is opened; the run's own unless given.
+        """Check a policy before any rig is opened; if not given, that of the run.
 
         Raises:
-            ConfigurationError: There is no such policy, it does not go with the configuration, or a setting of the
-                trials is refused.
+            ConfigurationError: The policy is unknown or does not fit the configuration, or a setting of the trials is
+                refused.
         """
         chosen = ChosenPolicy(policy or self.policy, self.config)
         if chosen.name.startswith("oracle") and self.rig_file:
@@ -147,17 +147,17 @@ class Run:
         return chosen
 
     def trials(self, chosen: ChosenPolicy, recording: Recording = NOT_RECORDED, **recorded: str) -> Trials:
-        """Put a policy to work on the rig: trials that do not train; ``recorded`` as :class:`Trials` takes it."""
+        """Return trials of a policy on the rig, without training; ``recorded`` as for :class:`Trials`."""
         return Trials(
             self.config, self.ready, self.rig, chosen.perception, chosen.on(self.rig), recording,
             name=chosen.baseline, first=FIRST_EVALUATION_TRIAL, **recorded,
         )  # fmt: skip
 
     def trial(self, policy: Named | Policy = "", number: int = 0) -> ScoredTrial:
-        """Run one trial, and keep nothing of it.
+        """Run one trial without recording it.
 
         Args:
-            number: Number of the trial; its random streams follow from it and the seed.
+            number: Number of the trial, which determines its random streams with the seed.
         """
         chosen = self.chosen(policy)
         with self:
@@ -177,11 +177,11 @@ class Run:
 
         Args:
             policy: Policy instead of the run's own.
-            out: Folder for logs, tables and summary. Without one nothing is kept in the simulator, and a rig's trials
-                go to the next free folder below ``runs``.
-            jobs: Processes in the simulator. With several, every 10 trials begin with a new policy object.
+            out: Folder for logs, tables and summary. Without one, simulated trials are not recorded, and trials on a
+                rig are recorded in the next free folder below ``runs``.
+            jobs: Number of processes in the simulator. With several, every 10 trials start with a new policy object.
             claim: Claim that the trials prove or refute.
-            on_trial: Gets the number of trials that have been finished since it was last called.
+            on_trial: Receives the number of trials finished since the previous call.
 
         Raises:
             ConfigurationError: A setting or the policy is refused.
@@ -227,8 +227,8 @@ class Run:
         """Run the trials of one policy object on the open rig until all are finished or Ctrl-C ends them.
 
         Args:
-            folder: Gets a line of ``trials.csv`` for each.
-            recorded: ``command`` and ``subfolder``, as :class:`Trials` takes them.
+            folder: Receives a line of ``trials.csv`` for each trial.
+            recorded: ``command`` and ``subfolder`` as for :class:`Trials`.
         """
         rows: list[TrialRow] = []
 
@@ -251,14 +251,14 @@ class Run:
         on_begin: Callable[[RunFolder, int], object] = lambda folder, first: None,
         on_trial: Callable[[ScoredTrial], object] = ignore,
     ) -> RunResult:
-        """Train up to a number of trials; Ctrl-C ends it early. :meth:`evaluate` then runs what was learned.
+        """Train up to a number of trials; Ctrl-C ends it early. :meth:`evaluate` then runs the learned policy.
 
         Args:
             out: Folder for the policy, its logs, tables and learning curve.
-            policy: What learns, unless the learner of the configuration does, from nothing: a policy file, or code.
-            resume: Go on from the checkpoint in the folder.
-            on_begin: Gets the folder and the number of trials that it holds, before the first trial.
-            on_trial: Gets each finished trial.
+            policy: Policy file, or code, to train instead of a new learner of the configuration.
+            resume: Whether to continue from the checkpoint in the folder.
+            on_begin: Receives the folder and the number of trials in it, before the first trial.
+            on_trial: Receives each finished trial.
 
         Raises:
             ConfigurationError: A setting is refused, or the policy does not learn.
@@ -300,15 +300,15 @@ class Run:
 
     @contextmanager
     def opened(self) -> Iterator[Rig]:
-        """Give the rig, which stays open while inside."""
+        """Yield the rig, which stays open in the context."""
         with self:
             yield self.rig
 
     def begin(self, kept: ExitStack, folder: RunFolder | None, command: str, **facts: Any) -> None:
-        """Make the folder, keep other writers out until ``kept`` closes, and write ``run.toml``.
+        """Create the folder, lock it until ``kept`` closes, and write ``run.toml``.
 
         Args:
-            facts: What else ``run.toml`` says of the run.
+            facts: Further facts of the run for ``run.toml``.
         """
         if folder is not None:
             kept.enter_context(folder.writing())
@@ -316,12 +316,12 @@ class Run:
         self._tell_part()
 
     def record(self, kept: ExitStack, opened: ExitStack, folder: RunFolder | None) -> Recording:
-        """Begin to record, and on a rig real time, until ``opened`` closes; ``kept`` then reports what was lost."""
+        """Start recording, and real time on a rig, until ``opened`` closes; ``kept`` then reports losses."""
         config, recorder = self.config, None
         if folder is not None:
             recorder = folder.recorder(config.recording, opened)
         if recorder is not None:
-            # On every way out: next to the error that ended the run.
+            # In any case, together with the error that ended the run.
             kept.callback(self._tell_troubles, recorder.troubles)
         session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
         for grant in () if session is None else session.grants:
@@ -343,6 +343,6 @@ class Run:
 
 
 def note(line: str) -> None:
-    """Print a line that a person should read; nothing once the stream is closed."""
+    """Print a line for a person; does nothing if the stream is closed."""
     with suppress(OSError):
         sys.stderr.write(f"palpate: {line}\n")

@@ -1,6 +1,6 @@
-"""Figures about trials for tables and ``summary.json``, and intervals of 95 % around them.
+"""Statistics of trials for tables and ``summary.json``, with 95 % intervals.
 
-scipy.stats takes a second to import and is imported where an interval is made.
+Importing scipy.stats takes a second, so it is imported where an interval is computed.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ WINDOW: Final = 25
 
 
 def window_of(trials: int) -> int:
-    """Trials in a drawn average: with fewer than the paper's 25 every trial stands for itself."""
+    """Return the window of a drawn average; with fewer trials than the paper's 25, every trial is drawn separately."""
     return WINDOW if trials >= WINDOW else 1
 
 
 def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:
-    """Mean of the last ``window`` values at each place; shorter at the beginning."""
+    """Return the mean of the last ``window`` values at each index; of fewer values at the beginning."""
     sums = np.concatenate(([0.0], np.cumsum(np.asarray(values, dtype=float))))
     return [float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))]
 
 
 def exact_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Return the two-sided interval of Clopper and Pearson of a share; from 0 to 1 without trials."""
+    """Return the two-sided Clopper-Pearson interval of a share; from 0 to 1 without trials."""
     from scipy.stats import binomtest
 
     if trials == 0:
@@ -80,12 +80,12 @@ class Claim:
 
 
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
-    """The interval of a quantile that ends at two of the values, chosen by exact binomial chances.
+    """Return an interval of a quantile between two of the values, chosen by exact binomial probabilities.
 
-    It holds for any distribution, and covers the true quantile with at least 95 %; the bootstrap does not.
+    It is valid for any distribution, and covers the true quantile with at least 95 %, unlike the bootstrap.
 
     Returns:
-        None where there are too few values for such an interval: fewer than 6 for the median, fewer than 72 for the
+        The interval; None with too few values: fewer than 6 for the median, fewer than 72 for the
         95th percentile.
     """
     from scipy.stats import quantile_test
@@ -98,10 +98,10 @@ def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, 
 
 
 def t_half_width(values: Array) -> Array:
-    """Half the width of Student's t interval of the mean over the first axis.
+    """Return half the width of Student's t interval of the mean over the first axis.
 
-    Rather than the bootstrap, because seeds are few: three values resampled never leave the range of the three, and
-    intervals made of that are far too narrow.
+    The bootstrap is not used because there are few seeds: three resampled values stay within the range of the three, so
+    its intervals are far too narrow.
 
     Args:
         values: Independent values, (n, ...), n at least 2.
@@ -117,10 +117,10 @@ def t_half_width(values: Array) -> Array:
 
 
 def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[float, float | None, float | None]:
-    """Mean of independent values and Student's t interval; None twice where there is only one value.
+    """Return the mean of independent values and Student's t interval, whose ends are None for a single value.
 
-    Times and steps are never below zero, so the lower end is cut off there; and the upper one at ``highest``, a
-    limit that no value exceeds.
+    Times and steps are not negative, so the lower end is limited to zero, and the upper end to ``highest``, which no
+    value exceeds.
     """
     data = np.asarray(values, dtype=float)
     mean = float(data.mean())
@@ -131,14 +131,14 @@ def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[f
 
 
 def shown_interval(value: float, low: float | None, high: float | None) -> str:
-    """A value with its interval in brackets, or with none stated."""
+    """Return a value with its interval in brackets, if there is one."""
     return f"{value:.2f}" if low is None or high is None else f"{value:.2f} [{low:.2f}, {high:.2f}]"
 
 
 def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Figures over all trials of a run; times count failures with the time they took.
+    """Return statistics of all trials of a run; times include those of failures.
 
-    Where no interval can be stated, both its ends are None.
+    If no interval can be stated, both its ends are None.
     """
     times = [row.exploration_time_s for row in rows]
     successes = sum(row.success for row in rows)
@@ -154,13 +154,13 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "outcomes": _counted(row.outcome for row in rows),
         "trips": _counted(row.trip.partition(":")[0] for row in rows if row.trip),
         "marked": sum(bool(row.marked) for row in rows),
-        # A trial may have several objections to its timing.
+        # A trial may be marked for several reasons.
         "marked_why": _counted(why.partition(" (")[0] for row in rows for why in row.marked.split("; ") if why),
     }
 
 
 def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """How exploration time fell in the course of a training run, in windows of trials (counted from 1)."""
+    """Return the decrease of exploration time during training, in windows of trials (counted from 1)."""
     windows: dict[str, Any] = {}
     for first, last in ((1, 25), (126, 150), (126, 175), (301, 350)):
         part = rows[first - 1 : last]
@@ -175,7 +175,7 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
-    """Figures of a training run of which so many trials were asked."""
+    """Return the statistics of a training run with this number of requested trials."""
     inside = reachable_share(config.task, config.cell.hole_uncertainty_mm, config.cell.conditions.hole_shift_mm)
     return {
         "scenario": config.scenario,
@@ -189,7 +189,7 @@ def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -
 
 
 def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
-    """Figures of a run of a policy that does not learn."""
+    """Return the statistics of a run of a policy that does not learn."""
     return {
         "policy": policy,
         "scenario": config.scenario,

@@ -1,4 +1,4 @@
-"""A policy as a table."""
+"""Policies as tables."""
 
 from palpate.adapters.log import aligned
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
@@ -6,10 +6,10 @@ from palpate.core.policy.belief import FEWEST_TOUCHES, RINGS_M, TouchModel
 
 
 def render_table(document: PolicyDocument) -> str:
-    """State, source, best action, value and visits in aligned columns, in the order of the states.
+    """Return state, source, best action, value and visits in aligned columns, in the order of the states.
 
-    The best action of a learned state that was never visited is not shown: all actions are equal there. Of a belief,
-    its touch model; of a foreign policy, what makes it.
+    No best action is shown for a learned state without visits, because all its actions are equal. A belief is shown by
+    its contact model, a third-party policy by its code.
     """
     learner = document.learner
     learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
@@ -24,7 +24,7 @@ def render_table(document: PolicyDocument) -> str:
 
 
 def _touches(model: TouchModel | None) -> str:
-    """The touch model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
+    """Return the contact model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
     if model is None:
         return f"no touch model yet: fewer than {FEWEST_TOUCHES} touches in trials that ended in the hole\n"
     offset_x, offset_y = (1e3 * value for value in model.offset_Nm)

@@ -1,4 +1,4 @@
-"""Training: what is trained, trials in order, a checkpoint after each, a clean end on request."""
+"""Training of a policy: trials in order, with a checkpoint after each and a clean end on request."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _TRAINED: Final = "q-learning, a policy file that exists, or package.module:Name
 
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
-    """The text of ``run.toml``: the resolved configuration, and how it came about; ``--config`` takes it again."""
+    """Return the text of ``run.toml``: the resolved configuration and facts of the run; ``--config`` accepts it."""
     lines = [to_toml(config), "\n[run]\n", f"format = {json.dumps(RUN_FORMAT)}\ncommand = {json.dumps(command)}\n"]
     facts = {"part": config.part.describe(), **facts}
     lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in facts.items()]
@@ -47,7 +47,7 @@ def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
 
 
 def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[list[TrialRow], dict[str, Any]]:
-    """Write ``summary.json`` and the learning curve; gives the finished trials and the figures of the summary."""
+    """Write ``summary.json`` and the learning curve; return the finished trials and the values of the summary."""
     rows = folder.read_trials()
     summary = training_summary(config, rows, trials)
     folder.write_json("summary.json", summary)
@@ -58,11 +58,11 @@ def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[l
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a training run stands.
+    """State of a training run.
 
     Attributes:
-        learner: The learner's state after them.
-        clock_ticks: Control ticks on the world's clock, which goes on from there.
+        learner: State of the learner after the finished trials.
+        clock_ticks: Control ticks on the world's clock, which continues from there.
     """
 
     next_trial: int
@@ -71,16 +71,16 @@ class Checkpoint:
     clock_ticks: int
 
     def save(self, folder: RunFolder) -> None:
-        """Write it into the folder, whole."""
-        # After every trial: waiting for the disk would take a twentieth of a simulated one.
+        """Write the checkpoint into the folder as a whole."""
+        # Written after every trial: waiting for the disk would take 5 % of the time of a simulated one.
         folder.write_json("checkpoint.json", vars(self), durable=False)
 
     @classmethod
     def load(cls, folder: RunFolder) -> Checkpoint:
-        """Read it back.
+        """Read the checkpoint of a folder.
 
         Raises:
-            OutputError: There is none, or it is damaged.
+            OutputError: The checkpoint is missing or damaged.
         """
         path = folder.path / "checkpoint.json"
         try:
@@ -96,7 +96,7 @@ class Checkpoint:
 
 
 def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
-    """Put a policy's learner, and the world's clock, to where the checkpoint left them."""
+    """Restore a policy's learner and the world's clock from a checkpoint."""
     rig.set_clock_ticks(checkpoint.clock_ticks)
     learner = learner_of(policy)
     if learner is None:
@@ -108,10 +108,10 @@ def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
 
 
 def require_same_run(config: RunConfig, policy: str, folder: RunFolder) -> None:
-    """Make sure that a folder's run began with this configuration, policy and software.
+    """Check that a folder's run started with this configuration, policy and software.
 
     Raises:
-        ConfigurationError: It did not.
+        ConfigurationError: One of them differs.
     """
     path = folder.path / "run.toml"
     table = read_toml(path)
@@ -127,7 +127,7 @@ def require_same_run(config: RunConfig, policy: str, folder: RunFolder) -> None:
 
 
 def cut_back(folder: RunFolder, first: int) -> None:
-    """Remove from a folder what came after the checkpoint.
+    """Remove the data after the checkpoint from a folder.
 
     Raises:
         OutputError: A trial before the checkpoint is missing.
@@ -141,10 +141,10 @@ def cut_back(folder: RunFolder, first: int) -> None:
 
 @dataclass(frozen=True)
 class Subject:
-    """What is trained.
+    """The policy or learner to train.
 
     Attributes:
-        name: As the run folder keeps it: a policy file, code of one's own, or a learner that begins from nothing.
+        name: Name in the run folder: a policy file, third-party code, or a new learner.
         document: The policy file's content.
         code: Name of the code, package.module:Name; empty for none.
     """
@@ -155,10 +155,10 @@ class Subject:
 
     @classmethod
     def of(cls, config: RunConfig, policy: str) -> Subject:
-        """Return what a name stands for; empty for the learner of the configuration.
+        """Return the subject of a name; an empty name is the learner of the configuration.
 
         Raises:
-            ConfigurationError: It cannot be trained.
+            ConfigurationError: The policy cannot be trained.
         """
         if policy in LEARNERS and policy not in ("q-learning", config.learner):
             raise ConfigurationError("policy", policy, f"a policy file; --learner {policy} chooses it")
@@ -177,7 +177,7 @@ class Subject:
         return cls(name, document, code)
 
     def perception(self, config: RunConfig, checkpoint: Checkpoint | None) -> Perception | None:
-        """Return how it perceives; None where that has to be fitted."""
+        """Return the perception; None if it must be fitted."""
         perception = configured_perception(config)
         if self.document is not None:
             perception = perception_of(self.document, config, perception)
@@ -187,7 +187,7 @@ class Subject:
         """Return the policy before its first trial.
 
         Raises:
-            ConfigurationError: It does not learn.
+            ConfigurationError: The policy does not learn.
         """
         if self.document is not None:
             policy = loaded_policy(self.document, config, perception, frozen=False)
@@ -203,7 +203,7 @@ class Trainer(Trials):
     """Trains a policy, trial by trial, into a run folder.
 
     Attributes:
-        next_trial: Number of the trial that comes next.
+        next_trial: Number of the next trial.
     """
 
     def __init__(
@@ -225,11 +225,11 @@ class Trainer(Trials):
         super().__init__(config, ready, rig, perception, policy, recording, command="train")
 
     def train(self, trials: int, on_trial: Callable[[ScoredTrial], object]) -> None:
-        """Run trials up to number ``trials``; returns early, and sets ``interrupted``, on Ctrl-C."""
+        """Run trials up to number ``trials``. On Ctrl-C, return early and set ``interrupted``."""
 
         def done(scored: ScoredTrial) -> None:
             self._folder.append_trial(scored)
-            # No further than here: what was learned of it must not stay, and a resumed run repeats it.
+            # Stop here: nothing learned in this trial may remain, because a resumed run repeats it.
             require_sound(self.rig, scored)
             self.next_trial += 1
             self.checkpoint()
@@ -241,8 +241,8 @@ class Trainer(Trials):
     def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
         """Run one trial and learn from it.
 
-        A trial that is cut short leaves no trace: the learner goes back to where it was, so that resuming gives
-        what an uninterrupted run would have given.
+        An interrupted trial has no effect: the learner's state is restored, so that a resumed run equals an
+        uninterrupted one.
         """
         before, ticks = self._learner.get_state(), self.rig.clock_ticks
         scored = super().run(number, watching)
@@ -256,12 +256,12 @@ class Trainer(Trials):
         return scored
 
     def _learn_from_trip(self, scored: ScoredTrial, before: dict[str, Any]) -> None:
-        """Keep of a tripped trial, which is an episode without an end, what its actions caused.
+        """Learn the consequences of actions in a tripped trial, which is an episode without an end.
 
-        Where a sensor may have failed, every transition of the trial may be wrong: the learner goes back to where it
-        was. An exceeded limit is a consequence of the last action. A table of Q charges it with the rest of the time
-        limit, for an action that costs nothing more would be tried again and again; other learners know nothing of
-        costs and keep the actions that were finished.
+        If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
+        exceeded limit is a consequence of the last action. A table of Q charges it with the rest of the time limit,
+        because an action without further cost would be tried repeatedly; other learners have no costs and keep the
+        finished actions.
         """
         report = scored.report
         if report.trip is None or report.trip.reason not in OVERLOADS:
@@ -273,7 +273,7 @@ class Trainer(Trials):
                 self._learner.learn(Transition(state, last.index, cost, None))
 
     def checkpoint(self) -> None:
-        """Save what a resumed run starts from."""
+        """Save the state from which a resumed run starts."""
         ticks = self.rig.clock_ticks
         Checkpoint(self.next_trial, self._learner.get_state(), self._perception_dict, ticks).save(self._folder)
 

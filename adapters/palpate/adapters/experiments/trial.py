@@ -1,4 +1,4 @@
-"""Runs trials one after the other and scores them against the truth."""
+"""Running of successive trials, and their scoring against the ground truth."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -23,17 +23,17 @@ from palpate.core.trial import Fit, Outcome, Supervised, Task, TrialReport, Tria
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial as the core saw it, and as it was.
+    """A trial with the core's report and the ground truth.
 
     Attributes:
-        report: The core's own account, from port data.
-        truth: What really happened; None where it is unknown.
-        success: What the task takes for it, by its account and the truth; without a truth, by its account alone. Never
-            of a trial that a trip ended.
-        exploration_time_s: That of the report; of a trial that a trip ended, the time limit.
-        marked: Why its timing does not count; empty for an admitted trial.
-        stopped_by: What stopped the arm besides core and supervisor; empty for nothing.
-        blamed: Whose samples the trial ended for, or whose lateness; empty for nobody's.
+        report: Report of the core, from port data.
+        truth: Ground truth; None if unknown.
+        success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
+            for a trial that ended by a trip.
+        exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
+        marked: Why the trial's timing is not admitted; empty for an admitted trial.
+        stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
+        blamed: Device whose samples or lateness ended the trial; empty if there is none.
     """
 
     report: TrialReport
@@ -46,24 +46,24 @@ class ScoredTrial:
 
     @property
     def outcome(self) -> str:
-        """How it ended, in words."""
+        """Outcome of the trial in words."""
         outcome = outcome_of(self.report)
         return "unknown" if outcome is None else outcome.value
 
     @property
     def trip(self) -> str:
-        """What :func:`trip_of` gives."""
+        """Reason of a trip, see :func:`trip_of`."""
         return trip_of(self.report)
 
     @property
     def cause(self) -> str:
-        """The trip, and which device or person is behind it."""
+        """The trip with the device or person that caused it."""
         told = "; ".join(filter(None, (self.blamed, self.stopped_by)))
         return f"{self.trip} ({told})" if told else self.trip
 
 
 def outcome_of(report: TrialReport) -> Outcome | None:
-    """Return how a trial ended; a trip takes precedence over what the task reports in the same tick."""
+    """Return the outcome of a trial; a trip takes precedence over the task's report in the same tick."""
     return report.outcome if report.trip is None else Outcome.TRIPPED
 
 
@@ -79,7 +79,7 @@ OVERLOADS: Final = (
     TripReason.FORCE_LIMIT, TripReason.TORQUE_LIMIT, TripReason.FORCE_RATE, TripReason.WORKSPACE,
     TripReason.EXPLORATION_AREA,
 )  # fmt: skip
-"""Limits that the last action exceeded, by samples that were sound. Behind every other reason may be a fault."""
+"""Reasons of trips in which valid samples show that the last action exceeded a limit. Other reasons may be faults."""
 _OF_THE_ARM: Final = (
     TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
     TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FELT,
@@ -87,7 +87,7 @@ _OF_THE_ARM: Final = (
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
-    """The setup of a trial; it depends on the run's seed and the trial's index alone."""
+    """Return the setup of a trial, which depends only on the run's seed and the trial's index."""
     return task_kind(config.task.name).setup(config.task, config.seed, trial)
 
 
@@ -102,19 +102,19 @@ def run_scored_trial(
     session: RealTimeSession | None = None,
     watching: tuple[LoopObserver, ...] = (),
 ) -> ScoredTrial:
-    """Prepare the world, run one trial over the ports, and score it.
+    """Prepare the world, run one trial on the ports, and score it.
 
-    In the simulator a trip is a result: it is not left latched, and the next trial begins.
+    In the simulator a trip is a result: it is not latched, and the next trial starts.
 
     Args:
-        recorder: Records it; prepared with what the trials are trials of.
+        recorder: Recorder of the trial, prepared with the facts of the run.
 
     Raises:
-        ConfigurationError: The trial's number is none from 0 to 10^9.
+        ConfigurationError: The trial's number is not from 0 to 10^9.
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
     """
     require_whole("trial", trial, 0, _MOST_TRIALS)
-    # Making ready moves an arm, too.
+    # The preparation moves an arm, too.
     rig.latch.require_free()
     rig.prepare(trial)
     witness = _Witness(rig)
@@ -135,7 +135,7 @@ def run_scored_trial(
     if scored.trip and rig.simulated:
         rig.latch.release()
     elif scored.trip and (report.outcome is not Outcome.STOPPED or scored.stopped_by):
-        # An agent that leaves an episode in its middle stops the arm, too, and that is no fault.
+        # An agent that leaves an episode early also stops the arm, which is not a fault.
         rig.latch.set(scored.cause)
     if recorder is not None:
         recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))
@@ -143,10 +143,10 @@ def run_scored_trial(
 
 
 class _Witness(LoopObserver):
-    """Asks the device behind a trip in the very tick of it: its wire may give something else by the trial's end.
+    """Queries the device that caused a trip in the same tick, because its data may change until the trial ends.
 
     Attributes:
-        blamed: Whose samples were tripped for, and what its wire gave; or whose lateness. Empty for nobody's.
+        blamed: Device whose samples, with data of its line, or whose lateness caused the trip; empty if none did.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -165,7 +165,7 @@ class _Witness(LoopObserver):
             return "the fault of this computer, which was late, or of an adapter that waits"
         if trip.sample:
             return self._rig.device_behind(trip.sample)
-        # The world may well have done that; so may a wire that has something to tell.
+        # The cause may be the world, or a line with errors to report.
         told = self._rig.device_behind("joint" if trip.reason in _OF_THE_ARM else "force")
         return told if ": " in told else ""
 
@@ -175,7 +175,7 @@ def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
 
 
 def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:
-    """Hold the core's account against the truth."""
+    """Score the core's report against the ground truth."""
     marked, time_s = objections(report, config.admission), report.exploration_time_s
     if trip_of(report):
         return ScoredTrial(report, truth, False, max(time_s, config.task.time_limit_s), marked)
@@ -186,7 +186,7 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
 
 
 def fit_of(config: RunConfig) -> Fit:
-    """How tool and part of the simulated cell fit."""
+    """Return the fit of tool and part in the simulated cell."""
     cell = config.cell
     lean_mrad = cell.tilt_mrad + cell.conditions.plate_lean_mrad
     clearance_mm = max(cell.peg.clearance_mm, cell.worn_clearance_mm)

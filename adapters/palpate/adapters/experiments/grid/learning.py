@@ -31,14 +31,14 @@ from palpate.simulation.grid import (
 
 
 def grid_named(name: str, size: int) -> GridMap:
-    """A map.
+    """Return a map by name.
 
     Args:
         name: A scenario (1, 2 or twin), eight regions such as ``ABC/C.E/BDF``, or a text file with rows of letters.
-        size: Length of a side in cells, where the map is made of regions; a file has its own.
+        size: Length of a side in cells for a map of regions; a file has its own size.
 
     Raises:
-        ConfigurationError: There is no such map, or it is none.
+        ConfigurationError: The map is unknown or invalid.
     """
     if name in SCENARIOS or (name.count("/") == 2 and not os.path.lexists(name)):
         return GridMap.from_regions(SCENARIOS.get(name, name), size)
@@ -48,10 +48,10 @@ def grid_named(name: str, size: int) -> GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What is possible in a map: exact mean steps from a uniformly random start.
+    """Bounds of a map: exact mean steps from a uniformly random start.
 
     Attributes:
-        belief: The optimum with the map known and the place unknown; None if it takes too long to find.
+        belief: Optimum for a known map and an unknown position; None if its computation takes too long.
     """
 
     full: float
@@ -61,7 +61,7 @@ class Bounds:
 
 @lru_cache(maxsize=16)
 def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
-    """The bounds of a map."""
+    """Return the bounds of a map."""
     try:
         belief = float(belief_optimum(grid))
     except ConfigurationError:
@@ -70,14 +70,14 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
 
 
 def states_named(name: str, grid: GridMap) -> StateIdentifier:
-    """The states of a map.
+    """Return the state identification of that name for a map.
 
     Args:
         name: ``symbols``; ``last-2``, ``last-3`` and so on; or an automaton file.
 
     Raises:
-        ConfigurationError: There are no such states, more than can be learned, or the file is no automaton over symbols
-            of the map.
+        ConfigurationError: The name is unknown, there are too many states to learn, or the file is not an automaton
+            over symbols of the map.
     """
     try:
         return identifier(NONE if name == "symbols" else name, grid.symbols)
@@ -89,19 +89,20 @@ def states_named(name: str, grid: GridMap) -> StateIdentifier:
 
 
 def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> StateIdentifier:
-    """States of an automaton that is inferred from random walks in a map, as in the paper (section 4).
+    """Return the states of an automaton inferred from random walks in a map, as in the paper (section 4).
 
-    Walks of more symbols than ``longest`` are left out; the seed gives them and the first weights of the networks.
+    Walks of more symbols than ``longest`` are left out; the seed determines the walks and the initial weights of the
+    networks.
 
     Raises:
-        ConfigurationError: The walks make no set of strings that an automaton can be inferred from.
+        ConfigurationError: No automaton can be inferred from the walks.
     """
-    # Here, because it loads torch, which nothing else about grids needs.
+    # Imported here, because it loads torch, which other functions of grids do not need.
     from palpate.core.automata import InferenceSettings, TrainingSettings, infer
 
     strings = walk_strings(grid, walks, seed, longest)
     found = infer(strings, InferenceSettings(training=TrainingSettings(seed=seed)))
-    # Transitions that never occurred in the walks are not followed.
+    # Transitions that did not occur in the walks are not followed.
     return AutomatonState.of(found.machine, strings, symbols=grid.symbols)
 
 
@@ -109,10 +110,10 @@ GridLearner: TypeAlias = TabularLearner | HmmLearner
 
 
 def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> GridLearner:
-    """A learner on these states that has learned nothing.
+    """Return a new learner on these states.
 
     Raises:
-        ConfigurationError: The learner hmm is to learn on other states than the symbols.
+        ConfigurationError: The learner hmm is requested for states other than the symbols.
     """
     if learning.learner == HMM:
         if not isinstance(identifier, IdentityState):
@@ -124,7 +125,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
 
 @dataclass(frozen=True)
 class LearningRun:
-    """One run: every trial of it, and what was learned."""
+    """One learning run with its trials and its learned policy."""
 
     seed: int
     walks: tuple[Walk, ...]
@@ -146,14 +147,14 @@ def learn(
     trials: int = TRIALS,
     on_trial: Callable[[Walk], None] = lambda walk: None,
 ) -> LearningRun:
-    """Learn from scratch. Start and choices of a trial follow from the seed and its index, and from nothing else.
+    """Learn from scratch. Only the seed and the index of a trial determine its start and choices.
 
     Raises:
-        ConfigurationError: The states are over other symbols.
+        ConfigurationError: The states are defined over other symbols.
     """
     learner = new_grid_learner(learning, identifier)
     walks, temperatures = [], []
-    # Sums depend on how they are split, and threads would wait for each other over such small products.
+    # One thread, because sums depend on how they are split, and threads do not pay for such small products.
     with threadpool_limits(limits=1):
         for trial in range(trials):
             walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)

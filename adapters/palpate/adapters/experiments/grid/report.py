@@ -1,7 +1,7 @@
-"""Outcomes of learning runs: a table for people, figures for programs, a line for every trial.
+"""Results of learning runs: a table for people, values for programs, and a line for every trial.
 
-The mean over the last trials never stands alone: beside it stand what full information and the best policy without it
-would need, because "better than before" means little where it is not known what is possible.
+The mean over the last trials is always shown with the steps that full information and the best policy without it need,
+because an improvement means little without knowledge of the optimum.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from palpate.adapters.log import aligned, csv_text, drawing
 from palpate.simulation.grid import GridMap
 
 LAST: Final = 100
-"""Trials at either end of a run that are averaged."""
+"""Number of trials averaged at each end of a run."""
 _COLUMNS: Final = ("seed", "trial", "steps", "reached", "start_column", "start_row", "temperature")
 
 
@@ -38,7 +38,7 @@ class Score:
 
 
 def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
-    """A line for each run, their mean, and what is possible."""
+    """Return a table with a line per run, their mean, and the bounds."""
     count = min(LAST, trials)
     rows = {str(score.seed): (score.first, score.last, score.reached) for score in scores}
     if len(scores) > 1:
@@ -57,7 +57,7 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
 
 
 def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
-    """The same as plain values, with Student's t interval over runs (95 %); a single run has none."""
+    """Return the results as plain values, with Student's t interval over runs (95 %) unless there is only one."""
     middle, *ends = mean_with_interval([score.last for score in scores])
     return {
         "mean_last": round(middle, 4),
@@ -72,7 +72,7 @@ def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
 
 
 def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
-    """A line for every trial of every run."""
+    """Return CSV with a line for every trial of every run."""
     rows: list[Sequence[Any]] = [_COLUMNS]
     for run in runs:
         for trial, (walk, temperature) in enumerate(zip(run.walks, run.temperatures, strict=True)):
@@ -95,14 +95,14 @@ class Panel:
 
 
 def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
-    """Smoothed curves of all panels, on equal axes."""
+    """Draw smoothed curves of all panels on equal axes."""
     rows, columns = len(panels), len(panels[0])
     with drawing(_WIDTH_IN * columns, _HEIGHT_IN * rows + 0.3, 110, kind) as canvas:
         axes: Any = canvas.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for row, line in enumerate(panels):
             for column, panel in enumerate(line):
                 _draw(axes[row, column], panel)
-        # Only now: a limit that is set before the last curve is drawn holds for that curve too.
+        # Set now, because a limit set before the last curve is drawn would also apply to that curve.
         axes[0, 0].set_ylim(bottom=0.0)
         windows = {window_of(len(steps)) for line in panels for panel in line for steps in panel.curves} - {1}
         smoothed = "".join(f",\nmoving average of {window} trials" for window in sorted(windows))
@@ -118,7 +118,7 @@ def _draw(axes: Any, panel: Panel) -> None:
         window = window_of(len(steps))
         means = moving_average(steps, window)[window - 1 :]
         axes.plot(range(window - 1, len(steps)), means, color=_RUNS[number % len(_RUNS)], linewidth=1.2)
-    # In the title, because a legend would hide curves that do not fall.
+    # Named in the title, because a legend would hide curves that do not fall.
     facts = [f"random walk {panel.bounds.random_walk:.1f} (dotted)"]
     axes.axhline(panel.bounds.random_walk, color="grey", linewidth=1.0, linestyle=":")
     if panel.bounds.belief is not None:
