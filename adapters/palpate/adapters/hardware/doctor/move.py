@@ -30,18 +30,22 @@ def report_moves(
 
     The arm is stopped in any case.
     """
+    behind_rad = 0.0
     try:
         for joint in reversed(range(len(upper_rad))):
-            text, remedy = _step(arm, encoder, clock, joint, upper_rad[joint])
+            text, remedy, lag_rad = _step(arm, encoder, clock, joint, upper_rad[joint])
             report.judge(Topic.MOVE, not remedy, f"joint {joint + 1} {text}", remedy)
             if remedy:
                 return
+            behind_rad = max(behind_rad, lag_rad)
+        lag_ms = 1e3 * behind_rad / STEP_RAD * _RAMP_TICKS / CONTROL_RATE_HZ
+        report.facts["lag"] = f"{lag_ms:.0f} ms at most, for [rig] arm_lag_ms"
     finally:
         arm.stop()
 
 
-def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str]:
-    """Return the motion of a joint, and a remedy if it does not follow."""
+def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str, float]:
+    """Return the motion of a joint, a remedy if it does not follow, and how far it is behind at most."""
     start = encoder.read().position_rad
     step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
     there, lag = _go(arm, encoder, clock, start, joint, (0.0, step))
@@ -51,14 +55,14 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
     text = f"made {1e3 * moved:+.3f} of {1e3 * step:+.0f} mrad, {1e3 * lag:.3f} mrad behind at most"
     wrong_size = abs(moved - step) > _GOOD_RAD
     if moved * step < 0.0 and abs(moved) > _GOOD_RAD:
-        return text, "correct the sign of its counts before anything else moves"
+        return text, "correct the sign of its counts before anything else moves", lag
     if wrong_size and abs(moved) > _GOOD_RAD and abs(left) <= _GOOD_RAD:
-        return text, f"correct its counts per radian, by the factor {moved / step:.2f}"
+        return text, f"correct its counts per radian, by the factor {moved / step:.2f}", lag
     if wrong_size or abs(left) > _GOOD_RAD:
-        return text, "check gains, brake and motor supply of that joint"
+        return text, "check gains, brake and motor supply of that joint", lag
     if aside > _GOOD_RAD:
-        return f"{text}, and another joint {aside * 1e3:.3f} mrad", "correct transmission and order of the axes"
-    return text, ""
+        return f"{text}, and another joint {aside * 1e3:.3f} mrad", "correct transmission and order of the axes", lag
+    return text, "", lag
 
 
 def _go(

@@ -134,6 +134,18 @@ def test_arm_that_follows_is_moved_joint_by_joint_and_back():
     assert moves.arm.position_rad() == pytest.approx(HOME)
 
 
+def test_lag_of_an_arm_is_measured_on_its_moves():
+    shown = [HOME] * 6  # and the read itself
+
+    def behind(q):
+        shown.append(q)
+        return shown[-7]
+
+    moves = Moves(behind)
+    moves.texts()
+    assert moves.report.facts["lag"].startswith("50 ms at most")
+
+
 @pytest.mark.parametrize(
     ("shown", "words"),
     [
