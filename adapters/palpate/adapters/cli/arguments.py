@@ -1,7 +1,7 @@
-"""From the words of a command line to its options and, where it has one, to the configuration of its run.
+"""Parsing of a command line to options and, for commands that run trials, to the configuration of the run.
 
-A command's own options are parsed by tyro. What is left are settings, ``--task.step-mm 0.5``: they become a table as in
-a TOML file, and are checked as such.
+tyro parses a command's own options. Settings such as ``--task.step-mm 0.5`` remain: they become a table as in a TOML
+file, and are checked in the same way.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ from palpate.core.ports import kinds_of, optional_of, parts_of
 
 
 def _flags() -> dict[str, tuple[Described, bool]]:
-    """Setting and value of each switch by its flag; of other settings the value says nothing."""
+    """Return the setting and the value of each switch by flag; for other settings the value has no meaning."""
     found: dict[str, tuple[Described, bool]] = {}
     for setting in described(RunConfig):
         table, _, last = setting.name.replace("_", "-").rpartition(".")
@@ -56,7 +56,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings that words name, as nested tables, and the first word that names none; empty for all.
+    """Return the settings in the words as nested tables, and the first word that is not a setting, or an empty text.
 
     Raises:
         UsageError: A setting lacks its value.
@@ -82,7 +82,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:
-    """Return the value as TOML would have it, and how many words it takes; the setting itself checks it."""
+    """Return the value as in TOML, and the number of its words; the setting itself checks it."""
     base = parts_of(kind)[0]
     if base is bool:
         return switch, 0
@@ -100,7 +100,7 @@ def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[A
 
 
 def _plain(word: str, kind: Any) -> Any:
-    """The number in a word where the setting is or may be one; else the word."""
+    """Return the number in a word if the setting may be a number; otherwise the word."""
     base = parts_of(kind)[0]
     base = optional_of(base) or base
     for number, kinds in ((int, (int, float, Any)), (float, (float, Any))):
@@ -120,7 +120,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     """Return the options on a command line.
 
     Raises:
-        UsageError: A word is no option, or its value cannot be read.
+        UsageError: A word is not an option, or its value cannot be read.
         ConfigurationError: A value is refused.
     """
     if any(word in ("-h", "--help") for word in words):
@@ -149,7 +149,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
 
 
 def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[str]]:
-    """Return the command's own options, and the words that are none."""
+    """Return the command's own options, and all other words."""
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
@@ -166,7 +166,7 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
 
 
 def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: Mapping[str, Any]) -> RunConfig:
-    """Return the configuration of files, presets, rig and settings; what is given as a flag wins."""
+    """Return the configuration from files, presets, rig and settings; flags win."""
     rig, resumed = str(getattr(own, "rig", "")), bool(getattr(own, "resume", False))
     if rig:
         if "cell" in given:
@@ -197,7 +197,7 @@ def _require_of_learner(learner: str, given: Iterable[str]) -> None:
 
 
 def _resumed(own: RunSettings) -> str:
-    """With ``--resume``, the settings that the run in ``--out`` began with."""
+    """With ``--resume``, return the settings with which the run in ``--out`` started."""
     if not getattr(own, "resume", False):
         return ""
     path = Path(getattr(own, "out", "") or f"runs/{own.scenario or 'paper'}") / "run.toml"
@@ -210,7 +210,7 @@ def _frozen(value: Any) -> Any:
 
 
 def _one_line(boxed: str) -> str:
-    """The parser's message without its title, its frame and its hints."""
+    """Return the parser's message without title, frame and hints."""
     parts = re.split(r"[─-]{5,}", " ".join(re.sub("[╭╮╰╯│]", " ", boxed).split()))
     message = (parts[1] if len(parts) > 1 else parts[0]).strip(" ─-")
     if refused := re.search(r"Error parsing [^:]*: (\S+ = .* is refused: .*)$", message):
@@ -221,7 +221,7 @@ def _one_line(boxed: str) -> str:
 
 
 def flags_of(kind: type) -> set[str]:
-    """Return every flag of a command, its settings' too."""
+    """Return every flag of a command, including those of its settings."""
     found = set(SETTING_FLAGS) if issubclass(kind, RunSettings) else set()
     for name, annotation in kinds_of(kind).items():
         base, *marks = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)

@@ -1,4 +1,4 @@
-"""The commands, and where each is. Nothing is imported before it runs: ``palpate --help`` loads no settings library."""
+"""The commands and their modules, imported when a command runs: ``palpate --help`` loads no settings library."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -88,18 +88,18 @@ GROUPS: dict[str, tuple[str, str]] = {
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
     "rig": ("Commission a rig of real or emulated devices.", "To begin: palpate rig doctor --rig FILE"),
 }
-"""Commands of commands: what they are for, and a word more."""
+"""Groups of commands, with their purpose and a further note."""
 
 
 def commands_of(group: str = "") -> dict[str, Command]:
-    """The commands behind ``palpate``, or behind ``palpate`` and a group."""
+    """Return the commands of ``palpate``, or of a group."""
     begin = f"{group} " if group else ""
     names = {name.removeprefix(begin): command for name, command in COMMANDS.items() if name.startswith(begin)}
     return {name: command for name, command in names.items() if " " not in name}
 
 
 def help_of(group: str = "") -> str:
-    """The help text of ``palpate``, or of a group of commands."""
+    """Return the help text of ``palpate``, or of a group of commands."""
     about, more = GROUPS.get(group, ("A robot arm learns contact tasks by touch.", "To begin: palpate train"))
     called, width = f"palpate {group}".rstrip(), 9
     commands = "".join(f"  {name:<{width}}  {command.text}\n" for name, command in commands_of(group).items())
@@ -108,14 +108,14 @@ def help_of(group: str = "") -> str:
 
 
 def loaded(place: str) -> Callable[..., object]:
-    """The function or class that ``module:name`` of this room leads to."""
+    """Return the function or class at ``module:name`` of this package."""
     module, _, name = place.partition(":")
     found: Callable[..., object] = getattr(import_module(f"palpate.adapters.cli.{module}"), name)
     return found
 
 
 def options_of(place: str) -> type:
-    """The class that ``module:Class`` of this room leads to."""
+    """Return the class at ``module:Class`` of this package."""
     found = loaded(place)
     if not isinstance(found, type):
         raise TypeError(f"{place} is no class of options")

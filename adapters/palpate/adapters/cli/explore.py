@@ -37,7 +37,7 @@ from palpate.simulation.grid import GridMap, walk_strings
 
 
 def explore(options: ExploreOptions) -> int:
-    """Learn in a grid world, draw the paper's figure, or write down random walks; returns the exit code."""
+    """Learn in a grid world, draw the paper's figure, or write random walks to a file; return the exit code."""
     if sum(map(bool, (options.figure, options.strings, options.out))) > 1:
         raise UsageError("palpate explore does one of --figure, --strings and --out at a time")
     if options.strings:
@@ -67,7 +67,7 @@ def _learn(options: ExploreOptions) -> int:
 
 
 def _runs(options: ExploreOptions, grid: GridMap, states: StateIdentifier, title: str = "") -> list[LearningRun]:
-    """The runs, under a progress bar; after Ctrl-C those that were finished."""
+    """Return the runs, with a progress bar; after Ctrl-C the finished ones."""
     runs: list[LearningRun] = []
     seeds = range(options.seed, options.seed + options.seeds)
     with progress(len(seeds) * options.trials, "trial", title) as bar:

@@ -1,4 +1,4 @@
-"""The help text of a command: its own options as they are declared."""
+"""The help text of a command, from its declared options."""
 
 import shutil
 import textwrap
@@ -29,7 +29,7 @@ def help_text(kind: type, command: str) -> str:
 
 
 def _entries(kind: type, wide: int) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
-    """Return positional arguments and flags, each with its name and its lines."""
+    """Return positional arguments and flags, each with its name and text lines."""
     named, flags, texts = list[tuple[str, str]](), list[tuple[str, str]](), texts_of(kind)
     # What is the command's own comes before what it shares with others.
     for field in sorted(fields(kind), key=lambda one: one.name not in vars(kind).get("__annotations__", {})):
@@ -74,7 +74,7 @@ def _default(default: Any) -> str:
 
 
 def _paragraphs(text: str, wide: int) -> str:
-    """The paragraphs of a docstring; those that are indented stay as they are."""
+    """Return the paragraphs of a docstring, wrapped unless they are indented."""
     parts = text.split("\n\n")
     return "\n\n".join(part if part.startswith(" ") else textwrap.fill(" ".join(part.split()), wide) for part in parts)
 

@@ -50,7 +50,7 @@ class InferOptions(Settings):
 
 
 def infer_command(options: InferOptions) -> int:
-    """Infer, report and save; 0, or 2 when no network became consistent with labelled strings."""
+    """Infer, report and save; return 0, or 2 if no network became consistent with labelled strings."""
     if options.show and options.compare:
         raise UsageError("palpate infer takes --show or --compare, not both")
     if options.show:
@@ -154,7 +154,7 @@ def _automata(files: tuple[str, ...], count: int, flag: str) -> list[Machine]:
 
 
 def _table(machine: Machine) -> str:
-    """States with their outputs, and where each symbol leads."""
+    """Return the states with their outputs and transitions."""
     names = machine.names
     rows = [["state", "output", *machine.alphabet]]
     for state, row in enumerate(machine.transitions):

@@ -1,4 +1,4 @@
-"""``palpate log``: look at recorded trials, and bring them into other formats."""
+"""``palpate log``: show recorded trials, and convert them to other formats."""
 
 import json
 import sys
@@ -88,7 +88,7 @@ class ImportOptions(Settings):
 
 
 def info(options: InfoOptions) -> int:
-    """Print what logs hold; 0, or 2 if one of them is damaged or cannot be used."""
+    """Print the content of logs; return 0, or 2 if one of them is damaged or cannot be used."""
     files = _logs(options.files, "info")
     from palpate.adapters.log import describe, finite, info_of, read_log, table
 
@@ -175,13 +175,13 @@ def import_bag(options: ImportOptions) -> int:
 
 
 def print_damage(log: "TrialLog") -> None:
-    """Print what is wrong with a log that is used all the same; nothing for a sound one."""
+    """Print the damage of a log that can still be used; nothing for an intact one."""
     if log.damage or log.missing:
         sys.stderr.write(f"palpate: {log.path}: {log.damage or log.missing}\n")
 
 
 def _logs(names: Sequence[str], command: str) -> list[Path]:
-    """The logs that are named, those in and below a folder among them."""
+    """Return the named logs, including those in and below folders."""
     if not names:
         raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files, or folders of them")
     from palpate.adapters.log import find_logs

@@ -1,4 +1,4 @@
-"""Entry point: picks the subcommand, turns errors into one line and an exit code."""
+"""Entry point: selects the subcommand, and reports errors in one line with an exit code."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from palpate.core.errors import (
 )
 
 QUIET_S: Final = 5.0
-"""Time for a command to close what it has open; who presses Ctrl-C again meanwhile wants no more than that."""
+"""Time for a command to close logs and devices, during which further Ctrl-C is ignored."""
 
 
 class Interrupts:
-    """While inside, the signals that end a process raise KeyboardInterrupt.
+    """Makes the signals that end a process raise KeyboardInterrupt within the context.
 
     SIGINT and SIGTERM do so also where a shell lets them be ignored. Another signal within ``QUIET_S`` does nothing: it
     would interrupt the closing of logs and devices. Later ones raise again, for a command that still has not ended.
@@ -66,7 +66,7 @@ class Interrupts:
 
 
 _LEFT_OUT: Final = ("torch", "pytest")
-"""Packages that a slim install leaves out, and that are imported where they are needed."""
+"""Packages missing in a slim installation, which are imported where they are needed."""
 _DEBUG: Final = "--debug"
 """With any command: print an error's traceback."""
 
@@ -128,7 +128,7 @@ def _stopped() -> int:
 
 
 def _unexpected(error: Exception, *, debug: bool) -> int:
-    """Print where an adapter or other third-party code failed; an error of palpate's own keeps its traceback."""
+    """Print the place of an error in third-party code; an error in palpate's code keeps its traceback."""
     if not raised_at(error):
         raise error
     return _fail(PalpateError(f"{told(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)

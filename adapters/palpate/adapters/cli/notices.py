@@ -1,4 +1,4 @@
-"""What the commands that run trials print besides their results, and ask a person at a rig."""
+"""Notices of commands that run trials, and questions to a person at a rig."""
 
 import importlib.util
 import sys
@@ -19,7 +19,7 @@ from palpate.simulation.work_cell import validity_lines
 
 @contextmanager
 def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
-    """Give the live view that was asked for; None where none was."""
+    """Yield the requested live view; None without one."""
     if not options.live:
         yield None
         return
@@ -33,7 +33,7 @@ def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
 
 
 def say(text: str) -> None:
-    """Print a line that a reader at the end of a pipe has at once."""
+    """Print a line without buffering, for readers of a pipe."""
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 
@@ -41,7 +41,7 @@ def say(text: str) -> None:
 def run_of(
     options: RunOptions | TrainOptions, live: TrialsObserver | None = None, make_rig: MakeRig | None = None
 ) -> Run:
-    """Return the run that a command asks for."""
+    """Return the run requested by a command."""
 
     def asked(config: RunConfig, ready: ReadyPose) -> Rig:
         """The rig, not entered: its settings are known to be good, and nothing has got power yet."""
@@ -55,7 +55,7 @@ def run_of(
 
 
 def ask_before_motion(options: RunOptions | TrainOptions) -> None:
-    """Say what will move on a rig and, unless it is emulated, ask a person once.
+    """Print what will move on a rig and, unless it is emulated, ask a person once.
 
     Raises:
         UsageError: There is no terminal to ask at.
@@ -90,7 +90,7 @@ def trial_line(row: TrialRow) -> str:
 
 @contextmanager
 def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterator[None]:
-    """Say where the logs of a rig's trials are if an error ends them."""
+    """Print the location of the logs of a rig's trials if an error ends them."""
     try:
         yield
     except Exception:
@@ -101,12 +101,12 @@ def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterato
 
 
 def validity_note(config: RunConfig, rig: str = "") -> str:
-    """Return the lines below a success rate: none on a rig, or where the simulator is valid."""
+    """Return the note below a success rate; empty on a rig, and where the simulator is valid."""
     return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
 def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """How many trials were marked for their timing, and why; empty for none.
+    """Return the number of trials marked for their timing, and the reasons; empty if there are none.
 
     Args:
         learned: Whether such trials are learned from; None where nothing is.
@@ -119,7 +119,7 @@ def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> s
 
 
 def trips_line(summary: Mapping[str, Any]) -> str:
-    """How many trials a trip ended, and for which reasons; empty for none."""
+    """Return the number of trials that ended by a trip, and the reasons; empty if there are none."""
     if not summary["trips"]:
         return ""
     reasons = ", ".join(f"{reason} {count}" for reason, count in summary["trips"].items())

@@ -34,7 +34,7 @@ class ClockContract(ABC):
 
     @abstractmethod
     def make(self) -> ClockRig:
-        """Make a fresh rig."""
+        """Return a new rig."""
 
     def test_time_is_integer_nanoseconds_and_never_goes_back(self) -> None:
         """The time is an int in ns, and never goes back."""
@@ -75,13 +75,13 @@ class FakeClock(Clock):
         self._now_ns = start_ns
 
     def now_ns(self) -> int:
-        """Time now."""
+        """Return the present time."""
         return self._now_ns
 
     def sleep_until(self, deadline_ns: int) -> None:
-        """Put the clock on to the deadline, unless it is past."""
+        """Advance the clock to the deadline, unless it has passed."""
         self._now_ns = max(self._now_ns, deadline_ns)
 
     def advance(self, ticks: int = 1) -> None:
-        """Let ``ticks`` control ticks pass."""
+        """Advance the clock by ``ticks`` control ticks."""
         self._now_ns += ticks * TICK_NS

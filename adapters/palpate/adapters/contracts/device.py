@@ -1,4 +1,4 @@
-"""Clauses that hold for every device port: its life, its faults, its end."""
+"""Clauses for every device port: life cycle, faults and closing."""
 
 import threading
 from abc import ABC, abstractmethod
@@ -16,12 +16,12 @@ from palpate.core.ports import Life
 RigT = TypeVar("RigT", bound=DeviceRig[Any])
 
 LONG_TICKS: Final = 300
-"""A rest after which what wears off has worn off."""
+"""Ticks of rest after which temporary effects have ended."""
 
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 _THREAD_S: Final = 1.0
-"""How long a thread may take to end after ``close``."""
+"""Longest time for a thread to end after ``close``."""
 
 
 class DeviceContract(ABC, Generic[RigT]):
@@ -32,7 +32,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
     @abstractmethod
     def make(self) -> RigT:
-        """Make a fresh rig, with an adapter that was only constructed."""
+        """Return a new rig, whose adapter was only constructed."""
 
     def may_use(self) -> bool:
         """Whether the device may be used at all."""
@@ -47,10 +47,10 @@ class DeviceContract(ABC, Generic[RigT]):
         """Fail the clause unless the active device does its work."""
 
     def start_work(self, rig: RigT) -> None:
-        """Leave something under way in the active device, which the next request ends."""
+        """Start an activity in the active device, which the next request ends."""
 
     def disturb(self, rig: RigT) -> None:
-        """Do what may come in any state."""
+        """Cause events that are possible in any state."""
 
     def rest(self, rig: RigT) -> None:
         """Fail the clause if something has moved without a command."""
@@ -60,7 +60,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
     @contextmanager
     def rig(self, life: Life) -> Iterator[RigT]:
-        """A fresh rig whose adapter was brought to this state; released afterwards."""
+        """Yield a new rig whose adapter is in this state; it is released afterwards."""
         rig = self.make()
         try:
             bring(rig, life)

@@ -37,7 +37,7 @@ from palpate.core.ports import Vector3
 CONTEXT: Final = PolicyContext(("a", "b", "c", "d"), compass_actions(0.7e-3), Reach(3.5e-3, 0.05))
 """The task of the practice trials: four states, by the heading of the torque, and the eight compass steps."""
 _ACTIONS: Final = 12
-"""A practice trial ends in the hole after so many actions at the latest."""
+"""Largest number of actions of a practice trial, which then ends in the hole."""
 _FOUND_M: Final = 0.4e-3
 _CUE_NM: Final = 0.02
 _NOISE_NM: Final = 0.003
@@ -45,7 +45,7 @@ _PRESS: Final[Vector3] = (0.0, 0.0, -4.9)
 
 
 def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool = False) -> ForeignPolicy:
-    """Wrap a policy that derives from nothing of palpate's."""
+    """Wrap a policy that derives from no class of palpate."""
     kind = type(policy)
     return ForeignPolicy(
         policy, ForeignEntry(f"{kind.__module__}:{kind.__name__}", "", "", "", 0), context, frozen=frozen
@@ -53,7 +53,7 @@ def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool =
 
 
 class Practice:
-    """Trials over a hole whose place the torque tells, with the calls in the order of a task.
+    """Trials at a hole whose position the torque shows, with calls in the order of a task.
 
     Args:
         context: States and actions.
@@ -115,14 +115,14 @@ class PolicyContract(ABC):
 
     context: ClassVar[PolicyContext] = CONTEXT
     practice_trials: ClassVar[int] = 4
-    """Trials of each clause; more where the first ones are left to chance."""
+    """Number of trials of each clause; more if the first ones are random."""
 
     @abstractmethod
     def make(self) -> Policy:
-        """Make a fresh one."""
+        """Return a new policy."""
 
     def practised(self, policy: Policy, prefetch_m: float | None = None) -> list[Decision]:
-        """The decisions of all practice trials."""
+        """Return the decisions of all practice trials."""
         return Practice(self.context, prefetch_m=prefetch_m).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:
@@ -154,10 +154,10 @@ class LearnerContract(PolicyContract):
     @override
     @abstractmethod
     def make(self, *, frozen: bool = False) -> Learner:
-        """Make a fresh one; a frozen one does not learn."""
+        """Return a new learner; a frozen one does not learn."""
 
     def learned(self) -> Learner:
-        """Make one that has learned in all practice trials."""
+        """Return a learner trained in all practice trials."""
         learner = self.make()
         self.practised(learner)
         return learner
@@ -222,7 +222,7 @@ class LearnerContract(PolicyContract):
 
 
 def broken_states(state: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
-    """States with one part gone or replaced, each with the fault in words."""
+    """Yield states with one part missing or replaced, each with a description of the fault."""
     for key in state:
         yield {name: value for name, value in state.items() if name != key}, f"no {key}"
         others: tuple[Any, ...] = (None, "x", [[]])

@@ -42,7 +42,7 @@ class ClauseResult:
 
 
 def clauses(suite_class: type) -> tuple[Clause, ...]:
-    """The clauses of a suite, general ones first, in the order in which they are written."""
+    """Return the clauses of a suite, general ones first, in the order of the source."""
     names: dict[str, None] = {}
     for base in reversed(suite_class.__mro__):
         names.update(dict.fromkeys(name for name in vars(base) if name.startswith("test_")))

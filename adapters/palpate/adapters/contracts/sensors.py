@@ -36,10 +36,10 @@ _SILENT_TICKS: Final = 30
 _PATIENCE_TICKS: Final = 200
 _MANY_TOLERANCES: Final = 8.0
 _PLAUSIBLE_RAD: Final = 4.0 * pi
-"""No revolute joint of an arm turns further from its zero; degrees soon do."""
+"""Limit of plausible joint angles, which angles in degrees soon exceed."""
 _NOTHING: Final = (0.0, 0.0, 0.0)
 _SHARES: Final = (0.5, -0.7, -0.9)
-"""Of the load: with every axis and sign told from the others."""
+"""Shares of the load, which distinguish every axis and sign."""
 
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
@@ -82,7 +82,7 @@ class SampleContract(DeviceContract[SensorRigT]):
 
     @abstractmethod
     def _vectors(self, rig: SensorRigT) -> tuple[_Vector, ...]:
-        """The vectors of a sample."""
+        """Return the vectors of a sample."""
 
     def _require_same(self, clause: str, rig: SensorRigT, one: Any, other: Any) -> None:
         for name, _, _, tolerance in self._vectors(rig):
@@ -250,7 +250,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
 
 
 def _moving_arm(rig: JointEncoderRig) -> Any:
-    """The arm of these joints, active and stationary."""
+    """Return the arm of these joints, active and stationary."""
     arm = knob(rig.arm, "arm")
     if arm.life is Life.CONSTRUCTED:
         arm.configure()
@@ -271,7 +271,7 @@ def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: f
 
 
 def _sides(rig: ForceSensorRig) -> list[_Side]:
-    """How the rig acts on forces and torques: knob, part of the sample, safe load, overload, tolerance."""
+    """Return the rig's means to apply forces and torques: knob, part of the sample, safe load, overload, tolerance."""
     push, force, torque = knob(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
     sides: list[_Side] = [(push, force, rig.load_N, rig.overload_N or 0.0, rig.tolerance_N)]
     if rig.twist_Nm is not None:
@@ -295,5 +295,5 @@ def _near(one: Sequence[float], other: Sequence[float], tolerance: float) -> boo
 
 
 def _each_way(load: float) -> list[Vector3]:
-    """A load along x, y and z, and against them."""
+    """Return a load along x, y and z, and opposite to them."""
     return [(x * way, y * way, z * way) for way in (load, -load) for x, y, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]

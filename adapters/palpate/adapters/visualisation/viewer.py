@@ -19,7 +19,7 @@ from palpate.simulation.work_cell import WorkCell
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 _BEHIND_S: Final = 0.1
-"""A longer delay, as after a pause, is not made up for."""
+"""After a longer delay, such as a pause, the viewer does not catch up."""
 
 
 class _ViewedClock(Clock):

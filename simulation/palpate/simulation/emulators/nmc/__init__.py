@@ -1,4 +1,4 @@
-"""The NMC bus and its servo modules, seen from the wire."""
+"""Emulation of the NMC bus and its servo modules."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The serial line of an NMC chain: which modules receive a command, and what comes back."""
+"""The serial line of an NMC chain: distribution of commands to modules, and their replies."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -14,8 +14,8 @@ _IDLE_LINE = 0xFF
 class NmcChain:
     """Servo modules in a daisy chain, from power-up. A `SerialEmulator`, without a wall clock.
 
-    A module receives nothing before its predecessor has got an address (FACT, libnmc's start-up), and keeps listening
-    when the predecessor is reset later (assumed). What two modules answer at once is mixed up (assumed: wired AND).
+    A module receives nothing before its predecessor has an address (FACT, libnmc's start-up), and continues to receive
+    if the predecessor is reset later (assumed). Simultaneous answers of two modules are mixed (assumed: wired AND).
     Axis i of the plant belongs to the i-th module of the chain.
     """
 
@@ -28,12 +28,12 @@ class NmcChain:
 
     @property
     def baud(self) -> int:
-        """Line rate of most of the modules that listen; the others take nothing in."""
+        """Line rate of most listening modules; modules with other rates receive nothing."""
         rates = [module.baud for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
         return max(rates, key=rates.count)
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Take bytes that have arrived, at `baud`, by `now_ns`; returns the replies."""
+        """Receive bytes that arrived at `baud` until `now_ns`, and return the replies."""
         self.advance(now_ns)
         replies = b""
         for byte in data:
@@ -43,7 +43,7 @@ class NmcChain:
         return replies
 
     def advance(self, now_ns: int) -> bytes:
-        """Run the servo ticks due by `now_ns`; time that goes back is ignored. Returns nothing to send, ever."""
+        """Run the servo ticks due by `now_ns`; decreasing times are ignored. Always returns no bytes."""
         if self._next_tick_ns is None:
             self._next_tick_ns = now_ns + TICK_NS
         while self._next_tick_ns <= now_ns:
@@ -59,7 +59,7 @@ class NmcChain:
 
     def _dispatch(self, frame: Frame) -> bytes:
         baud = self.baud
-        # Which modules listen is settled before any of them acts: SET_ADDR opens the next module for later frames.
+        # The listening modules are determined before any of them acts: SET_ADDR opens the next module for later frames.
         listeners = [
             (index, module)
             for index, module in enumerate(self.modules)
@@ -77,7 +77,7 @@ class NmcChain:
         return _collided(replies) if len(replies) > 1 else b"".join(replies)
 
     def _forget_chain_after_reset(self, frame: Frame) -> None:
-        """When the whole chain is as after power-up, only its first module listens."""
+        """Let only the first module listen when the whole chain is in the state after power-up."""
         if frame.intact and frame.command == CommandCode.HARD_RESET:
             receivers = [module for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
             if all(module.address == 0 for module in receivers):

@@ -1,4 +1,4 @@
-"""What travels to and from an NMC module: command frames, checksums, status items, bit names.
+"""Communication with an NMC module: command frames, checksums, status items, bit names.
 
 Sources: the public NMC library in ``libnmc/`` of brendandburns/ros2_zebra_zero (commit 6a558d7), the Logosol LS-231SE
 and LS-173AP manuals (a PIC-SERVO-compatible command set), the byte vectors in the tests of PyLabRobot's VSpin driver.
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 HEADER: Final = 0xAA
-"""First byte of every command (FACT, libnmc); it does not count for the checksum."""
+"""First byte of every command (FACT, libnmc), which is not part of the checksum."""
 TICK_NS: Final = 512_000
 """Shortest servo tick (FACT, PIC-SERVO: 0.512 ms)."""
 POWER_UP_BAUD: Final = 19_200
@@ -19,7 +19,7 @@ _DIVISORS: Final = {63: 19_200, 64: 19_200, 20: 57_600, 21: 57_600, 10: 115_200,
 
 
 class CommandCode(enum.IntEnum):
-    """Low nibble of the command byte of what is emulated (FACT, libnmc)."""
+    """Low nibble of the command byte of emulated commands (FACT, libnmc)."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1
@@ -94,16 +94,16 @@ class Frame:
 class FrameParser:
     """Finds command frames in a stream of bytes.
 
-    There is no time-out between bytes, as in the firmware: a partial frame waits for the rest. Enough zeros complete
-    any partial frame (with a wrong checksum, as a rule) and are skipped after it, since a zero is not a header; that
-    is why hosts resynchronise with 20 or 30 of them (FACT, libnmc).
+    As in the firmware, there is no time-out between bytes: a partial frame waits for the rest. Enough zeros complete
+    any partial frame (usually with a wrong checksum) and are skipped after it, since a zero is not a header. Therefore
+    hosts resynchronise with 20 or 30 zeros (FACT, libnmc).
     """
 
     def __init__(self) -> None:
         self._pending = bytearray()
 
     def push(self, byte: int) -> Frame | None:
-        """Take one byte; returns the frame that it completes."""
+        """Process one byte and return the frame that it completes, if any."""
         pending = self._pending
         if not pending and byte != HEADER:
             return None
@@ -121,14 +121,14 @@ class FrameParser:
 
 
 def sealed(body: bytes) -> bytes:
-    """A reply: its bytes and their sum modulo 256 (FACT, libnmc)."""
+    """Return a reply with its checksum, the sum of its bytes modulo 256 (FACT, libnmc)."""
     return body + bytes([sum(body) & 0xFF])
 
 
 def baud_of_divisor(divisor: int) -> int:
-    """Line rate that SET_BAUD's byte selects.
+    """Return the line rate selected by the byte of SET_BAUD.
 
-    The divisors which public hosts use give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10
+    The divisors of public hosts give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10
     and 5 for 230400); others follow the usual UART formula with a 20 MHz clock (assumed).
     """
     return _DIVISORS.get(divisor, _CLOCK_Hz // (16 * (divisor + 1)))

@@ -1,4 +1,4 @@
-"""One PIC-SERVO module on an NMC bus: its addresses, its commands and its replies."""
+"""One PIC-SERVO module on an NMC bus: addresses, commands and replies."""
 
 import struct
 from collections.abc import Callable
@@ -32,14 +32,14 @@ _POSITION_FIELDS: Final = Load.POSITION | Load.VELOCITY | Load.ACCELERATION
 
 
 class NmcModule:
-    """A servo module. The bus decides which frames reach it; the host's view of it is `execute()`.
+    """A servo module. The bus selects its frames; `execute()` handles the host's commands.
 
     Attributes:
         address: Own address, 0 until SET_ADDR.
         group: Group address, 0x80 to 0xFF.
-        rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
-            firmware would take whatever its buffer holds). Of trajectories only trapezoids are emulated that begin at
-            once; neither homing nor outputs are.
+        rejected: Number of commands since construction with an unsuitable length or kind, which have no effect
+            (assumed: the firmware would use any content of its buffer). Only trapezoidal trajectories that start
+            immediately are emulated, without homing and outputs.
     """
 
     def __init__(self, axis: int, plant: JointPlant) -> None:
@@ -57,18 +57,18 @@ class NmcModule:
         self._power_up()
 
     def set_limits(self, limit1: bool, limit2: bool) -> None:
-        """State of the two limit switches."""
+        """Set the state of the two limit switches."""
         self.servo.limits = (limit1, limit2)
 
     def tick(self) -> None:
-        """One tick of 0.512 ms; the servo calculates at every SR-th."""
+        """Execute one tick of 0.512 ms; the servo calculates at every SR-th tick."""
         self._ticks += 1
         if self._ticks >= self.servo.gains.rate_divisor:
             self._ticks = 0
             self.servo.tick()
 
     def execute(self, frame: Frame) -> bytes:
-        """Carry out a command that is addressed to this module and return the reply that it would send."""
+        """Execute a command addressed to this module and return the reply."""
         once = self.mask
         if frame.intact:
             if frame.command == CommandCode.HARD_RESET:
@@ -130,7 +130,7 @@ class NmcModule:
         return True
 
     def _reply(self, mask: int, *, intact: bool) -> bytes:
-        """Status byte, items in the order of the mask's bits, checksum (FACT, libnmc)."""
+        """Return the status byte, the items in the order of the mask's bits, and the checksum (FACT, libnmc)."""
         servo = self.servo
         items: tuple[Callable[[], bytes], ...] = (
             lambda: struct.pack("<i", servo.measured_counts),

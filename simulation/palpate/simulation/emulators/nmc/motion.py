@@ -1,14 +1,14 @@
-"""How a servo's set-point moves: trapezoid and velocity profiles."""
+"""Motion of a servo's set-point: trapezoid and velocity profiles."""
 
 from math import isqrt
 from typing import Final
 
 ONE_COUNT: Final = 1 << 16
-"""Positions, velocities and accelerations count 1/65536 of an encoder count (FACT, PIC-SERVO scaling)."""
+"""Unit of positions, velocities and accelerations: 1/65536 of an encoder count (FACT, PIC-SERVO scaling)."""
 
 
 class Profile:
-    """The commanded position of one servo, moved on once a tick.
+    """The commanded position of one servo, advanced once per tick.
 
     Velocity words are counts/s * 65536 * T and acceleration words counts/s^2 * 65536 * T^2 with T the tick's length
     in s (FACT, PIC-SERVO; 33.554432 and 0.017179869 for T = 0.512 ms). Integers throughout, so a move ends on its
@@ -17,8 +17,8 @@ class Profile:
 
     Attributes:
         position: Commanded position in 1/65536 counts.
-        velocity: Commanded velocity in 1/65536 counts a tick, signed.
-        acceleration: Acceleration word of the motion under way, which a smooth stop uses too.
+        velocity: Commanded velocity in 1/65536 counts per tick, signed.
+        acceleration: Acceleration word of the current motion, which a smooth stop also uses.
     """
 
     def __init__(self) -> None:
@@ -37,19 +37,19 @@ class Profile:
         return self.position >> 16
 
     def hold(self, counts: int) -> None:
-        """Stand still at a position, at once."""
+        """Hold a position immediately."""
         self.position, self.velocity, self._target = counts * ONE_COUNT, 0, None
         self._limit = 0
         self.done = self.accelerated = self.slewed = True
 
     def shift(self, counts: int) -> None:
-        """Move the origin of the position register: everything by the same number of counts."""
+        """Move the origin of the position register, which shifts all positions by the same number of counts."""
         self.position += counts * ONE_COUNT
         if self._target is not None:
             self._target += counts * ONE_COUNT
 
     def start_trapezoid(self, target_counts: int, velocity: int, acceleration: int) -> None:
-        """Go to a position; from the present velocity, if there is one (as version 10 of the chip allows)."""
+        """Move to a position, starting from the present velocity (as version 10 of the chip allows)."""
         self._begin(acceleration)
         self._target, self._limit = target_counts * ONE_COUNT, velocity
 
@@ -60,11 +60,11 @@ class Profile:
         self.done = self.accelerated = self.velocity == velocity
 
     def stop_smoothly(self) -> None:
-        """Ramp down with the acceleration of the motion under way."""
+        """Ramp down with the acceleration of the current motion."""
         self.start_velocity(0, self.acceleration)
 
     def tick(self) -> None:
-        """One servo tick."""
+        """Execute one servo tick."""
         if self._target is not None:
             self._tick_trapezoid(self._target)
         elif self.velocity != self._limit:
@@ -97,7 +97,7 @@ class Profile:
 
 
 def _braking_speed(distance: int, step: int) -> int:
-    """Largest velocity for the next tick from which braking by `step` a tick covers no more than `distance`.
+    """Return the largest velocity of the next tick from which braking by `step` per tick covers at most `distance`.
 
     Braking from v covers v + (v - a) + ... = (k + 1) v - a k (k + 1) / 2 with k = floor(v / a).
     """

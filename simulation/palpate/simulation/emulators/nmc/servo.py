@@ -14,11 +14,11 @@ _TURN: Final = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """What LOAD_TRAJ has buffered.
+    """Trajectory buffered by LOAD_TRAJ.
 
     Attributes:
-        velocity: Velocity word, 1/65536 counts a tick.
-        acceleration: Acceleration word, 1/65536 counts a tick squared.
+        velocity: Velocity word, 1/65536 counts per tick.
+        acceleration: Acceleration word, 1/65536 counts per tick squared.
     """
 
     control: int = 0
@@ -30,7 +30,7 @@ class Trajectory:
 class PicServo:
     """One motor's servo, from power-up: servo off, amplifier off, gains zero, position register zero.
 
-    The register is zero at the motor's place at power-up, whatever the arm's true pose (FACT: the encoders are
+    The register is zero at the motor's position at power-up, for any true pose of the arm (FACT: the encoders are
     incremental).
     """
 
@@ -53,14 +53,14 @@ class PicServo:
         return self.profile.counts - self.measured_counts if self.on else 0
 
     def start(self) -> None:
-        """Let what LOAD_TRAJ buffered take effect."""
+        """Start the trajectory buffered by LOAD_TRAJ."""
         load = self.buffer
         self._switch_on()
         if self.on:
             self.profile.start_trapezoid(load.position_counts, load.velocity, load.acceleration)
 
     def stop(self, how: StopMotorBits, here_counts: int) -> None:
-        """STOP_MOTOR. Of several ways to stop the first in this order counts: off, abrupt, smooth, here (assumed)."""
+        """Execute STOP_MOTOR. Of several bits the first in this order is used: off, abrupt, smooth, here (assumed)."""
         self.amplifier = bool(how & StopMotorBits.AMPLIFIER)
         if how & StopMotorBits.MOTOR_OFF:
             self.switch_off()
@@ -74,29 +74,29 @@ class PicServo:
             self.profile.hold(here_counts)
 
     def switch_off(self) -> None:
-        """Leave the motor without torque."""
+        """Switch the motor's torque off."""
         self.profile.hold(self.measured_counts)
         self.on, self.position_error = False, True
         self._plant.release(self._axis)
 
     def set_position(self, counts: int) -> None:
-        """Make the register show this where the motor is now; set-point and error stay where they are."""
+        """Set the register's value at the motor's present position; set-point and error stay unchanged."""
         self.measured_counts = self._plant.motor_counts(self._axis) - self._origin
         self._shift(counts - self.measured_counts)
 
     def clear_bits(self) -> None:
-        """CLEAR_BITS; the position error bit returns at once while the servo is off."""
+        """Execute CLEAR_BITS; the position error bit returns immediately while the servo is off."""
         self.overcurrent = self.wrapped = self.overrun = False
         self.position_error = not self.on
 
     def set_power(self, *, powered: bool) -> None:
-        """The motor supply comes or goes; it never switches a servo on."""
+        """Switch the motor supply on or off; this never switches a servo on."""
         self.powered = powered
         if not powered:
             self.switch_off()
 
     def tick(self) -> None:
-        """One servo calculation."""
+        """Execute one servo calculation."""
         if self.on:
             self.profile.tick()
             if self.amplifier and self.gains.follow:

@@ -1,4 +1,4 @@
-"""What can be set on a servo module over the bus."""
+"""Settings of a servo module over the bus."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GainParameters:
-    """Parameters of SET_GAIN, all zero at power-up, when the servo therefore cannot move anything (INFERENCE).
+    """Parameters of SET_GAIN, all zero at power-up, so that the servo cannot move anything (INFERENCE).
 
     Attributes:
         kp: Proportional gain; with 0 the motor does not follow.
-        kd: Derivative gain, without effect here: the plant stands for the closed loop.
+        kd: Derivative gain, without effect here, because the plant represents the closed loop.
         output_limit: Largest duty, 0 to 255; with 0 the motor does not follow.
         current_limit: Limit of the motor's current, without effect here.
-        error_limit: Position error in counts at which the servo switches itself off.
+        error_limit: Position error in counts at which the servo switches off.
     """
 
     kp: int = 0
@@ -29,11 +29,11 @@ class GainParameters:
 
     @property
     def follow(self) -> bool:
-        """Whether a motor under these gains follows its set-point at all."""
+        """Whether a motor with these gains follows its set-point."""
         return self.kp != 0 and self.output_limit > 0
 
     @classmethod
     def decoded(cls, data: bytes) -> GainParameters:
-        """From the 14 data bytes of SET_GAIN, whose last one compensates a dead band (FACT, libnmc)."""
+        """Return the parameters in the 14 data bytes of SET_GAIN; the last compensates a dead band (FACT, libnmc)."""
         kp, kd, ki, il, ol, cl, el, sr, _ = struct.unpack("<hhhhBBhBB", data[:14])
         return cls(kp, kd, ki, il, ol, cl, el, max(sr, 1))
