@@ -6,7 +6,7 @@ set-point as soon as time has gone on.
 
 from abc import abstractmethod
 from dataclasses import replace
-from typing import Generic
+from typing import Generic, TypeVar
 
 from palpate.adapters.contracts import TICK_NS
 from palpate.core.errors import CommandError, DeviceError
@@ -18,12 +18,12 @@ from palpate.core.ports import (
     JointEncoder,
     JointSample,
     ManagedDevice,
-    SampleT,
     Validity,
     WrenchKind,
     WrenchSample,
 )
 
+SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 MAX_AGE_NS = 5 * TICK_NS
 
 

@@ -58,11 +58,10 @@ class Practice:
     Args:
         context: States and actions.
         seed: Of the trials; policy and world draw from streams of their own.
-        prefetch_m: How far off each choice is announced; None if none is.
     """
 
-    def __init__(self, context: PolicyContext, seed: int = 0, prefetch_m: float | None = None) -> None:
-        self._context, self._seed, self._prefetch_m = context, seed, prefetch_m
+    def __init__(self, context: PolicyContext, seed: int = 0) -> None:
+        self._context, self._seed = context, seed
 
     def begin(self, policy: Policy, trial: int) -> None:
         """Begin a trial."""
@@ -82,8 +81,6 @@ class Practice:
         (x, y), (hole_x, hole_y) = world.uniform(-2e-3, 2e-3, (2, 2)).tolist()
         for number in range(_ACTIONS):
             seen = self._seen(x, y, hole_x, hole_y, number, world)
-            if self._prefetch_m is not None:
-                policy.foresee((x + self._prefetch_m, y))
             decision = policy.choose(seen)
             yield decision
             dx, dy = decision.action.displacement_m
@@ -121,9 +118,9 @@ class PolicyContract(ABC):
     def make(self) -> Policy:
         """Return a new policy."""
 
-    def practised(self, policy: Policy, prefetch_m: float | None = None) -> list[Decision]:
+    def practised(self, policy: Policy) -> list[Decision]:
         """Return the decisions of all practice trials."""
-        return Practice(self.context, prefetch_m=prefetch_m).trials(policy, range(self.practice_trials))
+        return Practice(self.context).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:
         """Two fresh policies decide alike in equal trials: numbers come from the generator of the trial alone."""
@@ -139,13 +136,6 @@ class PolicyContract(ABC):
             )
             require("index", named, f"{decision.action} with index {decision.index}", "that action of the set, or None")
             require("step", all(map(isfinite, decision.action.displacement_m)), f"{decision.action}", "finite lengths")
-
-    def test_announced_choice_is_same_choice(self) -> None:
-        """What ``foresee`` prepares changes no decision, wherever the choice is made."""
-        plain = self.practised(self.make())
-        for off_m in (0.0, 1e-4, 5e-3):
-            announced = self.practised(self.make(), prefetch_m=off_m)
-            require("foresee", announced == plain, f"other decisions when {off_m} m off", "the same decisions")
 
 
 class LearnerContract(PolicyContract):

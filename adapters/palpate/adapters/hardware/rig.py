@@ -22,6 +22,7 @@ from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
     CommandReason,
+    DeviceDecorator,
     FaultLatch,
     ForceSensor,
     JointCommand,
@@ -29,7 +30,6 @@ from palpate.core.ports import (
     ManagedDevice,
     Ports,
     Rig,
-    SensorDecorator,
     SensorFacts,
     World,
     WrenchSample,
@@ -37,7 +37,7 @@ from palpate.core.ports import (
 from palpate.core.supervision import SampleWatch
 
 
-class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
+class TurnedForceSensor(DeviceDecorator, ForceSensor):
     """Converts wrenches to the frame of the tool.
 
     Args:
@@ -45,10 +45,13 @@ class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
     """
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
-        super().__init__(sensor, self._turned)
+        super().__init__(sensor)
+        self._sensor = sensor
         self._cos, self._sin = cos(radians(mounting_deg)), sin(radians(mounting_deg))
 
-    def _turned(self, sample: WrenchSample) -> WrenchSample:
+    def read(self) -> WrenchSample:
+        """Return the newest sample, turned."""
+        sample = self._sensor.read()
         c, s = self._cos, self._sin
         (fx, fy, fz), (tx, ty, tz) = sample.force_N, sample.torque_Nm
         return replace(
@@ -128,7 +131,7 @@ class HardwareRig(DeviceRig):
     def __init__(
         self, file: RigFile, config: RunConfig, approach: WayToReadyPose, latch: FaultFile | None = None
     ) -> None:
-        clock, real_time = MonotonicClock(None, file.real_time_factor), config.real_time
+        clock, real_time = MonotonicClock(), config.real_time
         accepted = file.emulated or file.accept_kinematics
         own = RigContext.of(config.arm, clock)
         context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
@@ -228,7 +231,7 @@ class DryRig(DeviceRig):
     """
 
     def __init__(self, file: RigFile, config: RunConfig) -> None:
-        clock = MonotonicClock(None, file.real_time_factor)
+        clock = MonotonicClock()
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         encoder = arm_in_process(file.arm, context, config.real_time, file.watchdog.timeout_ns)

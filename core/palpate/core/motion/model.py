@@ -8,15 +8,12 @@ mouth), z into the hole, x along the x of *base*. Motion into the hole is +z, an
 Fz.
 """
 
-import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import hypot, inf, sqrt
 from operator import mul
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -78,42 +75,19 @@ def _loaded(arm: ArmDescription) -> _Loaded:
 @lru_cache(maxsize=8)
 def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes) -> _Loaded:
     text, moving = prepared_urdf(arm, path, content, calibration)
-    said = list[str]()
     try:
-        with _heard(said):
-            model = pin.buildModelFromXML(text)
-            others = [index for index in range(1, model.njoints) if model.names[index] not in moving]
-            if others:
-                model = pin.buildReducedModel(model, others, pin.neutral(model))
+        model = pin.buildModelFromXML(text)
+        others = [index for index in range(1, model.njoints) if model.names[index] not in moving]
+        if others:
+            model = pin.buildReducedModel(model, others, pin.neutral(model))
     except (ValueError, RuntimeError) as error:
-        cause = said[0] if said else " ".join(str(error).split())
-        raise AssetError("arm", str(path), f"a readable URDF ({cause})") from error
+        raise AssetError("arm", str(path), f"a readable URDF ({' '.join(str(error).split())})") from error
 
     links = {frame.name: frame for frame in model.frames if frame.type == pin.FrameType.BODY}
     flange = links[arm.flange]
     base, tool = links.get("base"), links.get("tool0", flange)
     in_base = base.placement if base is not None and base.parentJoint == 0 else pin.SE3.Identity()
     return _Loaded(_without_frames(model), flange, in_base, tool if tool.parentJoint == flange.parentJoint else flange)
-
-
-@contextmanager
-def _heard(said: list[str]) -> Iterator[None]:
-    """Capture standard error meanwhile: urdfdom reports errors only there."""
-    try:
-        kept = os.dup(2)
-    except OSError:
-        # The process has no standard error, so there is nothing to capture.
-        yield
-        return
-    with TemporaryFile("w+", errors="replace") as file:
-        os.dup2(file.fileno(), 2)
-        try:
-            yield
-        finally:
-            os.dup2(kept, 2)
-            os.close(kept)
-            file.seek(0)
-            said += [line.removeprefix("Error:").strip() for line in file if line.startswith("Error:")]
 
 
 def _without_frames(model: pin.Model) -> pin.Model:

@@ -237,13 +237,6 @@ class Policy(Protocol):
             trial: Number of the learning trial, from 0.
         """
 
-    def foresee(self, place_m: tuple[float, float]) -> None:
-        """Prefetch, a tick ahead, for a choice with the commanded tip at this position, (x, y), task frame.
-
-        The choice may be made elsewhere or never, and must not depend on this call. The default does nothing.
-        """
-        return
-
     @abstractmethod
     def choose(self, observation: Observation) -> Decision:
         """Return the action to take now.

@@ -161,11 +161,6 @@ class MixedPolicy(Policy):
         for part in self.parts:
             part.end_trial(hindsight)
 
-    @override
-    def foresee(self, place_m: tuple[float, float]) -> None:
-        for part in self.parts:
-            part.foresee(place_m)
-
     def choose(self, observation: Observation) -> Decision:
         """Return the choice of the part that serves the state.
 

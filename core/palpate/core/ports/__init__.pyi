@@ -1,9 +1,6 @@
 from .command_limits import CommandLimiter as CommandLimiter
 from .command_limits import StepLimiter as StepLimiter
 from .decorator import DeviceDecorator as DeviceDecorator
-from .decorator import SampleT as SampleT
-from .decorator import Sensor as Sensor
-from .decorator import SensorDecorator as SensorDecorator
 from .devices import ArmCommand as ArmCommand
 from .devices import Clock as Clock
 from .devices import Device as Device

@@ -4,7 +4,6 @@ from contextlib import nullcontext
 from dataclasses import replace
 from itertools import count, pairwise
 from math import dist, tau
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +15,7 @@ from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, re
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.motion import InverseKinematics, Kinematics
-from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
+from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder
 from palpate.core.ports.rig import SensorFacts
 from palpate.core.ports.values import (
@@ -54,8 +53,14 @@ def a_turn_off(sample):
     return replace(sample, position_rad=(*q[:4], q[4] + tau, q[5]))
 
 
-class Altered(SensorDecorator[Any], ForceSensor, JointEncoder):
+class Altered(DeviceDecorator, ForceSensor, JointEncoder):
     """A sensor whose samples differ from the true ones."""
+
+    def __init__(self, sensor, past):
+        super().__init__(sensor)
+        self.read = lambda: past(sensor.read())
+
+    def read(self): ...
 
 
 class SentCommands(DeviceDecorator, ArmCommand):

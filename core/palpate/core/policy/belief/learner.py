@@ -16,7 +16,7 @@ from palpate.core.policy.belief.model import TouchModel
 from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTable
 from palpate.core.policy.belief.places import SINGLE, Places, place_prior
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
-from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial, place_of
+from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial
 from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 
@@ -62,21 +62,6 @@ class BeliefParameters(Settings):
         self.require("pitch_mm", self.pitch_mm <= 2.0 * self.capture_mm, accepted)
 
 
-@dataclass(frozen=True, slots=True)
-class _Way:
-    """Precomputed results that do not need the torque of a contact.
-
-    Attributes:
-        place: Position of the contact, in units of ``LENGTH_M``.
-        passed: ``passed`` of the belief, updated with the path to this position.
-        cell: Cell to which the torque belongs.
-    """
-
-    place: tuple[int, int]
-    passed: Floats
-    cell: tuple[int, int]
-
-
 class BeliefLearner(ModelLearner[TouchedTrial]):
     """A contact model, a belief over the hole's position, and a planner on it.
 
@@ -105,7 +90,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._lag: float
         self._touches: list[Touch]
         self._belief: PlaceBelief | None
-        self._foreseen: _Way | None
         self._search: SpiralSearch | None
         self._steps: int
         self._searched: int
@@ -118,7 +102,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     @override
     def _begin(self, rng: np.random.Generator) -> None:
-        self._touches, self._foreseen = [], None
+        self._touches = []
         self._start_anew()
         self._searched = 0
 
@@ -144,23 +128,15 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._log_prior, self._centre_m = logarithm(prior).astype(SINGLE), self._places.mean_m(prior)
 
     @override
-    def foresee(self, place_m: tuple[float, float]) -> None:
-        if self._belief is not None:
-            self._foreseen = self._ready(place_of(place_m), self._belief)
-
-    @override
     def choose(self, observation: Observation) -> Decision:
         """Return the step that minimises the expected time to the hole."""
         touch = Touch.of(observation)
-        way, self._foreseen = self._foreseen, None
         if self._belief is None:
             self._touches.append(touch)
             return self._searching(self._search or self._begin_search(self._centre_m), touch)
-        if way is None or way.place != touch.place:
-            way = self._ready(touch.place, self._belief)
+        self._belief.passed, cell = self._way_to(touch.place, self._belief.passed)
         self._touches.append(touch)
-        self._belief.passed = way.passed
-        self._belief.feel(*way.cell, touch.torque_Nm, touch.load)
+        self._belief.feel(*cell, touch.torque_Nm, touch.load)
         self._steps += 1
         if self._search is not None:
             if self._searched > 1 or self._steps <= self.parameters.search_steps:
@@ -176,14 +152,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
         return Decision(self._actions[way_m], None, LEARNED, grounds)
 
-    def _ready(self, place: tuple[int, int], belief: PlaceBelief) -> _Way:
-        """Compute everything for this position that does not need its torque."""
-        way = self._way_to(place, belief.passed)
-        self._planner.foresee(self._inside((place[0] * LENGTH_M, place[1] * LENGTH_M)))
-        return way
-
-    def _way_to(self, place: tuple[int, int], passed: Floats) -> _Way:
-        """Compute the path from the last contact to this position, in ``LENGTH_M``, and what it has passed."""
+    def _way_to(self, place: tuple[int, int], passed: Floats) -> tuple[Floats, tuple[int, int]]:
+        """Return what the path from the last contact has passed, and the cell to which the next torque belongs."""
         before = self._touches[-1].place if self._touches else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]
@@ -193,7 +163,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
             for width_m, (_, log_weight) in zip(widths_m, MISSED, strict=True):
                 passed[box][off_m2 <= width_m * width_m] += log_weight
         felt_m = self._inside((x - self._lag * (x - px), y - self._lag * (y - py)))
-        return _Way(place, passed, self._places.cell(*felt_m))
+        return passed, self._places.cell(*felt_m)
 
     def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
         """Clamp a position to the square of the belief."""

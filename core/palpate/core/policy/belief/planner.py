@@ -49,22 +49,11 @@ class Planner:
         # Array for a belief with a zero margin: the length of a path, rounded up to whole blocks.
         self._margin = -(-reach // _BLOCK)
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
-        self._from_m: tuple[float, float] | None = None
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
         """Return the number of actions to a position at this displacement."""
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
-
-    def foresee(self, from_m: tuple[float, float]) -> None:
-        """Prefetch for :meth:`best` from this position, (x, y) in m, task frame."""
-        self._from_m = from_m
-        # Actions from the end of each path to the centre of each block.
-        ends = self._ends + np.array(from_m)
-        self._out_m = np.abs(ends).max(axis=1)
-        x, y = ((self._middle_m - end).astype(SINGLE) for end in (ends[:, :1], ends[:, 1:]))
-        far = 1.0 + np.sqrt((x * x)[:, :, None] + (y * y)[:, None, :]) / self._speed_m
-        self._far = far.reshape(len(self.ways), -1)
 
     def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[tuple[float, float], float]:
         """Return the best step, (dx, dy) in m, and the expected number of actions after it.
@@ -74,8 +63,10 @@ class Planner:
             from_m: Position of the tip, (x, y) in m, task frame.
             limit_m: Steps that end further than this from the goal in x or y are excluded, unless all do.
         """
-        if self._from_m != from_m:
-            self.foresee(from_m)
+        # Actions from the end of each path to the centre of each block.
+        ends = self._ends + np.array(from_m)
+        x, y = ((self._middle_m - end).astype(SINGLE) for end in (ends[:, :1], ends[:, 1:]))
+        actions = 1.0 + np.sqrt((x * x)[:, :, None] + (y * y)[:, None, :]) / self._speed_m
         edge, size = self._margin * _BLOCK, len(belief)
         self._room[edge : edge + size, edge : edge + size] = belief
         rows = self._room[edge:-edge]
@@ -83,13 +74,13 @@ class Planner:
         weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
         weights *= weights > _UNLIKELY * weights.max()
         # The distance to a far cell is approximated by that to the centre of its block.
-        far = (self._far * weights).sum(axis=1)
+        far = (actions.reshape(len(self.ways), -1) * weights).sum(axis=1)
         row, column = self._places.cell(*from_m)
         beside, length = edge - self._reach, 2 * self._reach + 1
         row, column = row + beside, column + beside
         around = self._room[row : row + length, column : column + length].reshape(-1)
         expected = (far - (self._saved * around).sum(axis=1)).astype(np.float64)
-        expected[self._out_m > limit_m] += 1e6
+        expected[np.abs(ends).max(axis=1) > limit_m] += 1e6
         best = int(expected.argmin())
         return self.ways[best], float(expected[best])
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Final, Self
+from typing import Annotated, Any, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
@@ -94,20 +94,11 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         """What was read and done in every trial that it learned from."""
         return tuple(self._trials)
 
-    def as_frozen(self) -> Self:
-        """A learner that acts by the model as it is, and changes nothing."""
-        self._refit()
-        other = type(self)(self.states, self.actions, self.parameters, frozen=True)
-        other.use(self.model, self._trials, self._plan)
-        return other
-
-    def use(
-        self, model: DisplacementHmm | None, trials: Sequence[RecordedTrial], plan: PointBasedPlan | None = None
-    ) -> None:
-        """Act by this model, which was fitted to these trials; the plan is made when it is needed, if not here."""
+    def use(self, model: DisplacementHmm, trials: Sequence[RecordedTrial]) -> None:
+        """Act by this model, which was fitted to these trials; the plan is made when it is needed."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(len(trials))
-        self.model, self._plan = model, plan
+        self.model, self._plan = model, None
 
     @override
     def _fit(self) -> None:

@@ -69,10 +69,6 @@ class Agent:
         self._settle(next_state=state)
         return state
 
-    def foresee(self, place_m: tuple[float, float]) -> None:
-        """Prefetch for an expected choice in the next tick with the commanded tip at (x, y), task frame."""
-        self._policy.foresee(place_m)
-
     def choose(self) -> Decision:
         """Choose the next action from the newest observation.
 

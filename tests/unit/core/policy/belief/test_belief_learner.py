@@ -9,8 +9,7 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Hindsight, Observation
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
-from palpate.core.policy.belief.places import SINGLE, Places
-from palpate.core.policy.belief.planner import Planner, SpiralSearch
+from palpate.core.policy.belief.planner import SpiralSearch
 from palpate.core.policy.belief.touches import TORQUE_NM
 from tests.unit.core.policy.belief.simulated_touch import touch_at
 
@@ -25,7 +24,6 @@ def play(
     start_m,
     seed=0,
     most=400,
-    foresee=lambda x, y: None,
 ):
     """One trial; the hole takes the peg in when its way passes within 0.15 mm."""
     rng, place, hole = np.random.default_rng(seed), np.array(start_m), np.array(hole_m)
@@ -34,9 +32,6 @@ def play(
     for number in range(most):
         tx, ty = np.array(touch_at(place, hole, rng).torque) * TORQUE_NM
         x, y = place.tolist()
-        foreseen = foresee(x, y)
-        if foreseen is not None:
-            policy.foresee(foreseen)
         decision = policy.choose(Observation(0, (x, y, 0.0), (x, y, 0.0), (0.0, 0.0, -4.9), (tx, ty, 0.0), number))
         names.append(f"{decision.action.name} {decision.grounds}")
         way = np.array(decision.action.displacement_m)
@@ -120,14 +115,3 @@ class TestPlanner:
         inside = grid[np.hypot(*grid.T) < 1.8e-3]
         gaps = np.array([np.hypot(*(ways - place).T).min() for place in inside])
         assert gaps.max() < 1.8e-4
-
-    def test_the_best_way_does_not_depend_on_what_was_foreseen(self):
-        around = Places(3e-3)
-        planner = Planner(around, 3e-4, 8e-4)
-        belief = np.random.default_rng(1).random((around.size, around.size)).astype(SINGLE)
-        here, there = (1e-3, -5e-4), (-2e-3, 1e-3)
-        planner.foresee(here)
-        foreseen = planner.best(belief, here, 3e-3)
-        assert planner.best(belief, here, 3e-3) == foreseen
-        planner.foresee(there)
-        assert planner.best(belief, here, 3e-3) == foreseen

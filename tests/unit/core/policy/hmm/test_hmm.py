@@ -131,7 +131,9 @@ HMM = GridLearning(learner="hmm", reach=3)
 class TestLearner:
     def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of(self):
         run = learn(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), HMM, seed=3, trials=45)
-        walks = walks_from_all_cells(AMBIGUOUS, run.identifier, run.learner.as_frozen())
+        frozen = HmmLearner(AMBIGUOUS.symbols, grid_actions(), run.learner.parameters, frozen=True)
+        frozen.set_state(run.learner.get_state())
+        walks = walks_from_all_cells(AMBIGUOUS, run.identifier, frozen)
         steps, optimum = np.mean([walk.steps for walk in walks]), float(belief_optimum(AMBIGUOUS))
         assert all(walk.reached for walk in walks)
         assert optimum - 1e-9 <= steps <= 1.2 * optimum

@@ -99,11 +99,7 @@ class Explore(RunningPhase):
                 # The direction is known once the policy has chosen.
                 self._perceive()
                 return STILL
-        velocity_m_s = self._way_on()
-        if self.countdown == 1 and not self._lost_ticks:
-            (x, y, _), (vx, vy, _) = self._motion.reference_m, velocity_m_s
-            self._agent.foresee((x + vx * PERIOD_S, y + vy * PERIOD_S))
-        return velocity_m_s
+        return self._way_on()
 
     @property
     def _depth_m(self) -> float:
