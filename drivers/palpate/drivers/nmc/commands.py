@@ -1,4 +1,4 @@
-"""The commands of the NMC table, each as what makes a :class:`NmcCommand`. FACT: libnmc, PyLabRobot, Logosol."""
+"""The commands of the NMC table: constants, and functions that return them. FACT: libnmc, PyLabRobot, Logosol."""
 
 import struct
 from typing import Final
@@ -6,27 +6,27 @@ from typing import Final
 from palpate.drivers.nmc.frames import EVERYBODY, Code, NmcCommand, StatusItem, StopControl, TrajectoryControl
 
 NOP: Final = NmcCommand(Code.NOP)
-"""Asks for the status and nothing else."""
+"""Requests only the status."""
 CLEAR_BITS: Final = NmcCommand(Code.CLEAR_BITS)
 """Clears the sticky fault bits."""
 RESET_POS: Final = NmcCommand(Code.RESET_POS)
 """Sets the position counter to zero."""
 HARD_RESET: Final = NmcCommand(Code.HARD_RESET)
-"""Puts a module back to its state after power-up: address 0, 19200 baud, counter zero, motor off. No reply."""
+"""Resets a module to its state after power-up: address 0, 19200 baud, counter zero, motor off. No reply."""
 
 
 def set_addr(address: int) -> NmcCommand:
-    """Gives an individual address, 1 to 127, in the group of all modules."""
+    """Assigns an individual address, 1 to 127, in the group of all modules."""
     return NmcCommand(Code.SET_ADDR, bytes((address, EVERYBODY)))
 
 
 def def_stat(mask: StatusItem) -> NmcCommand:
-    """Defines the items of every reply from now on, beginning with the reply to this command."""
+    """Defines the items of every reply, starting with the reply to this command."""
     return NmcCommand(Code.DEF_STAT, bytes((mask,)))
 
 
 def read_stat(mask: StatusItem) -> NmcCommand:
-    """Asks for these items once."""
+    """Requests these items once."""
     return NmcCommand(Code.READ_STAT, bytes((mask,)))
 
 
@@ -34,8 +34,8 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
     """Loads a motion to a position, s32.
 
     Args:
-        control: SERVO and START_NOW as wanted.
-        words: Those of velocity and acceleration; without them both stay as they are.
+        control: Optional bits SERVO and START_NOW.
+        words: Velocity and acceleration words; without them both stay unchanged.
     """
     control |= TrajectoryControl.POSITION
     if words:
@@ -53,13 +53,13 @@ def set_gain(*values: int) -> NmcCommand:
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
-    """Stops the motor in the way of ``control``; ``StopControl.HERE`` takes a position, s32, and nothing else does."""
+    """Stops the motor as ``control`` states; only ``StopControl.HERE`` has a position, s32."""
     position = b"" if position_counts is None else struct.pack("<i", position_counts)
     return NmcCommand(Code.STOP_MOTOR, bytes((control,)) + position)
 
 
 def set_baud(divisor: int) -> NmcCommand:
-    """Changes the baud rate of every module that receives it; only ever sent to a group. No reply."""
+    """Changes the baud rate of every module that receives it; only sent to groups. No reply."""
     return NmcCommand(Code.SET_BAUD, bytes((divisor,)))
 
 
@@ -69,10 +69,10 @@ _ONE: Final = 65536
 
 
 def velocity_word(velocity_counts_per_s: float) -> int:
-    """The u32 for a velocity magnitude."""
+    """Return the u32 of a velocity magnitude."""
     return round(velocity_counts_per_s * _ONE * TICK_S)
 
 
 def acceleration_word(acceleration_counts_per_s2: float) -> int:
-    """The u32 for an acceleration magnitude."""
+    """Return the u32 of an acceleration magnitude."""
     return round(acceleration_counts_per_s2 * _ONE * TICK_S**2)

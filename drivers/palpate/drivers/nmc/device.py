@@ -1,9 +1,9 @@
-"""The conversation with the modules: one request at a time, each with its time-out, on a line kept in step.
+"""Communication with the modules: one request at a time, each with a time-out, on a synchronised line.
 
-A reply carries no address, so a late one must never be taken for the answer to the next request: after every failure
-the line is flushed, and zeros complete whatever frame a module may still be waiting for, before anything else is sent.
-A busy computer hands over what is later still. So the first reply after that is believed once the module has answered
-another question in a length of its own: on a line everything comes in its order, so nothing older is on its way then.
+Replies carry no address, so a late one must not be mistaken for the answer to the next request. After every failure the
+line is flushed, and zeros complete any frame that a module may be waiting for, before anything else is sent. A busy
+computer may deliver even later data. Therefore the next reply is accepted only after the module has answered another
+request with a unique length: a line keeps the order, so no older reply can follow.
 """
 
 from collections import Counter, defaultdict
@@ -38,21 +38,21 @@ _QUESTIONS: Final = (
     StatusItem.HOME | StatusItem.AUX,
     StatusItem.HOME | StatusItem.VELOCITY,
 )
-"""Replies of three to eight bytes, each of another length."""
+"""Requests whose replies have three to eight bytes, each with a different length."""
 
 
 class NmcBus:
     """The bus; :mod:`palpate.drivers.nmc.startup` brings it up.
 
-    Not thread-safe: one thread talks. Whatever exception a port raises means that it is gone: besides ``OSError``,
+    Not thread-safe: only one thread may use it. Any exception of a port means that it is gone: besides ``OSError``,
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
 
     Attributes:
-        exchanges: How many there were.
-        errors: What came besides good replies, by what it was and of which module.
+        exchanges: Number of exchanges.
+        errors: Numbers of failures by kind and module.
 
     Raises:
-        SilentError: By whatever talks: the port is gone.
+        SilentError: By all methods that communicate: the port is gone.
     """
 
     def __init__(
@@ -74,15 +74,15 @@ class NmcBus:
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s)
 
     def timeout_s(self, size_bytes: int) -> float:
-        """How long an exchange of so many bytes, both ways together, may take."""
+        """Return the time-out of an exchange with this number of bytes in both directions together."""
         return self.line.exchange_s(size_bytes) + self.settings.slack_s
 
     def wait_s(self, duration_s: float) -> None:
-        """Sleeps on the injected clock."""
+        """Sleep on the injected clock."""
         self._sleep_s(duration_s)
 
     def set_line(self, baud: int) -> None:
-        """Changes the rate of our own end."""
+        """Change the baud rate of the host's port."""
         self.line = SerialTiming(baud, self.settings.adapter_latency_s)
         try:
             self._stream.baudrate = baud
@@ -92,21 +92,21 @@ class NmcBus:
         self._is_dirty = True
 
     def forget(self) -> None:
-        """Clears masks and failures: the modules have been reset, or are met for the first time."""
+        """Clear masks and failures, for modules that have been reset or are new."""
         self._masks.clear()
         self.forgive()
 
     def forgive(self) -> None:
-        """Clears the failures."""
+        """Clear the failures."""
         self._failures.clear()
         self._run = self._stray_run = 0
 
     def resync(self) -> None:
-        """Flushes the line and completes any frame that a module may still be waiting for."""
+        """Flush the line and complete any frame that a module may be waiting for."""
         try:
             self._stream.reset_input_buffer()
             write_unless_stuck(self._stream, _RESYNC)
-            # A module may answer the frame that the zeros completed: wait that out, then flush it.
+            # A module may answer the frame that the zeros completed: wait for the answer, then flush it.
             self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
             self._stream.reset_input_buffer()
         except Exception as error:
@@ -114,7 +114,7 @@ class NmcBus:
         self._is_dirty = False
 
     def send_raw(self, data: bytes) -> None:
-        """Sends bytes that get no answer, and waits until they are out."""
+        """Send bytes without an answer, and wait until they have been sent."""
         try:
             write_unless_stuck(self._stream, data)
         except Exception as error:
@@ -122,22 +122,22 @@ class NmcBus:
         self._sleep_s(self.line.wire_s(len(data)))
 
     def broadcast(self, addresses: Iterable[int], command: NmcCommand) -> None:
-        """Sends a command twice to each of these modules, waiting for no reply: for a line that carries but one way."""
+        """Send a command twice to each of these modules without waiting for replies, for a line that only transmits."""
         if self._is_dirty:
             self.resync()
-        # What they answer belongs to no request.
+        # Their answers belong to no request.
         self._is_dirty = True
         self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
 
     def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
-        """One try; failures are counted but raise nothing."""
+        """Try an exchange once; failures are counted but not raised."""
         was_dirty = self._is_dirty
         if was_dirty:
             self.resync()
-        # Stays set if anything, Ctrl-C included, ends this exchange half way.
+        # Stays set if anything, including Ctrl-C, interrupts this exchange.
         self._is_dirty = True
         result = self._converse(address, command)
-        # Before its items were set nothing is known of the module's replies, and start-up looks for itself.
+        # Before its items are set, the module's replies are unknown, and start-up checks them itself.
         if was_dirty and isinstance(result, Reply) and address in self._masks:
             if self._waiting_bytes():
                 result = Discarded.TOGETHER
@@ -162,7 +162,7 @@ class NmcBus:
         return result
 
     def _is_in_step(self, address: int) -> bool:
-        """Whether the module answers a question whose answer is like no reply that may still be on its way."""
+        """Return whether the module answers a request whose reply cannot be mistaken for a late one."""
         usual = reply_size_bytes(self._masks[address])
         questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
         self._asked += 1
@@ -170,12 +170,12 @@ class NmcBus:
         return isinstance(reply, Reply) and not self._waiting_bytes()
 
     def exchange(self, address: int, command: NmcCommand) -> Reply | None:
-        """One try of many, as in a control cycle; None when the reply was lost or thrown away.
+        """Exchange once, as in each control cycle; None if the reply was lost or discarded.
 
         Raises:
-            SilentError: No reply as often in a row as the settings allow, or the port is gone.
-            GarbledError: As often a reply without sense, or bytes without a request.
-            WiringError: What is sent comes back.
+            SilentError: More replies in a row are missing than the settings allow, or the port is gone.
+            GarbledError: As many replies are invalid, or bytes arrive without a request.
+            WiringError: The line echoes.
         """
         result = self.attempt(address, command)
         allowed = ERRORS_IN_A_ROW
@@ -189,14 +189,14 @@ class NmcBus:
         return None
 
     def disown(self, address: int) -> None:
-        """Say that the reply just accepted cannot be this module's: the line is out of step, and is brought back."""
+        """Reject the last accepted reply as that of another module, and resynchronise the line."""
         self._is_dirty = True
         self._note(address, NOP, Discarded.ANOTHER)
 
     def require(self, address: int, command: NmcCommand) -> Reply:
-        """An exchange that must succeed; it is repeated as often as the settings allow errors.
+        """Exchange, and repeat failures as often as the settings allow.
 
-        Only for commands that do no harm when they arrive twice.
+        Only for commands that may be executed twice without harm.
 
         Raises:
             SilentError, GarbledError, WiringError: As :meth:`exchange`.
@@ -206,13 +206,13 @@ class NmcBus:
         return reply
 
     def group(self, command: NmcCommand) -> None:
-        """A command to all modules at once; none of them answers."""
+        """Send a command to all modules at once; none of them answers."""
         if self._is_dirty:
             self.resync()
         self.send_raw(command.frame(EVERYBODY))
 
     def clear_bits(self, address: int) -> Reply:
-        """Clears the sticky fault bits of a module; the bus never does so by itself.
+        """Clear the sticky fault bits of a module, which the bus never does by itself.
 
         Raises:
             SilentError, GarbledError, WiringError: As :meth:`exchange`.
@@ -248,7 +248,7 @@ class NmcBus:
             if len(raw) < size and self._clock_ns() >= deadline_ns:
                 break
             if not chunk:
-                # Some streams, sockets among them, do not block for as long as they were told.
+                # Some streams, such as sockets, block for less than the requested time.
                 self._sleep_s(_POLL_S)
         return raw
 

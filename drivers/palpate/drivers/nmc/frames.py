@@ -49,7 +49,7 @@ class Aux(enum.IntFlag):
 
 
 class StatusItem(enum.IntFlag):
-    """Status mask: which items follow the status byte, in this order."""
+    """Status mask of the items after the status byte, in this order."""
 
     POSITION = 0x01
     ANALOG = 0x02
@@ -93,23 +93,23 @@ EVERYBODY: Final = 0xFF
 
 
 def checksum(data: bytes) -> int:
-    """Sum of the bytes modulo 256."""
+    """Return the sum of the bytes modulo 256."""
     return sum(data) & 0xFF
 
 
 @dataclass(frozen=True, slots=True)
 class NmcCommand:
-    """What one frame asks a module, without the address; up to 15 data bytes."""
+    """Command in a frame without the address; up to 15 data bytes."""
 
     code: Code
     data: bytes = b""
 
     @property
     def size_bytes(self) -> int:
-        """Bytes of the frame on the wire."""
+        """Number of bytes of the frame on the line."""
         return FRAME_OVERHEAD_BYTES + len(self.data)
 
     def frame(self, address: int) -> bytes:
-        """The frame for that address."""
+        """Return the frame for an address."""
         body = bytes((address, len(self.data) << 4 | self.code)) + self.data
         return bytes((HEADER,)) + body + bytes((checksum(body),))

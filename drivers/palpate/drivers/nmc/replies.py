@@ -1,8 +1,8 @@
-"""Replies: ``status | items | sum``, without header or address; only the mask gives the length. FACT: libnmc.
+"""Replies: ``status | items | sum``, without header or address; only the mask determines the length. FACT: libnmc.
 
-The sum is weak: it finds every single corrupted byte, but lets through 1 in 256 of arbitrary corruptions, and a stuck
-line that reads as zeros carries the right sum. So a reply of zeros only is discarded as well, and a user of a
-position should ask whether the motor can have got there (CALC).
+The sum is weak: it detects every single corrupted byte, but misses 1 in 256 of arbitrary corruptions, and a stuck line
+that reads as zeros has the right sum. Therefore replies of zeros are also discarded, and users of a position should
+check whether the motor can have reached it (CALC).
 """
 
 import enum
@@ -26,11 +26,11 @@ _LAYOUT: Final = (
     (StatusItem.POSITION_ERROR, "2x", ""),
     (StatusItem.PATH_POINTS, "x", ""),
 )
-"""Items in their order; what has no name is not looked at."""
+"""Items in order; those without a name are ignored."""
 
 
 class Discarded(enum.Enum):
-    """Why a reply was thrown away."""
+    """Reason for discarding a reply."""
 
     MISSING = "no reply in time"
     LATE = "a reply that may be an earlier request's"
@@ -45,21 +45,21 @@ class Discarded(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ModuleIdentity:
-    """What a module is."""
+    """Identity of a module."""
 
     type_code: int
     version: int
 
     @property
     def name(self) -> str:
-        """Type and version for a person."""
+        """Type and version as text."""
         kind = "servo" if self.type_code == SERVO else f"type {self.type_code}"
         return f"{kind}, firmware {self.version}"
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """One accepted reply; an item that the mask does not name is None."""
+    """One accepted reply; items that are not in the mask are None."""
 
     status: NmcStatus
     position_counts: int | None = None
@@ -76,12 +76,12 @@ _ITEMS: Final = tuple(_items(mask) for mask in range(256))
 
 
 def reply_size_bytes(mask: StatusItem) -> int:
-    """Bytes of a reply with these items, status and sum included."""
+    """Return the number of bytes of a reply with these items, including status and sum."""
     return REPLY_OVERHEAD_BYTES + _ITEMS[mask][0].size
 
 
 def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
-    """The reply in the bytes, or why there is none; never raises, whatever the bytes."""
+    """Return the reply in the bytes, or the reason for discarding it; never raises for any bytes."""
     size = reply_size_bytes(mask)
     if not raw:
         return Discarded.MISSING

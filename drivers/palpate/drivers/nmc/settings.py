@@ -1,4 +1,4 @@
-"""Settings of the bus, what is known of its baud rates, and the time of an exchange."""
+"""Settings of the bus, its baud rates, and the time of an exchange."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -17,13 +17,13 @@ clock. INFERENCE from the same formula: 250 000, which it meets exactly.
 
 @dataclass(frozen=True, slots=True)
 class BusSettings:
-    """How to talk to the modules.
+    """Settings of the communication with the modules.
 
     Attributes:
         baud: Rate to change to after start-up, bit/s.
-        adapter_latency_s: What the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
-            adapter in low-latency mode, 0.016 for one as it comes.
-        slack_s: What a reply may be late beyond all that, for the operating system.
+        adapter_latency_s: Time that the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
+            adapter in low-latency mode, 0.016 by default.
+        slack_s: Additional accepted delay of a reply, for the operating system.
         reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the port of libnmc to Linux waits 0.1 ms by mistake.
     """
 
@@ -34,9 +34,9 @@ class BusSettings:
 
 
 ERRORS_IN_A_ROW: Final = 2
-"""As many failures, at one module or on the whole bus, demand a new start. FACT (libnmc)."""
+"""Consecutive failures, at one module or on the whole bus, that require a new start. FACT (libnmc)."""
 MAX_MODULES: Final = 31
-"""The address chain ends here at the latest. INFERENCE."""
+"""Largest number of modules in the address chain. INFERENCE."""
 BITS_PER_BYTE: Final = 10
 """One start bit, eight data bits, one stop bit."""
 
@@ -53,9 +53,9 @@ class SerialTiming:
     adapter_latency_s: float = 0.0
 
     def wire_s(self, size_bytes: int) -> float:
-        """Time of so many bytes on the wire."""
+        """Return the time of this number of bytes on the line."""
         return size_bytes * BITS_PER_BYTE / self.baud
 
     def exchange_s(self, size_bytes: int) -> float:
-        """Time of an exchange of so many bytes, both ways together; the next may only begin after it."""
+        """Return the time of an exchange of this many bytes in both directions; the next may only start after it."""
         return self.wire_s(size_bytes) + self.adapter_latency_s

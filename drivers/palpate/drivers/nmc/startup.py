@@ -1,4 +1,4 @@
-"""Bringing the bus up: reset and address chain, or taking over modules that still run; then the baud rate.
+"""Start-up of the bus: reset and address chain, or taking over running modules; then the baud rate.
 
 FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until no answer comes, each
 reply enabling the next module of the chain. Modules may still be at the rate of an earlier run, so the reset is sent
@@ -32,17 +32,17 @@ class Module:
 
 
 def start(bus: NmcBus) -> tuple[Module, ...]:
-    """Resets all modules, gives them addresses from 1, and changes to the baud rate of the settings.
+    """Reset all modules, assign addresses from 1, and change to the baud rate of the settings.
 
-    Every motor goes off and every position counter to zero.
+    Every motor is switched off, and every position counter is set to zero.
 
     Returns:
         The modules in the order of the chain.
 
     Raises:
-        WiringError: Nobody answers, or only at another rate than expected, or the line echoes.
-        SilentError: A module stopped answering on the way, or the port is gone.
-        GarbledError: Nothing but nonsense.
+        WiringError: No module answers, or only at an unexpected rate, or the line echoes.
+        SilentError: A module stopped answering during start-up, or the port is gone.
+        GarbledError: All replies are invalid.
     """
     for baud in _other_rates(POWER_UP_BAUD):
         _reset_all(bus, baud)
@@ -55,14 +55,14 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
 
 
 def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
-    """Takes over modules that an earlier run has left addressed; nothing is reset and no motor changes.
+    """Take over modules that still have addresses from an earlier run, without a reset or a change of motors.
 
     Returns:
-        The modules, or None when module 1 answers at no known rate: then only :func:`start` helps.
+        The modules, or None if module 1 answers at no known rate, so that :func:`start` is necessary.
 
     Raises:
-        SilentError: Module 1 answers but not all the others do, as after a reset of some; or the port is gone.
-        GarbledError: Nothing but nonsense from one of them.
+        SilentError: Module 1 answers but some others do not, as after a reset of these; or the port is gone.
+        GarbledError: All replies of a module are invalid.
         WiringError: The line echoes.
     """
     for baud in reversed(_other_rates(bus.settings.baud)):
@@ -79,7 +79,7 @@ def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
 
 
 def change_baud(bus: NmcBus, addresses: range) -> None:
-    """Takes the modules to the baud rate of the settings, and makes sure that all have followed."""
+    """Change the modules to the baud rate of the settings, and check that all have followed."""
     baud = bus.settings.baud
     if baud == bus.line.baud:
         return
@@ -116,7 +116,7 @@ def _address_chain(bus: NmcBus) -> range:
             result = bus.attempt(_UNADDRESSED, command)
             if result is Discarded.ECHO:
                 raise _echo()
-            # The reply may be all that was lost, and then the same command would name the next module as well.
+            # If only the reply was lost, the same command would also address the next module.
             if isinstance(result, Reply) or _answers(bus, address):
                 found = address
                 break
@@ -124,7 +124,7 @@ def _address_chain(bus: NmcBus) -> range:
                 break
         if found != address:
             break
-    # All replies look alike: one that came after its time was taken for the next module's, which may not be there.
+    # All replies look alike: a late one was mistaken for that of the next module, which may not exist.
     while found and not _answers(bus, found):
         found -= 1
     bus.forgive()

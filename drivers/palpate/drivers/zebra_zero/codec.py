@@ -7,8 +7,8 @@ FACT (client and port agree): with the joint angles taken from the home pose, d 
     e5 = -1.5 W d3 + W d4 + 2 W d5 - W d6
     e6 = -1.5 W d3 + W d5 + W (d6 - d4) / 2
 
-CALC: 2 pi C is 192 000 and 2 pi W is 69 332 counts a turn. The way back below is the exact inverse, derived from C and
-W alone; the sources use constants rounded one by one, which differ by about 2e-7 rad.
+CALC: 2 pi C is 192 000 and 2 pi W is 69 332 counts per turn. The inverse below is exact, derived from C and W alone;
+the sources use individually rounded constants, which differ by about 2e-7 rad.
 """
 
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ SixCounts: TypeAlias = tuple[int, ...]
 
 
 def six(values: Sequence[float]) -> Six:
-    """Six finite numbers, or nothing."""
+    """Return six finite numbers, or refuse the values."""
     if len(values) != JOINTS or not all(isfinite(value) for value in values):
         raise RefusedError(DEVICE, f"{values} are not {JOINTS} finite angles", "correct the caller; nothing was sent")
     a, b, c, d, e, f = (float(value) for value in values)
@@ -45,7 +45,7 @@ def six(values: Sequence[float]) -> Six:
 
 @dataclass(frozen=True, slots=True)
 class Transmission:
-    """How the motors turn the joints.
+    """Transmission between motors and joints.
 
     Attributes:
         joint_1_sign: 1, or -1 for a motor that is mounted upside down. FACT: client 1, newest version of the port -1.
@@ -56,7 +56,7 @@ class Transmission:
     wrist_factor: float = 1.0
 
     def to_counts(self, position_rad: Sequence[float]) -> SixCounts:
-        """The nearest counter values for joint angles.
+        """Return the nearest counter values for joint angles.
 
         Raises:
             RefusedError: There are not six finite angles.
@@ -66,7 +66,7 @@ class Transmission:
         return round(e1), round(e2), round(e3), round(e4), round(e5), round(e6)
 
     def to_rad(self, counts: Sequence[int]) -> Six:
-        """The joint angles for counter values.
+        """Return the joint angles for counter values.
 
         Raises:
             RefusedError: There are not six.
@@ -80,9 +80,9 @@ class Transmission:
         return six([d + home for d, home in zip((d1, d2, d3, d4, d5, d6), HOME_RAD, strict=True)])
 
     def motor_rates(self, joint_rates: Sequence[float]) -> Six:
-        """The most that each motor may have to do, in counts, when every joint does up to so many radians.
+        """Return the largest rate of each motor, in counts, for these largest rates of the joints.
 
-        Serves velocities and accelerations alike: the mapping is linear.
+        Valid for velocities and accelerations, because the mapping is linear.
 
         Args:
             joint_rates: Magnitudes, (6,), in rad/s or rad/s2.

@@ -1,4 +1,4 @@
-"""The arm: find it, know where it is, switch on, run cycles, stop. No threads; the caller's loop is the only one."""
+"""The arm: finding it, its position, switching on, cycles, and stops. Runs in the caller's loop without threads."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -27,13 +27,13 @@ from palpate.drivers.zebra_zero.tracking import Rounds, Tracking
 
 
 class CountsStore(Protocol):
-    """Keeps the counters from run to run."""
+    """Keeps the counters between runs."""
 
     def load(self) -> Sequence[int] | None:
-        """The counters that an earlier run left; None when there are none.
+        """Return the counters of an earlier run; None if there are none.
 
         Raises:
-            WiringError: They cannot be read.
+            WiringError: The counters cannot be read.
         """
 
     def save(self, counts: SixCounts) -> None:
@@ -46,13 +46,13 @@ class ZebraZero(LatchingArm):
     Args:
         stream: The open port, 8N1; the caller closes it after the arm.
         clock_ns: Monotonic clock, ns.
-        at_home: A person's word that the arm rests in its home pose whenever its controller was switched on.
-        store: Keeps the counters from run to run; None keeps them nowhere.
+        at_home: A person's confirmation that the arm is in its home pose whenever its controller is switched on.
+        store: Store of the counters between runs; None for none.
 
     Attributes:
-        modules: Those that :meth:`open` found, in the order of the chain.
-        streaming: How set-points reach them.
-        stopped: What is known of the last stop; None since the arm was enabled.
+        modules: Modules found by :meth:`open`, in the order of the chain.
+        streaming: Method of sending set-points to them.
+        stopped: Result of the last stop; None since the arm was enabled.
     """
 
     def __init__(
@@ -79,15 +79,15 @@ class ZebraZero(LatchingArm):
         self._power_lost = False
 
     def open(self) -> None:
-        """Find six servo modules, and take the arm's position from the stored counters, or from a person's word.
+        """Find six servo modules, and take the arm's position from stored counters or a person's confirmation.
 
-        Modules that still have their addresses are taken over as they are, and no motor changes; others are reset:
-        motors off, counters to zero. There is no index to home to (FACT: the port), so only a person can know.
+        Modules that still have their addresses are taken over unchanged; others are reset, with motors off and
+        counters at zero. There is no index for homing (FACT: the port), so only a person can confirm the position.
 
         Raises:
-            StateError: The position is not known.
+            StateError: The position is unknown.
             WiringError: No module answers, or not six servo modules, or the counters are not the stored ones.
-            SilentError, GarbledError: Some answer and some do not; only nonsense; the port is gone.
+            SilentError, GarbledError: Some modules do not answer, all replies are invalid, or the port is gone.
         """
         self._require("open()", ArmState.NEW)
         found = self._servos.attach()
@@ -113,7 +113,7 @@ class ZebraZero(LatchingArm):
         self._tracking.begin_at((0, 0, 0, 0, 0, 0))
 
     def enable(self) -> None:
-        """Let every servo hold its motor where it stands; nothing moves."""
+        """Let every servo hold its motor in its present position."""
         self._require("enable()", ArmState.CONFIGURED)
         self.stopped = None
         with self._latching():
@@ -128,12 +128,12 @@ class ZebraZero(LatchingArm):
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Hand out the set-point, if any, and bring back the pose from before it: one exchange with every axis.
+        """Send the set-point, if any, and read the pose before it, in one exchange with every axis.
 
-        Call it at ``settings.rate_Hz``; called sooner, it shortens the step in proportion.
+        Must be called at ``settings.rate_Hz``; an earlier call shortens the step in proportion.
 
         Args:
-            setpoint_rad: Wanted joint angles, (6,); None: hold.
+            setpoint_rad: Requested joint angles, (6,); None holds the pose.
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         begin_ns = self._clock_ns()
@@ -213,13 +213,13 @@ class ZebraZero(LatchingArm):
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stop the arm; its servos continue to hold it. Any time, twice too; never raises."""
+        """Stop the arm; its servos continue to hold it. May be called at any time and repeatedly; never raises."""
         # Once more: what was kept as the motors stopped was read while the arm still swung.
         self.stop()
         self._state = ArmState.CLOSED
 
     def _shown(self) -> ArmFaultError | None:
-        """The fault that the newest replies show, whether or not the servos are on."""
+        """Return the fault in the latest replies, whether or not the servos are on."""
         for axis, reply in self._tracking.replies.items():
             if self.settings.require_power and not reply.status & NmcStatus.POWER_ON:
                 return ArmFaultError(FaultKind.POWER_LOST, axis)

@@ -1,4 +1,4 @@
-"""The faults of the arm, and how they show in a reply."""
+"""The faults of the arm and their detection in replies."""
 
 import enum
 from typing import Final
@@ -10,7 +10,7 @@ from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 
 
 class FaultKind(enum.Enum):
-    """What went wrong."""
+    """Kinds of faults."""
 
     POSITION_ERROR = "position error: the firmware switched the servo off"
     OVERCURRENT = "overcurrent"
@@ -40,7 +40,7 @@ class ArmFaultError(DeviceFaultError):
     """A fault of the arm.
 
     Attributes:
-        axis: Motor, 1 to 6; None when no single one.
+        axis: Motor, 1 to 6; None if the fault is not of a single motor.
     """
 
     def __init__(self, kind: FaultKind, axis: int | None, detail: str = "") -> None:
@@ -51,11 +51,11 @@ class ArmFaultError(DeviceFaultError):
 
 
 def fault_in(axis: int, reply: Reply, settings: ZebraZeroSettings, *, should_be_on: bool) -> ArmFaultError | None:
-    """The gravest fault that a reply shows, or None.
+    """Return the most serious fault in a reply, or None.
 
     Args:
         axis: Motor, 1 to 6.
-        should_be_on: The servo is meant to be on; off, its position error bit and supply mean nothing.
+        should_be_on: Whether the servo should be on; if off, its position error bit and supply have no meaning.
     """
     aux = Aux(0) if reply.aux is None else reply.aux
     shown = (

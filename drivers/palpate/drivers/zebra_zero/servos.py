@@ -1,4 +1,4 @@
-"""The six motors: the command sequences of one axis, and which of them are on."""
+"""The six motors: their command sequences, and which of them are on."""
 
 import enum
 from collections.abc import Callable, Sequence
@@ -42,13 +42,13 @@ SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
 ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
 _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
-"""Time without a single reply after which a stop takes the line for dead."""
+"""Time without a reply after which a stop considers the line dead."""
 _DEAD_TRIES: Final = 3
-"""As many requests at least must have gone without a reply by then, however patient the bus is."""
+"""Smallest number of requests without a reply by then, for any time-outs of the bus."""
 
 
 class StopOutcome(enum.Enum):
-    """What is known after a stop."""
+    """Result of a stop."""
 
     NOTHING_ON = "no servo was on"
     AT_REST = "every motor was seen at rest"
@@ -120,13 +120,13 @@ def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> bool:
 AXES: Final = tuple(range(1, JOINTS + 1))
 """Module addresses; motor n is module n. FACT: the port."""
 GO_HOME: Final = "bring the arm to its home pose by hand and switch its controller off and on"
-"""What to do when the counters mean nothing."""
+"""Remedy if the counters are invalid."""
 _OFF: Final = stop_motor(StopControl.MOTOR_OFF)
 _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
 
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
-    """The modules, if they are six servos."""
+    """Return the modules; refuses modules other than six servos."""
     kinds = [module.identity.name for module in modules]
     if len(modules) != JOINTS or any(module.identity.type_code != SERVO for module in modules):
         raise WiringError(
@@ -136,13 +136,13 @@ def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
 
 
 def streaming_for(modules: tuple[Module, ...]) -> Streaming:
-    """How set-points are streamed to these modules."""
+    """Return the method of sending set-points to these modules."""
     is_documented = all(module.identity.version == FIRMWARE_WITH_MOVING_TARGETS for module in modules)
     return Streaming.TRAPEZOID if is_documented else Streaming.STOP_HERE
 
 
 def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
-    """The command that takes a motor to a position, nine bytes either way."""
+    """Return the command that moves a motor to a position; nine bytes with either method."""
     if streaming is Streaming.TRAPEZOID:
         return load_traj(_STREAMED, counts)
     return stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, counts)
@@ -160,14 +160,14 @@ class Servos:
         self.on: set[int] = set()
 
     def attach(self) -> tuple[Module, ...] | None:
-        """The modules as an earlier run has left them; None when none has kept its address."""
+        """Return the modules of an earlier run; None if no module has kept its address."""
         try:
             return attach(self._bus, JOINTS)
         except SilentError as error:
             raise SilentError(DEVICE, f"not all modules still answer ({error})", GO_HOME) from error
 
     def meet(self) -> SixCounts:
-        """Tells every module what to put into its replies, finds out which servos are on, and where they stand."""
+        """Set the reply items of every module, and read which servos are on and their positions."""
         counts = []
         for axis in AXES:
             self._bus.require(axis, def_stat(REPLY_ITEMS))
@@ -177,7 +177,7 @@ class Servos:
         return tuple(counts)
 
     def zero(self) -> None:
-        """Switches every motor off and sets its counter to zero; only for an arm that rests in its home pose."""
+        """Switch every motor off and set its counter to zero; only for an arm in its home pose."""
         self.off()
         for axis in AXES:
             self._bus.require(axis, RESET_POS)
@@ -187,7 +187,7 @@ class Servos:
                 raise WiringError(DEVICE, problem, "see whether the arm moves, and whether the module is a servo")
 
     def check(self) -> tuple[SixCounts, ArmFaultError | None]:
-        """Sends the gains and looks at every axis before anything is switched on."""
+        """Send the gains and check every axis before anything is switched on."""
         fault: ArmFaultError | None = None
         counts = []
         for axis in AXES:
@@ -201,7 +201,7 @@ class Servos:
         return tuple(counts), fault
 
     def enable(self, axis: int) -> ArmFaultError | None:
-        """Lets one servo hold its motor where it stands; gives what went wrong, if anything.
+        """Let one servo hold its motor in its present position; return a fault, if any.
 
         The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
         acceleration for later goes to that same position; so nothing moves.
@@ -209,7 +209,7 @@ class Servos:
         was_on = axis in self.on
         if not was_on:
             self._bus.require(axis, _OFF)
-        # From here on it may be on, whether we hear of it or not.
+        # From here on the servo may be on, even without a reply.
         self.on.add(axis)
         held = _position(self._bus.require(axis, ABRUPT))
         if not was_on:
@@ -221,10 +221,10 @@ class Servos:
         return fault
 
     def off(self) -> None:
-        """Switches every motor off; nothing holds the arm then."""
+        """Switch every motor off, so that nothing holds the arm."""
         lost = []
         for axis in AXES:
-            # Not by way of require(): one lost motor must not keep the others on.
+            # Without require(), because one lost motor must not keep the others on.
             if any(isinstance(self._bus.attempt(axis, _OFF), Reply) for _ in range(2)):
                 self.on.discard(axis)
             else:
@@ -233,7 +233,7 @@ class Servos:
             raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
 
     def clear(self) -> ArmFaultError | None:
-        """Clears the sticky bits of every module, a person's decision; gives what is still wrong."""
+        """Clear the sticky bits of every module, as decided by a person; return a remaining fault."""
         remaining: ArmFaultError | None = None
         for axis in AXES:
             self._bus.clear_bits(axis)

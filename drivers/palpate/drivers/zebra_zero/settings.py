@@ -67,14 +67,14 @@ class Streaming(enum.Enum):
 RESERVE: Final = 0.1
 """Share of the period that the bus must leave free."""
 LIMIT_TOLERANCE_RAD: Final = 0.02
-"""How far a measured pose may be beyond the limits before that is a fault."""
+"""Distance of a measured pose beyond the limits that counts as a fault."""
 STORED_TOLERANCE_COUNTS: Final = 200
-"""How far counters may be from the stored ones to be resumed."""
+"""Largest difference from the stored counters for resuming them."""
 PROFILE_MARGIN: Final = 1.25
 """Factor of the firmware's own velocity and acceleration limits over those of the joints, so that a profile can catch
 up with its set-points."""
 STOP_TIMEOUT_S: Final = 1.0
-"""Time in which a stop must be seen to be over. CALC: 53 ms brake the highest velocity."""
+"""Time within which a stop must be complete. CALC: 53 ms brake the highest velocity."""
 
 
 ERROR_LIMIT_COUNTS: Final = 4000

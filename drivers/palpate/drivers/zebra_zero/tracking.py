@@ -1,4 +1,4 @@
-"""One round over all axes: which replies to believe, the set-points, and what is wrong."""
+"""One round over all axes: accepted replies, set-points and faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -17,7 +17,7 @@ from palpate.drivers.zebra_zero.settings import (
 
 
 class Tracking:
-    """Takes replies and keeps what is believed of them.
+    """Accepts plausible replies.
 
     A reply of another axis, or a damaged one that has the right sum, shows as a jump that no motor can make: more than
     twice what the highest velocity allows, plus the position error at which the firmware gives up; without that where
@@ -37,38 +37,38 @@ class Tracking:
 
     @property
     def counts(self) -> SixCounts:
-        """Newest counter values."""
+        """Latest counter values."""
         return tuple(self._counts)
 
     @property
     def position_rad(self) -> Six:
-        """Newest joint angles."""
+        """Latest joint angles."""
         return self._transmission.to_rad(self._counts)
 
     @property
     def replies(self) -> dict[int, Reply]:
-        """Newest status of each axis that has replied."""
+        """Latest status of each axis that has replied."""
         news = zip(AXES, self._status, self._aux, self._time_ns, strict=True)
         return {axis: Reply(status=status, aux=aux) for axis, status, aux, time_ns in news if time_ns is not None}
 
     def agrees(self, stored_counts: Sequence[int]) -> bool:
-        """Whether the counters are where an earlier run has left them."""
+        """Return whether the counters agree with those of an earlier run."""
         if len(stored_counts) != JOINTS:
             return False
         pairs = zip(self._counts, stored_counts, strict=True)
         return all(abs(a - b) <= STORED_TOLERANCE_COUNTS for a, b in pairs)
 
     def begin_at(self, counts: SixCounts) -> None:
-        """Clears what was and begins at these counts, of which the time is unknown."""
+        """Restart at these counts, whose time is unknown."""
         self._counts = list(counts)
         self._time_ns = [None] * JOINTS
         self._doubts = [0] * JOINTS
 
     def take(self, axis: int, reply: Reply, now_ns: int, *, is_driven: bool) -> int:
-        """Keeps a reply unless its position is impossible.
+        """Accept a reply unless its position is impossible.
 
         Returns:
-            0 when it is believed, else how many in a row of this axis were not.
+            0 if the reply is accepted; otherwise the number of consecutive rejected replies of this axis.
         """
         index, counts = axis - 1, reply.position_counts
         if counts is None:
