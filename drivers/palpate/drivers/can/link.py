@@ -1,4 +1,4 @@
-"""A CAN bus by way of python-can: opened in one place, polled without a thread.
+"""A CAN bus with python-can, polled without a thread.
 
 A receive thread of python-can ends without a word when a serial CAN adapter sends a malformed line (INFERENCE from its
 notifier.py; seen on a pseudo-terminal), so none is used here: each poll calls ``recv``. CANopen needs such a thread;
@@ -19,7 +19,7 @@ from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.serial_port import WRITE_TIMEOUT_S, close_serial, write_unless_stuck
 
 MAX_FRAMES = 512
-"""Frames taken per call, so that a flooded bus cannot hold a control loop for ever."""
+"""Frames read per call, so that a flooded bus cannot block a control loop."""
 
 _BUS_OFF = 0x40
 
@@ -121,7 +121,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
 
 
 class CanLink:
-    """Frames of a python-can bus of any interface. Whoever opened the bus closes it.
+    """Frames of a python-can bus of any interface. The caller opens and closes the bus.
 
     Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
     which here means that nothing waits. On slcan every call that finds nothing costs the port's time-out, 1 ms unless
@@ -138,7 +138,7 @@ class CanLink:
         self._bus = bus
 
     def receive(self) -> list[CanFrame]:
-        """Frames that have arrived, oldest first.
+        """Return received frames, oldest first.
 
         Raises:
             SilentError: The interface is gone.
@@ -168,7 +168,7 @@ class CanLink:
         return frames
 
     def send(self, frame: CanFrame) -> bool:
-        """Hand over a frame.
+        """Send a frame.
 
         Returns:
             False when the interface did not take it; the time-out of the request deals with that.

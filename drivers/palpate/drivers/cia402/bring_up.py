@@ -1,4 +1,4 @@
-"""The slow parts of an arm's life: finding and setting up the drives, walking them from state to state."""
+"""Slow operations of an arm: finding and configuring the drives, and changing their states."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -26,7 +26,7 @@ _NS: Final = 1e-9
 
 
 class BringUp:
-    """Conversations that take longer than a cycle."""
+    """Operations that take longer than a cycle."""
 
     def __init__(
         self,
@@ -45,19 +45,19 @@ class BringUp:
 
     @property
     def held_rad(self) -> tuple[float, ...]:
-        """Where the drives were last told to stay."""
+        """Last commanded holding position of the drives."""
         targets = zip(self._settings.joints, self._exchange.targets, strict=True)
         return tuple(joint.angle_rad(counts) for joint, counts in targets)
 
     def identify(self) -> None:
-        """Ask every drive for its name and serial number."""
+        """Read the name and serial number of every drive."""
         self.identities = tuple(identify(objects) for objects in self._objects)
 
     def prepare(self) -> None:
-        """Set all drives up, start their process data, and hear each of them."""
+        """Configure all drives, start their process data, and wait for data of each."""
         self._exchange.heartbeat_on = False
         for objects in self._objects:
-            # A drive may still be under power, left so by a program that died.
+            # A drive may still have power from a program that died.
             objects.write(0x6040, 0, Controlword.QUICK_STOP, 2)
         self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
         pairs = zip(self._objects, self._settings.joints, strict=True)
@@ -65,7 +65,7 @@ class BringUp:
         self._exchange.start_over()
         self._exchange.command_nmt(NMT_START)
         deadline_ns = self._deadline_ns()
-        # Heartbeats sent before the start would look like drives that fell out of operation.
+        # Heartbeats from before the start would look like drives that left the operational state.
         while not self._exchange.all_operational():
             if self._now_ns() > deadline_ns:
                 raise SilentError("arm", "not every drive became operational", "check power and node numbers")
@@ -73,7 +73,7 @@ class BringUp:
         self.look()
 
     def look(self) -> tuple[AxisView, ...]:
-        """Cycles without power until all drives have answered one of them."""
+        """Run cycles without power until all drives have answered one of them."""
         deadline_ns = self._deadline_ns()
         while True:
             begin_ns = self._now_ns()
@@ -86,7 +86,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def walk(self, goal: DriveState, *, by_operator: bool = False) -> None:
-        """Lead all drives to a state, without moving them."""
+        """Change all drives to a state without motion."""
         deadline_ns = self._deadline_ns()
         allowed = [state for state in DriveState if by_operator or state not in FAULTS]
         last: Sequence[Controlword] = [Controlword.DISABLE_VOLTAGE] * len(self._objects)
@@ -95,7 +95,7 @@ class BringUp:
             views = self._exchange.views
             last = [self._word(view, goal, word, by_operator) for view, word in zip(views, last, strict=True)]
             views = self._run(last)
-            # Only a drive under power can be astray; a person may just be moving the joints by hand.
+            # Only a drive with power can deviate; without power, a person may be moving the joints by hand.
             powered = goal is DriveState.ENABLED
             error = trouble(views, self._settings, self._now_ns(), allowed if powered else None)
             if error is not None:
@@ -110,7 +110,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def come_to_rest(self) -> None:
-        """Keep the quick stop up until no drive that still answers moves any more."""
+        """Keep the quick stop until all answering drives are at rest."""
         slowest_s = max(j.velocity_rad_per_s for j in self._settings.joints) / self._settings.quick_stop_rad_per_s2
         deadline_ns = self._deadline_ns() + int(slowest_s / _NS)
         still = 0
@@ -121,20 +121,20 @@ class BringUp:
             views = self._run([Controlword.QUICK_STOP] * len(self._objects))
             heard = [i for i, view in enumerate(views) if view.missed_in_a_row <= self._settings.missed_cycles]
             if not heard:
-                # They have been told; waiting longer brings nothing more.
+                # They have received the stop; waiting longer has no effect.
                 raise SilentError("arm", "no drive answers a quick stop", "use the emergency stop")
             is_still = all(views[i].missed_in_a_row == 0 and abs(views[i].moved_counts) <= _STILL_COUNTS for i in heard)
             still = still + 1 if is_still else 0
             self._pause(begin_ns)
 
     def watchdogs(self, *, on: bool) -> None:
-        """Begin to tell the drives that the host is alive, or end it without alarm."""
+        """Start the host's heartbeat for the drives, or end it without an alarm."""
         for objects in self._objects:
             arm_watchdog(objects, self._settings, on=on)
         self._exchange.heartbeat_on = on
 
     def shut_down(self) -> None:
-        """Take the power away and end all traffic."""
+        """Switch the power off and end all communication."""
         for _ in range(self._settings.missed_cycles):
             begin_ns = self._now_ns()
             self._run([Controlword.DISABLE_VOLTAGE] * len(self._objects))
@@ -143,7 +143,7 @@ class BringUp:
         self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
 
     def hang_up(self) -> None:
-        """Hear the nodes no more."""
+        """End listening to the nodes."""
         self._exchange.unsubscribe()
         for objects in self._objects:
             self._link.unsubscribe(SDO_ANSWER + objects.node)

@@ -1,4 +1,4 @@
-"""What a CiA 402 drive and its host say to each other: identifiers, process data, and the state machine as one table.
+"""Messages between a CiA 402 drive and its host: identifiers, process data, and the state machine as a table.
 
 FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. Standard knowledge, CiA 301 and CiA
 402-2: the predefined connection set, which transition a drive makes by itself, and that fault-reset acts on a rising
@@ -22,12 +22,12 @@ HIGHEST_NODE: Final = 127
 NMT_START: Final = 0x01
 NMT_PRE_OPERATIONAL: Final = 0x80
 NMT_OPERATIONAL: Final = 0x05
-"""As a heartbeat has it."""
+"""Value in heartbeats."""
 
 RPDO: Final = struct.Struct("<Hi")
 """Controlword and target position: 6040 and 607A."""
 TPDO: Final = struct.Struct("<Hib")
-"""Statusword, position and the mode that the drive is in: 6041, 6064 and 6061. Who takes its mode stops it silently."""
+"""Statusword, position and present mode: 6041, 6064 and 6061. A drive that loses its mode stops silently."""
 
 CSP: Final = 8
 """Cyclic synchronous position, object 0x6060."""
@@ -61,7 +61,7 @@ class Controlword(enum.IntEnum):
 
 
 class Status(enum.IntFlag):
-    """Bits of the statusword besides those of the state. Standard knowledge, CiA 402-2, mode CSP."""
+    """Bits of the statusword outside the state. Standard knowledge, CiA 402-2, mode CSP."""
 
     REMOTE = 1 << 9
     FOLLOWING_ERROR = 1 << 13
@@ -77,7 +77,7 @@ PATTERNS: Final = (
     (DriveState.FAULT_REACTION, 0x4F, 0x0F),
     (DriveState.FAULT, 0x4F, 0x08),
 )
-"""How a statusword is recognised: state, mask, value, ``word & mask == value``."""
+"""Patterns of statuswords: state, mask, value, ``word & mask == value``."""
 
 _TO_ENABLED: Final = {
     DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
@@ -91,7 +91,7 @@ the whole way, as after power-up."""
 
 
 def state_of(statusword: int) -> DriveState | None:
-    """The state that a statusword (object 0x6041) means, or None where it fits no pattern."""
+    """Return the state of a statusword (object 0x6041); None if it matches no pattern."""
     return next((state for state, mask, value in PATTERNS if statusword & mask == value), None)
 
 

@@ -1,4 +1,4 @@
-"""An arm of CiA 402 drives: set up, enabled, moved cycle by cycle, stopped on every way out.
+"""An arm of CiA 402 drives: configured, enabled, moved in cycles, and stopped on any error.
 
 One thread uses an arm. What the drives say comes in through the receive thread of the bus and is copied there
 (:mod:`palpate.drivers.cia402.mailbox`); everything else happens in the caller's own thread, in :meth:`Cia402Arm.cycle`.
@@ -29,10 +29,10 @@ _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
 class Cia402Arm(LatchingArm):
-    """The arm. It neither opens nor closes its bus: other devices may use that too.
+    """An arm of CiA 402 drives. It neither opens nor closes its bus, which other devices may use, too.
 
     Args:
-        sleep: Waits that many seconds; used outside the cycle only.
+        sleep: Waits for a number of seconds; only used outside the cycle.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Cia402Arm(LatchingArm):
         return found
 
     def _shown(self) -> str:
-        """What is wrong with the drives, whether or not they have power; empty for nothing."""
+        """Return the problem of the drives, whether or not they have power; empty if there is none."""
         for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
             if view.state in FAULTS:
                 return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"
@@ -77,7 +77,7 @@ class Cia402Arm(LatchingArm):
         return ""
 
     def open(self) -> None:
-        """Find the drives, set them up and hear each of them once. Nothing gets power."""
+        """Find and configure the drives, and wait for data of each, without switching power on."""
         self._require("open()", ArmState.NEW)
         self._link.require_alive()
         self._exchange.listen()
@@ -157,7 +157,7 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
-        """Clear a latched fault; a person's decision, never a program's.
+        """Clear a latched fault, as decided by a person, never by a program.
 
         The drives are set up again, since one may have restarted, and get a fault-reset. They end without power.
 

@@ -1,4 +1,4 @@
-"""Setting up one drive by SDO: who it is, which process data it sends and takes, when it stops by itself.
+"""Configuration of one drive by SDO: identity, process data, and the conditions of its own stops.
 
 FACT (``canopen`` 2.4.1): a PDO is set up while its identifier is marked invalid (bit 31). Standard knowledge, CiA 301
 and CiA 402-2: the objects below, their sizes and the option codes. Nothing is left to the default mapping of a maker.
@@ -33,7 +33,7 @@ _TENTH_OF_MS: Final = -4
 
 
 def identify(objects: Objects) -> str:
-    """Ask a drive for its name and serial number."""
+    """Return the name and serial number of a drive."""
     try:
         profile = objects.read(0x1000)
     except SilentError as error:

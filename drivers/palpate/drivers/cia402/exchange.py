@@ -1,4 +1,4 @@
-"""One cycle on the wire: set-points out, SYNC, answers in; and what the answers mean for each joint."""
+"""One cycle on the bus: set-points, SYNC, answers; and the interpretation of the answers for each joint."""
 
 import contextlib
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 
 
 class CyclicExchange:
-    """The cyclic traffic of all drives; no state of the arm, no decisions.
+    """The cyclic communication of all drives, without a state of the arm and without decisions.
 
     Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. One that sorts its
     transmit buffers by identifier lets SYNC, 0x080, overtake them, and they take effect one cycle later
@@ -54,24 +54,24 @@ class CyclicExchange:
         self.heartbeat_on = False
 
     def listen(self) -> None:
-        """Begin to hear the nodes."""
+        """Start listening to the nodes."""
         for node in self._nodes:
             self._link.subscribe(TPDO1 + node, self._mailbox.on_tpdo)
             self._link.subscribe(HEARTBEAT + node, self._mailbox.on_heartbeat)
             self._link.subscribe(EMCY + node, self._mailbox.on_emcy)
 
     def unsubscribe(self) -> None:
-        """End what :meth:`listen` began."""
+        """End listening to the nodes."""
         for node in self._nodes:
             for service in (TPDO1, HEARTBEAT, EMCY):
                 self._link.unsubscribe(service + node)
 
     def all_operational(self) -> bool:
-        """Whether each node's newest heartbeat says so."""
+        """Return whether each node's latest heartbeat reports the operational state."""
         return all(box.nmt_state == NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
-        """Forget what was known of the drives before they were set up."""
+        """Clear the data of the drives from before their configuration."""
         self._mailbox.start_over()
         self.views = ()
 
@@ -81,7 +81,7 @@ class CyclicExchange:
             self._link.send(NMT, bytes((command, node)))
 
     def hold(self) -> tuple[int, ...]:
-        """Targets that move nothing: where each joint is."""
+        """Return targets without motion: the position of each joint."""
         return tuple(view.counts or 0 for view in self.views) or (0,) * len(self._nodes)
 
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:

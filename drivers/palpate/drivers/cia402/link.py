@@ -82,7 +82,7 @@ class CanopenLink:
         return cls(network, f"CAN bus {interface} {channel}")
 
     def objects(self, node: int, timeout_s: float) -> Objects:
-        """SDO access to one node.
+        """Return the SDO access to one node.
 
         ``canopen``'s own node class is left out: its EMCY handler fails on a malformed frame before any other
         subscriber sees it, and its drive class falls back to SDO, with a warning at each read.
@@ -128,7 +128,7 @@ class CanopenLink:
             raise SilentError(self.name, problem, remedy) from error
 
     def close(self) -> None:
-        """Release the bus; twice too, and when it is long gone."""
+        """Release the bus. May be called repeatedly, also after the bus is gone."""
         # A bus that is gone answers its release with the error that was raised before.
         with contextlib.suppress(Exception):
             self.network.disconnect()

@@ -24,7 +24,7 @@ class Emergency(NamedTuple):
 
 @dataclass(slots=True)
 class NodeBox:
-    """What is known about one node; the cycle gets copies.
+    """Latest data of one node; the cycle receives copies.
 
     Attributes:
         answered: The newest SYNC, in time. A later answer cannot be told from one to the next SYNC, because process
@@ -87,7 +87,7 @@ class Mailbox:
             box.active = () if clears else (*box.active[-_EMCY_KEPT:], emergency)
 
     def begin(self) -> None:
-        """Right before a SYNC: from now on process data answer it."""
+        """Note that a SYNC follows: process data from now on answer it."""
         with self._all_here:
             for box in self._boxes.values():
                 box.answered = False
@@ -95,7 +95,7 @@ class Mailbox:
             self._waiting = True
 
     def wait(self, deadline_ns: int) -> tuple[NodeBox, ...]:
-        """Wait until every node has answered, or the deadline; then copies of all boxes."""
+        """Wait until every node has answered or until the deadline; return copies of all boxes."""
         with self._all_here:
             while self._missing > 0:
                 remaining_ns = deadline_ns - self._now_ns()
@@ -106,7 +106,7 @@ class Mailbox:
             return self._copies()
 
     def look(self) -> tuple[NodeBox, ...]:
-        """Copies of all boxes as they are."""
+        """Return copies of all boxes."""
         with self._all_here:
             return self._copies()
 

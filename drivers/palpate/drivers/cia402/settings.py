@@ -1,4 +1,4 @@
-"""How the arm's drives are set up, one record a joint and one for the arm."""
+"""Settings of the arm's drives: one record per joint and one for the arm."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,7 +13,7 @@ HEARTBEAT_MS: Final = 50
 ANSWER_SHARE: Final = 0.5
 """Share of the period within which all drives must have answered a SYNC."""
 POSE_MARGIN_RAD: Final = 0.02
-"""How far the measured pose may lie outside the limits."""
+"""Accepted distance of the measured pose beyond the limits."""
 _INT32: Final = 2**31 - 1
 
 
@@ -51,11 +51,11 @@ class JointDrive:
             raise SettingError(f"drive {self.node}", f"{most} counts need more than 32 bits", "lower counts_per_rad")
 
     def counts(self, angle_rad: float) -> int:
-        """Position counts of a joint angle, to the nearest count."""
+        """Return the position counts of a joint angle, to the nearest count."""
         return round(angle_rad * self.counts_per_rad) + self.zero_counts
 
     def angle_rad(self, counts: int) -> float:
-        """Joint angle of position counts."""
+        """Return the joint angle of position counts."""
         return (counts - self.zero_counts) / self.counts_per_rad
 
 
@@ -101,7 +101,7 @@ class ArmSettings:
 
     @property
     def rate_Hz(self) -> Fraction:
-        """Cycles a second."""
+        """Cycles per second."""
         return Fraction(self.control_rate_Hz, self.divider)
 
     @property
@@ -111,5 +111,5 @@ class ArmSettings:
 
     @property
     def period_ns(self) -> int:
-        """The same in whole nanoseconds."""
+        """The period in whole nanoseconds."""
         return int(1_000_000_000 / self.rate_Hz)

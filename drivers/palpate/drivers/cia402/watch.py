@@ -1,4 +1,4 @@
-"""What makes the arm stop for good: everything that a cycle shows and that a person has to look at."""
+"""Causes of a latched stop: all conditions in a cycle that a person must examine."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class AxisView:
 def trouble(
     views: Sequence[AxisView], settings: ArmSettings, now_ns: int, allowed: Sequence[DriveState] | None
 ) -> DriverError | None:
-    """The first thing that is wrong, the most telling first, or None.
+    """Return the most significant problem, or None.
 
     Args:
         allowed: States in which a drive under power may be; None while the arm shall not be under power. Then
