@@ -200,7 +200,7 @@ class Subject:
 
 
 class Trainer(Trials):
-    """Trains a policy, trial by trial, into a run folder.
+    """Trains a policy, and records each trial in a run folder.
 
     Attributes:
         next_trial: Number of the next trial.

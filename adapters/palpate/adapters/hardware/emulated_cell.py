@@ -1,4 +1,4 @@
-"""The work cell behind wires: MuJoCo moves the arm, and whoever wants to talk to it opens a serial port."""
+"""The work cell with emulated wires: MuJoCo moves the arm, which clients reach by a serial port or a socket."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack

@@ -1,4 +1,4 @@
-"""Emulated devices in front of the simulated cell: who serves them, what the rig file says of them, how they fail."""
+"""Emulated devices of the simulated cell: their servers, entries in the rig file, and faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -35,18 +35,18 @@ _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
 
 
 class Motors(Protocol):
-    """Motors in front of the simulated arm."""
+    """Motors of the simulated arm."""
 
     def targets_rad(self) -> JointVector:
-        """Joint set-points that they hold now."""
+        """Return the joint set-points that the motors hold."""
 
     def measured_rad(self, joints_rad: JointVector) -> None:
-        """Where the joints are."""
+        """Set the joint angles."""
 
 
 @dataclass
 class EmulatedDevice:
-    """A device with its wire.
+    """A device with its line.
 
     Attributes:
         server: Serves it while it is entered.
@@ -63,7 +63,7 @@ class EmulatedDevice:
 
 @dataclass(kw_only=True)
 class EmulatedArm(EmulatedDevice):
-    """An arm with its wire.
+    """An arm with its line.
 
     Attributes:
         hold: Keeps the server's thread off the motors while it is entered.

@@ -1,4 +1,4 @@
-"""The latch of a rig in a file next to its rig file: it outlives the program, and only a person clears it."""
+"""The latch of a rig in a file next to its rig file, which outlasts the program and is cleared only by a person."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NAME, _WHY = "NAME", "why"
 
 @dataclass(frozen=True)
 class Fault(Settings):
-    """A trip, or a fault of a device. All but the last one are acknowledged, which is when ``by`` is not empty."""
+    """A trip, or a device fault. All but the last one are acknowledged, so that ``by`` is not empty."""
 
     TABLE: ClassVar[str] = "fault"
 
@@ -46,7 +46,7 @@ class _Document(Settings):
 
 
 class FaultFile(FaultLatch):
-    """The latch of one rig. It is written as soon as something trips, by a thread of its own: a disk may take long.
+    """The latch of one rig. A separate thread writes it at each trip, because a disk may be slow.
 
     Args:
         rig_file: The latch is the file next to it; None keeps the latch in memory only.
@@ -75,7 +75,7 @@ class FaultFile(FaultLatch):
 
     @property
     def number(self) -> int:
-        """Number of the newest fault; 0 before the first."""
+        """Number of the latest fault; 0 before the first."""
         return self._faults[-1].number if self._faults else 0
 
     @property
@@ -84,7 +84,7 @@ class FaultFile(FaultLatch):
         return f'acknowledge it: --acknowledge "{self.number} {_NAME}: {_WHY}"'
 
     def begin(self) -> None:
-        """Acknowledge what the words are for, before the first motion and with all devices open.
+        """Acknowledge the fault named in the words, before the first motion and with all devices open.
 
         Raises:
             FaultLatchedError: A fault is open, perhaps since another program ran.
@@ -119,7 +119,7 @@ class FaultFile(FaultLatch):
         try:
             self._write()
         except OSError:
-            # What is not on the disk has not happened.
+            # An acknowledgement counts only once it is on the disk.
             self.acknowledgements.pop()
             self._faults, self.cause = before, cause
             raise
@@ -164,7 +164,7 @@ class FaultFile(FaultLatch):
             write_whole(self._path, json.dumps(asdict(content), indent=1, ensure_ascii=False) + "\n")
 
     def _write_if_possible(self) -> str:
-        """Return why the faults cannot be written; empty where they are."""
+        """Write the faults and return an empty text, or the reason why they cannot be written."""
         try:
             self._write()
         except OSError as error:

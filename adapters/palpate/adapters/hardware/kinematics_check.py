@@ -18,9 +18,9 @@ from palpate.core.motion import ArmDescription, Kinematics, controller_frames
 
 _CALIBRATED_MM, _CALIBRATED_MRAD = 1.0, 5.0
 _NOMINAL_MM: Final = 10.0
-"""Nominal lengths are off by some millimetres; by more is another arm, whose joints differ by centimetres."""
+"""Nominal lengths deviate by some millimetres; a different arm deviates by centimetres."""
 _NOMINAL_MRAD: Final = 50.0
-"""Which moves a tip 0.2 m beyond the flange by the same 10 mm."""
+"""Rotation that moves a tip 0.2 m beyond the flange by the same 10 mm."""
 _TIP_MM: Final = 1.0
 _LIGHTER_KG, _HEAVIER_KG = 0.1, 2.0
 """The payload is the tool and the force sensor above it, which weighs no more than 2 kg with its plates."""
@@ -30,7 +30,7 @@ _CENTRE_MM: Final = 30.0
 
 @dataclass(frozen=True, slots=True)
 class ReportedPose:
-    """What a controller reports of arm and tool; poses are metres and rotation vectors, (6,).
+    """Report of a controller on arm and tool; poses are metres and rotation vectors, (6,).
 
     Attributes:
         tool_in_base: Tool centre point in the controller's base, at these joint angles.
@@ -46,7 +46,7 @@ class ReportedPose:
 
 
 def disagreement(arm: ArmDescription, reported: ReportedPose) -> tuple[float, float]:
-    """Return how far the model's flange is from the reported one, in mm and mrad."""
+    """Return the deviation of the model's flange from the reported one, in mm and mrad."""
     base, flange = controller_frames(arm, reported.q_rad)
     found = _placement(reported.tool_in_base) * _placement(reported.tool_on_flange).inverse()
     off = base.actInv(flange).actInv(found)
@@ -54,10 +54,10 @@ def disagreement(arm: ArmDescription, reported: ReportedPose) -> tuple[float, fl
 
 
 def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
-    """Return a line that says how well model and controller agree.
+    """Return a line on the agreement of model and controller.
 
     Raises:
-        ConfigurationError: They do not, or the model is nominal and no person has accepted it.
+        ConfigurationError: They do not agree, or the model is nominal and no person has accepted it.
     """
     arm = context.arm
     mm, mrad = disagreement(arm, reported)
@@ -75,10 +75,10 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
 
 
 def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) -> str:
-    """Return a line that says that tool and controller agree.
+    """Return a line on the agreement of tool and controller.
 
     Raises:
-        ConfigurationError: The tool centre point or the payload that are entered at the controller are others.
+        ConfigurationError: The controller has a different tool centre point or payload.
     """
     kinematics = Kinematics(context.arm, tool.geometry)
     kinematics.update(tuple(reported.q_rad))

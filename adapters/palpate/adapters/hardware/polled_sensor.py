@@ -1,4 +1,4 @@
-"""A force sensor whose driver is polled: reading, ageing, faults and the end are the same, whatever the device."""
+"""Common force sensor adapter for polled drivers: reading, age of samples, faults and closing."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -14,16 +14,16 @@ from palpate.drivers.errors import DriverError, SilentError
 
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
-"""What line and system may add to the sensor's own period before a reading counts as missing."""
+"""Delay by line and system, beyond the sensor's period, after which a reading counts as missing."""
 
 
 _DRAIN_NS: Final = 1_000_000_000
-"""Longest time in which a line is emptied of what waited in it."""
+"""Longest time for emptying a line of waiting data."""
 
 
 @dataclass(frozen=True)
 class SensorTable(Settings):
-    """What the table ``[force_sensor]`` of each of our sensors has."""
+    """Common settings in the table ``[force_sensor]`` of palpate's drivers."""
 
     TABLE: ClassVar[str] = "force_sensor"
 
@@ -34,17 +34,17 @@ class SensorTable(Settings):
 
 
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
-    """A wrist sensor behind a driver that is polled. Never tares by itself: samples are raw.
+    """A wrist sensor with a polled driver. Samples are raw, because it never tares by itself.
 
     The protocols carry no time of measurement: source and receive time are both that of the poll that found the
-    reading, which is older by the sensor's filter, the wire, and the wait for the poll.
+    reading, which is older by the delays of the sensor's filter, the line, and the wait for the poll.
 
     Attributes:
         device: The driver; None before ``configure``.
     """
 
     REMEDY: ClassVar[str] = "look at it"
-    """What to do where it is there and delivers nothing."""
+    """Remedy for a sensor that is present but delivers nothing."""
 
     def __init__(self, name: str, clock: Clock, table: SensorTable) -> None:
         super().__init__(name)
@@ -58,21 +58,21 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     @property
     @abstractmethod
     def period_ns(self) -> int:
-        """Time between two readings."""
+        """Return the time between two readings."""
 
     @abstractmethod
     def _connect(self) -> None:
-        """Open the wire, and set ``device`` and ``_close_wire`` as soon as there is something to close."""
+        """Open the line, and set ``device`` and ``_close_wire`` when there is something to close."""
 
     def _leave(self, device: DriverT) -> None:
-        """Have the device end what it does, before the wire is closed; here, nothing of it was changed."""
+        """End the activity of the device before the line is closed; by default there is none."""
 
     def _surprise(self, device: DriverT) -> str | None:
-        """What has happened to the device that ends a run; None is nothing."""
+        """Return an event of the device that ends a run, or None."""
         return None
 
     def read(self) -> WrenchSample:
-        """Poll the device and give its newest sample."""
+        """Poll the device and return its latest sample."""
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         device = self._polled()
@@ -85,7 +85,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return self._made(sample)
 
     def account(self) -> str:
-        """Return what came instead of news; empty where its newest reading is on time."""
+        """Return what was received instead of new readings; empty if the latest reading is on time."""
         device, now_ns = self.device, self._clock.now_ns()
         if device is None:
             return ""
@@ -95,11 +95,11 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return told(device.silence(now_ns), self.name)
 
     def diagnostics(self) -> dict[str, str]:
-        """Return what the driver reports of itself; empty before ``configure``."""
+        """Return the diagnostics of the driver; empty before ``configure``."""
         return {} if self.device is None else self.device.diagnostics()
 
     def opened(self) -> DriverT:
-        """The driver; DeviceError before ``configure``."""
+        """The driver; raises DeviceError before ``configure``."""
         if self.device is None:
             raise DeviceError(self.name, "is not open")
         return self.device
@@ -114,7 +114,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
                 self._look_for_news(device)
             self._polled_ns = self._clock.now_ns()
         except SilentError as error:
-            # An old sample says so itself; a device that is gone for good is another matter.
+            # An old sample is marked; a lost device must raise an error.
             latest = device.latest
             if latest is None or self._clock.now_ns() - latest.receive_time_ns > 10 * self._max_age_ns:
                 self._fail(f"has fallen silent: {told(error, self.name)}", error)
@@ -124,9 +124,9 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return device
 
     def _look_for_news(self, device: DriverT) -> None:
-        """After a long pause: what waits in the line may be as old as the pause, so empty it and wait for one more."""
+        """After a long pause, discard waiting data, which may be as old as the pause, and wait for a new reading."""
         deadline_ns = self._clock.now_ns() + 3 * self.period_ns + _LINE_NS
-        # A poll takes so much at a time.
+        # A poll reads a limited amount.
         while device.poll(self._clock.now_ns()) and self._clock.now_ns() < deadline_ns:
             device.check()
         waiting = None if device.latest is None else device.latest.sequence
@@ -161,12 +161,12 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             with translating(self.name):
                 self._connect()
         except BaseException:
-            # The wire is free again for whoever tries once more.
+            # The line is released for another attempt.
             self._on_close()
             raise
 
     def _on_activate(self) -> None:
-        """Wait for a new reading that can be used: after a start a filter must settle. Earlier silence is no fault."""
+        """Wait for a new, settled reading, because a filter settles after a start. Earlier silence is not a fault."""
         device, begin_ns = self.opened(), self._clock.now_ns()
         deadline_ns = begin_ns + round(self._start_timeout_s * 1e9)
         # What waits in the line may be old, and a poll takes a part of it; a slow computer finds news each time.
@@ -195,7 +195,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             if device is not None:
                 self._leave(device)
         except DriverError:
-            # It does not listen any more; what matters is that the wire is released.
+            # The device no longer responds; the line must be released in any case.
             return
         finally:
             if close_wire is not None:
@@ -204,7 +204,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
                     close_wire()
 
     def _is_sound(self, device: DriverT) -> bool:
-        """Whether it may be expected to answer."""
+        """Return whether the device can be expected to answer."""
         device.poll(self._clock.now_ns())
         try:
             device.check()

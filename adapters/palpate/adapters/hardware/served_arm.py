@@ -1,4 +1,4 @@
-"""An arm as its process opens, cycles and stops it: one of our drivers, or a third-party adapter."""
+"""An arm served by its process: one of palpate's drivers, or a third-party adapter."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -16,11 +16,11 @@ from palpate.drivers.errors import DriverError
 
 @dataclass(frozen=True, slots=True)
 class StandBy:
-    """What the loop's process has of an arm whose controller goes on without commands.
+    """Access of the loop's process to an arm whose controller continues without commands.
 
     Attributes:
-        hold: Holds the arm, given where it was seen last, (n,) rad; called when the process that owns it is gone.
-        close: Releases what this needs.
+        hold: Holds the arm at its last known pose, (n,) rad; called when the process that owns it is gone.
+        close: Releases the resources of this access.
     """
 
     hold: Callable[[JointVector], object]
@@ -28,14 +28,14 @@ class StandBy:
 
 
 class ServedArm(ABC):
-    """One thread uses it, one call at a time. Making it opens nothing.
+    """An arm for use by one thread. Its constructor opens nothing.
 
     Attributes:
-        limiter: What commands are held to before the arm's process gets them.
+        limiter: Limiter of commands before they reach the arm's process.
         divider: Control ticks per cycle.
-        max_age_ns: Age above which a sample of the joints is stale; 0 where the arm says so itself.
-        answers: Whether what a cycle makes of a set-point is known at once, and only there.
-        listens_unpowered: Whether it gives angles without power.
+        max_age_ns: Age above which a sample of the joints is stale; 0 if the arm marks stale samples itself.
+        answers: Whether the applied command of a set-point is known only from its cycle.
+        listens_unpowered: Whether the arm reports angles without power.
     """
 
     name: str
@@ -48,52 +48,52 @@ class ServedArm(ABC):
     @property
     @abstractmethod
     def is_faulted(self) -> bool:
-        """Whether a fault of its own waits to be acknowledged."""
+        """Whether a fault of the arm must be acknowledged."""
 
     @abstractmethod
     def open(self) -> Sequence[str]:
-        """Find the arm; nothing gets power. Gives lines for the person."""
+        """Find the arm without switching power on, and return lines for the person."""
 
     @abstractmethod
     def enable(self) -> None:
-        """Let the servos hold it where it stands."""
+        """Let the servos hold the arm in its present pose."""
 
     @abstractmethod
     def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
-        """Exchange a set-point, None to hold, for joint angles; gives what became of it where it ``answers``."""
+        """Send a set-point, or None to hold; return joint angles, and the applied command if the arm ``answers``."""
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring it to rest; at any time."""
+        """Bring the arm to rest; may be called at any time."""
 
     @abstractmethod
     def disable(self) -> None:
-        """End what ``enable`` began."""
+        """Revert ``enable``."""
 
     @abstractmethod
     def acknowledge(self) -> None:
-        """Clear its own fault; a person's decision."""
+        """Clear the arm's own fault, as decided by a person."""
 
     @abstractmethod
     def close(self) -> None:
-        """Stop it and release its wire."""
+        """Stop the arm and release its line."""
 
     def listen(self) -> bool:
-        """Begin to read angles, without power where that can be; True if ``disable`` has to end it."""
+        """Start reading angles, without power if possible; return True if ``disable`` must end it."""
         return False
 
     def stand_by(self) -> StandBy | None:
-        """Prepare, in the loop's process, to hold the arm when the other one is gone; None where nothing need."""
+        """Prepare the loop's process to hold the arm if the other process is gone; None if this is not necessary."""
         return None
 
     def diagnostics(self) -> Mapping[str, str]:
-        """Return what the arm reports of itself; empty while it is not open."""
+        """Return the diagnostics of the arm; empty while it is not open."""
         return {}
 
 
 @dataclass(frozen=True, slots=True)
 class OpenArm:
-    """A driver on a bus that is open.
+    """A driver on an open bus.
 
     Attributes:
         close: Closes the port or the bus; called after the driver's own ``close``.
@@ -105,7 +105,7 @@ class OpenArm:
 
 @dataclass(frozen=True)
 class ArmTable(Settings):
-    """What the table ``[arm]`` of each of our drivers' arms has."""
+    """Common settings in the table ``[arm]`` of palpate's drivers."""
 
     TABLE: ClassVar[str] = "arm"
 
@@ -118,7 +118,7 @@ class ArmTable(Settings):
 
 
 class DriverArm(ServedArm):
-    """An arm that one of our drivers moves, at a whole fraction of the control rate.
+    """An arm moved by one of palpate's drivers, at an integer fraction of the control rate.
 
     Args:
         judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
@@ -141,7 +141,7 @@ class DriverArm(ServedArm):
 
     @property
     def driver(self) -> ArmDriver:
-        """The driver, while it is open."""
+        """The open driver."""
         if self._opened is None:
             raise DeviceError(self.name, "is not open")
         return self._opened.driver
@@ -176,7 +176,7 @@ class DriverArm(ServedArm):
             raise DeviceError(self.name, told(error, self.name)) from error
         sample = self._sample
         if sample is None or found.time_ns > sample.source_time_ns:
-            # What was measured before is no news; it grows old.
+            # Earlier measurements are not new; their age increases.
             count = 1 if sample is None else sample.sequence + 1
             sample = self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), count)
         return sample, None

@@ -71,7 +71,7 @@ def _give_mm(cell: CellConfig, impedance: float) -> float:
 
 
 def _softness_mm(cell: CellConfig) -> float:
-    """Return T^2 F / m for the lateral force: the press, and the wedging force up to what the press overcomes."""
+    """Return T^2 F / m for the lateral force: the pressing force and the wedging force that it can overcome."""
     wedge_N, friction = wedge_force_N(cell), cell.peg.friction
     held_N = min(wedge_N, _PRESS_N / (2.0 * friction)) if friction else wedge_N
     return 1e3 * CONTACT_TIME_S**2 * (_PRESS_N + held_N) / cell.compliance.moving_mass_kg

@@ -1,4 +1,4 @@
-"""Real-time scheduling of the control loop, and how punctual it was."""
+"""Real-time scheduling of the control loop, and its punctuality."""
 
 import lazy_loader
 

@@ -24,8 +24,8 @@ _BEND_M: Final = 1e-4
 """Bend of the gripper under the push, in addition to the play."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
-"""Depth that an insertion must gain in that time, or it has met an obstacle; at the slowest creep a tenth of a
-millimetre takes a third of the time."""
+"""Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
+a third of the time for it."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
 """Six times the stall time, which includes the harder press and the checks."""
 _SLOWED: Final = 3.0
