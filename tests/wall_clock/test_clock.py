@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from palpate.adapters.contracts import ClockContract, ClockRig, ContractViolation, clauses
+from palpate.adapters.contracts import ClockContract, ClockRig, ContractViolation
 from palpate.adapters.hardware.clock import MonotonicClock
 from tests.wall_clock.late import late_if
 
@@ -16,7 +16,7 @@ class Kept(ClockContract):
         return ClockRig(clock=MonotonicClock(), tolerance_ns=15_000_000, step_ns=20_000_000, deadlines=10)
 
 
-@pytest.mark.parametrize("clause", [clause.name for clause in clauses(Kept)])
+@pytest.mark.parametrize("clause", [name for name in dir(Kept) if name.startswith("test_")])
 def test_it_keeps_the_contract(clause):
     # An ordinary kernel on a busy machine wakes a sleeper late; it never wakes it early.
     with late_if("^(past deadline|drift)", ContractViolation):

@@ -8,7 +8,7 @@ third-party driver. A suite needs a *rig*: the adapter plus the knobs by which a
             world = MyEmulator()
             return ForceSensorRig(device=MySensor(world), clock=world.clock, advance=world.advance, ...)
 
-pytest runs such a class as it is. Without pytest, :func:`run_clauses` does.
+pytest runs such a class as it is.
 """
 
 import lazy_loader

@@ -14,10 +14,5 @@ from .learners import LearnerContract as LearnerContract
 from .learners import PolicyContract as PolicyContract
 from .learners import Practice as Practice
 from .learners import third_party as third_party
-from .running import Clause as Clause
-from .running import ClauseOutcome as ClauseOutcome
-from .running import ClauseResult as ClauseResult
-from .running import clauses as clauses
-from .running import run_clauses as run_clauses
 from .sensors import ForceSensorContract as ForceSensorContract
 from .sensors import JointEncoderContract as JointEncoderContract

@@ -131,8 +131,6 @@ class LossEntry:
     problem: str
     text: str = ""
     dropped_messages: int = 0
-    first_dropped_tick: int | None = None
-    last_dropped_tick: int | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -57,21 +57,15 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score and its inputs.
+    """A trial's score.
 
     Attributes:
         basis: ``truth`` of the simulator, or ``outcome`` with encoders.
-        jerk_m_s3: Mean norm of the tip's jerk while it moves.
-        above_s: Time with a tared force above 20 N.
     """
 
     path: str
     basis: str
     score: Score
-    jerk_m_s3: float
-    duration_s: float
-    path_m: float
-    above_s: float
 
 
 def score_of(log: TrialLog) -> ScoredTrial:
@@ -101,7 +95,7 @@ def score_of(log: TrialLog) -> ScoredTrial:
         efficiency=near * _falling(_EFFICIENT, path_m, began_m, began_m + _DETOUR_M),
         force=_FORCE if above_s > _FORCE_S else 0.0,
     )
-    return ScoredTrial(log.path, "truth" if is_true else "outcome", score, jerk_m_s3, duration_s, path_m, above_s)
+    return ScoredTrial(log.path, "truth" if is_true else "outcome", score)
 
 
 def score_table(trials: list[ScoredTrial]) -> str:

@@ -133,7 +133,6 @@ class Observation:
 
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
-        live_torque_Nm: Unfiltered torque about the tip.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
     """
 
@@ -144,7 +143,6 @@ class Observation:
     torque_Nm: Vector3
     action_number: int
     turn_rad: Vector3 = (0.0, 0.0, 0.0)
-    live_torque_Nm: Vector3 = (0.0, 0.0, 0.0)
     depth_m: float = 0.0
 
     def __post_init__(self) -> None:

@@ -51,12 +51,11 @@ class Agent:
         force_N: Vector3,
         torque_Nm: Vector3,
         turn_rad: Vector3,
-        live_torque_Nm: Vector3,
         depth_m: float,
     ) -> Observation:
         """Learn from the completed action; return the observation for the next :meth:`choose`."""
         number = len(self.decisions)
-        rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
+        rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, depth_m
         seen = Observation(0 if self.percept is None else self.percept[1], *rest)
         led_to = self._learn_from(tick, seen)
         observation = seen if led_to == seen.state else Observation(led_to, *rest)

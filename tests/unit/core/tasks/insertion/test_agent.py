@@ -45,7 +45,7 @@ class Bench:
         self.agent.begin(trial, self.rng)
 
     def decide(self, x_m=0.0, tick=0):
-        self.agent.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE, NONE, NONE, 0.0)
+        self.agent.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE, NONE, 0.0)
         return self.agent.choose()
 
     def record_effort(self, *forces_N):

@@ -15,7 +15,7 @@ NONE = (0.0, 0.0, 0.0)
 
 
 def seen(force=NONE, torque=NONE, turn=NONE, depth_m=0.0):
-    return Observation(0, NONE, NONE, force, torque, 0, turn, torque, depth_m)
+    return Observation(0, NONE, NONE, force, torque, 0, turn, depth_m)
 
 
 def spatial(decision):

@@ -20,7 +20,7 @@ NAMED = {skill.name: skill for skill in SKILLS}
 
 
 def seen(force=NONE, torque=NONE, turn=NONE, depth_m=0.0, at=NONE):
-    return Observation(0, at, at, force, torque, 0, turn, torque, depth_m)
+    return Observation(0, at, at, force, torque, 0, turn, depth_m)
 
 
 def begun(name, observation, options=SQUARE):
@@ -117,7 +117,7 @@ def agent_with(*indices):
 
 
 def act(agent, tick, turn_rad=NONE, depth_m=0.0, at=NONE):
-    agent.perceive(tick, at, at, NONE, NONE, turn_rad, NONE, depth_m)
+    agent.perceive(tick, at, at, NONE, NONE, turn_rad, depth_m)
     decision = agent.choose()
     assert decision.action.spatial is not None
     return f"{decision.action.name}: {decision.action.spatial.law.value}"
@@ -142,9 +142,9 @@ def test_the_policy_is_asked_when_a_skill_is_over_and_learns_what_all_of_it_cost
 
 def test_actions_of_no_set_are_done_as_they_are_and_taught_to_nobody():
     agent, diary = agent_with(None)
-    agent.perceive(0, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
+    agent.perceive(0, NONE, NONE, NONE, NONE, NONE, 0.0)
     decision = agent.choose()
     assert (decision.action.name, decision.action.displacement_m) == ("far", (1.0, 0.0))
-    agent.perceive(10, NONE, NONE, NONE, NONE, NONE, NONE, 0.0)
+    agent.perceive(10, NONE, NONE, NONE, NONE, NONE, 0.0)
     agent.gave_up(NONE, NONE, NONE)
     assert not diary.learned

@@ -156,7 +156,6 @@ class Explore(RunningPhase):
             force,
             torque,
             self._motion.turn_rad,
-            measured.live_torque_at_tip_Nm(),
             self._depth_m,
         )
 
