@@ -66,8 +66,8 @@ class EmulatedArm(EmulatedDevice):
     """An arm with its line.
 
     Attributes:
-        hold: Keeps the server's thread off the motors while it is entered.
-        lag_ms: Time by which the joints follow commands, from computer to computer; measured.
+        hold: Context in which the server's thread does not access the motors.
+        lag_ms: Measured delay from a command to the motion of the joints, including communication.
         in_flange: The arm's own force sensor.
     """
 

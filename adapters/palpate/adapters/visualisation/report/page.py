@@ -1,4 +1,4 @@
-"""The parts of a report, and its HTML: one file that needs no network and nothing else."""
+"""The parts of a report, and its HTML: one self-contained file, which needs no network."""
 
 import base64
 import os
@@ -22,7 +22,7 @@ class Picture(NamedTuple):
 
     @property
     def source(self) -> str:
-        """The picture as a data URI."""
+        """Return the picture as a data URI."""
         return f"data:image/png;base64,{base64.b64encode(self.png).decode('ascii')}"
 
 
@@ -35,7 +35,7 @@ class PageTable(NamedTuple):
 
 
 class PageSection(NamedTuple):
-    """A part of the page; ``listing`` is a text that is shown folded."""
+    """A section of the page; ``listing`` is a text that is shown folded."""
 
     title: str
     text: str = ""
@@ -49,7 +49,7 @@ class Page(NamedTuple):
 
     Attributes:
         facts: Names and values at the top.
-        notices: What a reader must know first, such as an early end.
+        notices: Important notices, such as an early end.
     """
 
     title: str
@@ -61,7 +61,7 @@ class Page(NamedTuple):
 
 def html_of(page: Page, version: str) -> str:
     """Return the page as HTML."""
-    # Loaded here, because refusals need none of it.
+    # Imported here, because refusals do not need it.
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -75,10 +75,10 @@ def html_of(page: Page, version: str) -> str:
 
 
 def require_free(path: Path) -> None:
-    """Make sure that no file of another origin is in the way of the page.
+    """Check that the page would not replace a file of another origin.
 
     Raises:
-        OutputError: There is one.
+        OutputError: Such a file exists.
     """
     if not os.path.lexists(path):
         return

@@ -27,11 +27,11 @@ _STYLE: Final = {
     "text.usetex": False, "text.parse_math": False,
 }  # fmt: skip
 Runs = Sequence[Sequence[TrialRow]]
-"""Trials of equal runs that differ in their seed only."""
+"""Trials of runs that differ only in their seeds."""
 
 
 def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManager[Canvas]:
-    """Give an empty canvas to draw on; when the block ends its ``content`` is there."""
+    """Yield an empty canvas; its ``content`` is available after the block."""
     return drawing(width_in, height_in, 150, settings=_STYLE)
 
 
@@ -77,7 +77,7 @@ def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[T
 
 
 def _averages(values: Sequence[Sequence[float]]) -> Any:
-    """Return moving averages of the part that all runs have, from the first full window on; (runs, trials)."""
+    """Return moving averages of the trials that all runs have, from the first full window; (runs, trials)."""
     trials = min(map(len, values))
     window = window_of(trials)
     return np.array([moving_average(run[:trials], window) for run in values])[:, window - 1 :]

@@ -1,4 +1,4 @@
-"""What was learned, as arrows: the actions of a policy over its states."""
+"""A learned policy as arrows: actions over states."""
 
 from math import hypot
 from textwrap import wrap

@@ -28,7 +28,7 @@ from palpate.core.policy import PolicyDocument
 
 _MOST_TRIPS: Final = 50
 _LATE: Final = 25
-"""Trials at the end of a learning run that stand for what it has learned."""
+"""Number of trials at the end of a learning run that represent the learned policy."""
 
 
 @dataclass(frozen=True)
@@ -58,22 +58,22 @@ class RunSource:
 
     @property
     def learns(self) -> bool:
-        """Whether its policy changed from trial to trial."""
+        """Whether the policy learns during the run."""
         return bool(self.facts.get("command") == "train")
 
     @property
     def late(self) -> tuple[TrialRow, ...]:
-        """The trials that count: all, or of a learning run the last 25, at most half of them."""
+        """The evaluated trials: all, or for a learning run the last 25, at most half of them."""
         return self.rows[-min(_LATE, max(1, len(self.rows) // 2)) :] if self.learns else self.rows
 
     @property
     def missing(self) -> int:
-        """Number of trials that were requested and not run."""
+        """Number of requested trials that were not run."""
         return max(0, int(self.facts.get("trials", 0)) - len(self.rows))
 
     @property
     def world(self) -> str:
-        """Return where the trials ran: only the simulator knows the true hole."""
+        """Return the world of the trials; only the simulator knows the true hole."""
         return "rig" if self.rows[0].hole_x_mm is None else "simulator"
 
     @property
@@ -83,13 +83,13 @@ class RunSource:
 
     @property
     def document(self) -> PolicyDocument | None:
-        """Its policy file; None where there is none."""
+        """Return the policy file; None if there is none."""
         path = self.path / "policy.json"
         return load_policy(path) if path.exists() else None
 
 
 def run_page(folder: Path, *, logs: bool) -> Page:
-    """Put together the page of a run."""
+    """Return the page of a run."""
     run = RunSource.read(folder)
     sections = [_figures(run), PageSection("Trial by trial", pictures=(_curve(run),))]
     if (document := run.document) is not None:
@@ -153,7 +153,7 @@ def _figures(run: RunSource) -> PageSection:
 
 
 def _trips(rows: Sequence[TrialRow]) -> tuple[PageTable, ...]:
-    """Return a table of the first trips and their reasons; none where there was no trip."""
+    """Return a table of the first trips and their reasons; empty without trips."""
     tripped = [(str(row.trial), row.trip) for row in rows if row.trip]
     caption = f"Trips, each counted as a failure at the time limit: {len(tripped)} of {len(rows)} trials"
     return (PageTable(caption, ("trial", "reason"), tuple(tripped[:_MOST_TRIPS])),) if tripped else ()
@@ -171,7 +171,7 @@ def _log_of(run: RunSource, trial: int) -> Path:
 
 
 def _score(run: RunSource) -> str:
-    """Return the mean score of the newest trials with logs."""
+    """Return the mean score of the latest trials with logs."""
     paths = [path for row in run.late[-_LATE:] if (path := _log_of(run, row.trial)).exists()]
     if not paths:
         return ""
