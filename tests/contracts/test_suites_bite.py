@@ -101,6 +101,6 @@ def test_a_rig_whose_clock_stands_still_is_told_so():
 def test_every_clause_states_itself_in_one_sentence():
     for suite in SUITES:
         for clause in clauses(suite):
-            statement = getattr(suite, clause).__doc__
+            statement = getattr(suite, clause).__doc__.split("\n\n")[0]
             assert statement.endswith("."), clause
             assert "\n" not in statement, clause

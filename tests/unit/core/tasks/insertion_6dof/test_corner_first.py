@@ -28,7 +28,7 @@ def leaned(policy, number=0, force=NONE, depth_m=0.0):
     at, turn, decisions = np.zeros(2), np.zeros(3), list[Decision]()
     while not decisions or spatial(decisions[-1]).law is Law.LIFT:
         place, turned = (*at.tolist(), 0.0), (turn[0], turn[1], turn[2])
-        decisions.append(policy.choose(Observation(0, place, place, force, NONE, number, turned, NONE, depth_m)))
+        decisions.append(policy.choose(Observation(0, place, place, force, NONE, number, turned, depth_m)))
         at, turn = at + decisions[-1].action.displacement_m, turn + spatial(decisions[-1]).turn_rad
         force = NONE
     return decisions[:-1]
