@@ -29,6 +29,18 @@ def test_time_is_the_system_s_own():
     assert before <= now <= time.monotonic_ns()
 
 
+def test_clock_of_an_emulated_rig_goes_at_its_real_time_factor(monkeypatch):
+    slept = []
+    now_ns = [4_000]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now_ns[0])
+    monkeypatch.setattr(time, "sleep", lambda seconds: (slept.append(seconds), now_ns.append(now_ns.pop() + 4_000)))
+    clock = MonotonicClock(0, 0.25)
+    assert clock.now_ns() == 1_000
+    clock.sleep_until(2_000)
+    assert slept == [pytest.approx(4e-6)]
+    assert clock.now_ns() == 2_000
+
+
 def test_a_deadline_that_is_past_is_no_sleep():
     clock = MonotonicClock()
     clock.sleep_until(-(10**15))

@@ -35,7 +35,7 @@ def doctor(options: DoctorOptions) -> int:
     )
     # Without --move nothing moves by the model, so it is compared and no more.
     context = replace(
-        RigContext.of(options.arm or file.arm_model(), MonotonicClock()),
+        RigContext.of(options.arm or file.arm_model(), MonotonicClock(None, file.real_time_factor)),
         tool=overlay(ToolConfig(), read_job(file.job)["tool"]) if file.job else None,
         accept_kinematics=options.accept_kinematics or file.emulated or not options.move,
     )

@@ -30,6 +30,8 @@ class EmulationConfig(Settings):
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
     """Control ticks per bus cycle: 2 is 70 Hz."""
+    real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
+    """Seconds of devices, loop and physics in a second: below 1 where this computer does not keep time."""
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
     other than the rig file has them, drawn from the seed: palpate rig calibrate has to find them."""

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
+from typing_extensions import override
+
 from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import merged, overlay, read_toml
 from palpate.core.errors import ConfigurationError, UsageError
@@ -112,10 +114,16 @@ class RigFile(Settings):
     """Job file of the rig, for commands that are given none."""
     emulated: bool = False
     """No real device moves; `palpate emulate` writes it into its rig file."""
+    real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
+    """Seconds of the emulated devices in a second; 1 for real ones."""
     accept_kinematics: bool = False
     """A person accepts the nominal model of the arm, for this run; no key of the file."""
     model: str | ArmDescription = ""
     """The arm's model, by name or by the URDF of the table ``[arm]``; empty where the file has none."""
+
+    @override
+    def check(self) -> None:
+        self.require("real_time_factor", self.emulated or self.real_time_factor == 1.0, "1, the time of real devices")
 
     @classmethod
     def load(cls, path: Path) -> RigFile:
@@ -132,7 +140,7 @@ class RigFile(Settings):
             if not isinstance(value, Mapping):
                 raise ConfigurationError(name, value, f"a table [{name}] in {path}")
         rig = {"name": path.stem, **table.get("rig", {})}
-        require_keys("rig", rig, ["name"], ["approach_rad_s", "arm_lag_ms", "emulated", "job"])
+        require_keys("rig", rig, ["name"], ["approach_rad_s", "arm_lag_ms", "emulated", "real_time_factor", "job"])
         if isinstance(job := rig.get("job"), str) and job:
             rig["job"] = str(path.resolve().parent / job)
         sensor = dict(table["force_sensor"])

@@ -13,19 +13,21 @@ class MonotonicClock(Clock):
 
     Args:
         origin_ns: Reading of the system's monotonic clock at time 0 of this clock; None for now.
+        real_time_factor: Seconds of this clock per second; below 1 for emulated devices with an equally slow clock.
     """
 
-    def __init__(self, origin_ns: int | None = None) -> None:
+    def __init__(self, origin_ns: int | None = None, real_time_factor: float = 1.0) -> None:
         self._origin_ns = time.monotonic_ns() if origin_ns is None else origin_ns
+        self.real_time_factor = real_time_factor
 
     @override
     def now_ns(self) -> int:
-        return time.monotonic_ns() - self._origin_ns
+        return round((time.monotonic_ns() - self._origin_ns) * self.real_time_factor)
 
     def sleep_until(self, deadline_ns: int) -> None:
         """Sleep until a deadline; return immediately if it has passed."""
         while (left_ns := deadline_ns - self.now_ns()) > 0:
-            time.sleep(left_ns * 1e-9)
+            time.sleep(left_ns * 1e-9 / self.real_time_factor)
 
 
 def sleeping(clock: Clock) -> Callable[[float], None]:

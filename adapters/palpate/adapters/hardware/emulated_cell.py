@@ -63,7 +63,7 @@ class EmulatedCell:
         self._felt: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
         self._servers, self._start_rad = ExitStack(), start
         # Wires and cell have one clock.
-        self._clock = clock = MonotonicClock(0)
+        self._clock = clock = MonotonicClock(0, emulation.real_time_factor)
         self.arm = emulated_arm(config, emulation, start, self._wrench_source, clock.now_ns, counts_file)
         self.sensor = emulated_sensor(config, emulation, self.arm, self._wrench_source, clock.now_ns)
         self._faults = self.arm.faults | self.sensor.faults
@@ -96,6 +96,8 @@ class EmulatedCell:
         """
         name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
+        if (factor := self.emulation.real_time_factor) != 1.0:
+            lines.append(f"real_time_factor = {factor}\n")
         lines += [f"arm_lag_ms = {self.arm.lag_ms}\n"]
         lines += [f"job = {literal(job)}\n"] if job else []
         sensor = {**self.sensor.entries(), "facts": self.sensor.facts}

@@ -113,7 +113,7 @@ def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, co
         "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
         "adapter_latency_ms": 0.0, "divider": emulation.divider, "at_home": True,
         "counts_file": counts_file, "reset_wait_ms": 20.0,
-        "patience": 1.0,
+        "patience": 1.0 / emulation.real_time_factor,
     }, motors=plant, lag_ms=40.0, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: chain.set_power(powered=False))

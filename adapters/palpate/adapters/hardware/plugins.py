@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 from palpate.adapters.config import entries, from_here, imported, overlay
+from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.served_arm import ServedArm
 from palpate.core.errors import ConfigurationError, PalpateError
 from palpate.core.job import ToolConfig
@@ -81,6 +82,11 @@ class RigContext:
     def limiter(self) -> CommandLimiter:
         """Return a limiter of commands to the limits of the arm's joints."""
         return CommandLimiter(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, CONTROL_RATE_HZ)
+
+    @property
+    def real_time_factor(self) -> float:
+        """Seconds of the rig in a second; 1 for real devices."""
+        return self.clock.real_time_factor if isinstance(self.clock, MonotonicClock) else 1.0
 
     def portable(self) -> RigContext:
         """Return the parts of the context that can be sent to another process."""

@@ -131,7 +131,7 @@ class HardwareRig(DeviceRig):
     def __init__(
         self, file: RigFile, config: RunConfig, approach: WayToReadyPose, latch: FaultFile | None = None
     ) -> None:
-        clock, real_time = MonotonicClock(), config.real_time
+        clock, real_time = MonotonicClock(None, file.real_time_factor), config.real_time
         accepted = file.emulated or file.accept_kinematics
         own = RigContext.of(config.arm, clock)
         context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
@@ -231,7 +231,7 @@ class DryRig(DeviceRig):
     """
 
     def __init__(self, file: RigFile, config: RunConfig) -> None:
-        clock = MonotonicClock()
+        clock = MonotonicClock(None, file.real_time_factor)
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         encoder = arm_in_process(file.arm, context, config.real_time, file.watchdog.timeout_ns)

@@ -58,7 +58,7 @@ class UrToolTable(SensorTable):
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
     """Return an arm of Universal Robots over RTDE, with the client ur_rtde."""
-    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry))
+    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry, context.real_time_factor))
 
 
 def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
@@ -128,5 +128,5 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:
     """Return the force sensor in the flange of an e-Series arm."""
-    link = partial(UrLink, table.host, table.rate_Hz, context.hurry)
+    link = partial(UrLink, table.host, table.rate_Hz, context.hurry, context.real_time_factor)
     return UrToolForceSensor(link, context.clock, table)

@@ -63,9 +63,13 @@ class UrLink:
 
     Args:
         hurry: Puts the thread that starts the process into the real-time class, which the process inherits.
+        real_time_factor: Seconds of the controller per second; below 1 for an emulated one.
     """
 
-    def __init__(self, host: str, rate_Hz: float, hurry: Callable[[], object] | None = None) -> None:
+    def __init__(
+        self, host: str, rate_Hz: float, hurry: Callable[[], object] | None = None, real_time_factor: float = 1.0
+    ) -> None:
+        self._real_time_factor = real_time_factor
         self.host, self._words, self._hurry = host, [host, str(rate_Hz)], hurry
         self._process: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
@@ -75,8 +79,8 @@ class UrLink:
         self._lost = ""
 
     def stamp_ns(self) -> int:
-        """Return the time on the clock of the states: the monotonic system clock."""
-        return time.monotonic_ns()
+        """Return the time on the clock of the states: the monotonic system clock, scaled to the controller's pace."""
+        return round(time.monotonic_ns() * self._real_time_factor)
 
     def open(self, timeout_s: float) -> UrHello:
         """Connect to the controller; an earlier connection is closed.
@@ -142,6 +146,7 @@ class UrLink:
             return None
         fields: dict[str, Any] = json.loads(self._state)
         fields |= {name: tuple(value) for name, value in fields.items() if isinstance(value, list)}
+        fields["stamp_ns"] = round(fields["stamp_ns"] * self._real_time_factor)
         return UrState(**fields)
 
     def close(self) -> None:
