@@ -24,8 +24,8 @@ from palpate.adapters.config import GridLearning
 from palpate.adapters.experiments.grid import Bounds, LearningRun, bounds_of, grid_named, learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import TabularLearner
-from palpate.core.policy.hmm import PATIENCE
-from palpate.simulation.grid import GOAL, SCENARIOS, WALL, GridMap, Walk, walks_from_all_cells
+from palpate.core.policy.hmm import PATIENCE, HmmLearner
+from palpate.simulation.grid import GOAL, SCENARIOS, WALL, GridMap, Walk, grid_actions, walks_from_all_cells
 
 LETTERS = "ABCDEFGH"
 Q_LEARNING, HMM = GridLearning(), replace(GridLearning(), learner="hmm")
@@ -71,7 +71,8 @@ def frozen_walks(grid: GridMap, run: LearningRun, walks: int) -> tuple[list[Walk
     if isinstance(run.learner, TabularLearner):
         run.learner.frozen = True
         return walks_from_all_cells(grid, run.identifier, run.learner, walks=walks, seed=1), False
-    policy = run.learner.as_frozen()
+    policy = HmmLearner(grid.symbols, grid_actions(), run.learner.parameters, frozen=True)
+    policy.set_state(run.learner.get_state())
     sure = walks_from_all_cells(grid, run.identifier, policy, step_limit=PATIENCE, seed=1)
     if all(walk.reached for walk in sure):
         return sure, True

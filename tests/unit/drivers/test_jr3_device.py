@@ -7,7 +7,6 @@ import pytest
 from palpate.drivers.can import CanFrame
 from palpate.drivers.errors import DeviceFaultError, SilentError, StateError, WiringError
 from palpate.drivers.jr3 import shut_down, start_up
-from palpate.drivers.jr3.device import MAX_BOOTS
 from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import Jr3Phase
 from tests.unit.drivers.jr3_board import FORCES_N, MOMENTS_DNM, Bench, forces, moments
@@ -174,18 +173,9 @@ def test_bootup_in_mid_run_starts_again_and_marks_samples():
     assert bench.device.diagnostics()["restarts"] == "1"
 
 
-def test_board_that_keeps_restarting_is_a_fault():
-    bench = Bench().streaming()
-    for _ in range(MAX_BOOTS + 1):
-        bench.link.inbox.append(BOOTUP)
-        bench.polls(2)
-    with pytest.raises(DeviceFaultError, match="restarted"):
-        bench.device.check()
-
-
 def test_restarts_with_readings_between_are_no_fault():
     bench = Bench().streaming()
-    for _ in range(MAX_BOOTS + 1):
+    for _ in range(6):
         bench.link.inbox.append(BOOTUP)
         bench.polls(8)
         assert len(bench.read()) == 1

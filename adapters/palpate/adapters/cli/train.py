@@ -32,7 +32,6 @@ from palpate.adapters.experiments import (
 )
 from palpate.adapters.files import new_folder, require_free_folder, save_policy
 from palpate.core.errors import UsageError
-from palpate.core.trial import reachable_share
 
 
 def train(options: TrainOptions) -> int:
@@ -115,10 +114,6 @@ def _fit_to_logs(options: TrainOptions) -> int:
 def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:
     begin = f"trial {first + 1} to {trials}" if first else f"{trials} trials"
     say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
-    cell = config.cell
-    share = reachable_share(config.task, cell.hole_uncertainty_mm, cell.conditions.hole_shift_mm)
-    if share < 0.9995:
-        say(f"only {share:.1%} of the holes lie inside the exploration area: no strategy can do much better")
 
 
 def _lately(rows: Sequence[TrialRow]) -> str:

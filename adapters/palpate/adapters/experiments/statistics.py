@@ -18,7 +18,6 @@ import numpy.typing as npt
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.results import TrialRow
 from palpate.core.errors import ConfigurationError
-from palpate.core.trial import reachable_share
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -176,7 +175,6 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
     """Return the statistics of a training run with this number of requested trials."""
-    inside = reachable_share(config.task, config.cell.hole_uncertainty_mm, config.cell.conditions.hole_shift_mm)
     return {
         "scenario": config.scenario,
         "arm": str(config.arm),
@@ -184,7 +182,6 @@ def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -
         "finished": len(rows) >= trials,
         **summary_of(rows),
         "learning": learning_summary(rows),
-        "holes_inside_area": round(inside, 4),
     }
 
 

@@ -11,7 +11,6 @@ from .expectation import TripReason as TripReason
 from .frame import ExplorationArea as ExplorationArea
 from .frame import draw_in_disc as draw_in_disc
 from .frame import goal_in_base as goal_in_base
-from .frame import reachable_share as reachable_share
 from .kind import Fit as Fit
 from .kind import TaskKind as TaskKind
 from .kind import TaskParts as TaskParts

@@ -53,32 +53,3 @@ class ExplorationArea:
         """Return the nearest point inside the area."""
         (cx, cy), w = self.centre_m, self.half_width_m
         return min(max(x_m, cx - w), cx + w), min(max(y_m, cy - w), cy + w)
-
-
-def reachable_share(
-    task: TaskConfig, hole_uncertainty_mm: float, hole_shift_mm: float = 0.0, samples: int = 200_000
-) -> float:
-    """Return the share of trials whose hole is inside the exploration area, an upper bound for any strategy in it.
-
-    Monte Carlo with a fixed seed, accurate to about 0.002.
-
-    Args:
-        hole_uncertainty_mm: Largest distance of a hole from the centre of its batch.
-        hole_shift_mm: Largest distance of the centre of a batch from the nominal goal.
-    """
-    rng = np.random.default_rng(0)
-
-    def offsets(radius: float, shape: str) -> np.ndarray:
-        if shape == "ball":
-            points = rng.normal(size=(samples, 3))
-            points *= (radius * rng.uniform(size=samples) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
-            return points[:, :2]
-        heading, distance = rng.uniform(0, 2 * pi, samples), radius * np.sqrt(rng.uniform(size=samples))
-        return np.column_stack((distance * np.cos(heading), distance * np.sin(heading)))
-
-    hole = offsets(hole_uncertainty_mm, "disc")
-    centre = offsets(task.start_uncertainty_mm, task.start_shape) if task.area_centre == "start" else 0.0
-    if hole_shift_mm:
-        hole += offsets(hole_shift_mm, "disc")
-    inside = np.abs(hole - centre).max(axis=1) <= task.area_half_width_mm
-    return float(inside.mean())

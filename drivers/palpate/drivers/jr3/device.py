@@ -16,8 +16,6 @@ from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 
 FIRST_READING_NS: Final = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
-MAX_BOOTS: Final = 5
-"""Restarts in a row, without a reading between them, that do not count as a fault. Assumed."""
 _STALL_PERIODS: Final = 20
 """Periods without a new reading after which the sensor counts as silent. Assumed."""
 ACK_TIMEOUT_NS: Final = 250_000_000
@@ -54,7 +52,7 @@ class Jr3(PolledSensor):
         self._decoder = CanDecoder(node, self.errors)
         self._sampler = Sampler(self._cutoff_cHz, signs, self.errors)
         self._heard = self._started = False
-        self._fences = self._boots = self._boots_in_row = 0
+        self._fences = self._boots = 0
         self._raw_scales: tuple[int, ...] = ()
 
     @property
@@ -76,7 +74,7 @@ class Jr3(PolledSensor):
         """
         self._wish(Jr3Event.ASKED_TO_OPEN)
         self.failure, self._heard, self._started = None, False, False
-        self._fences, self._boots_in_row = ATTEMPTS, 0
+        self._fences = ATTEMPTS
         self._decoder.forget()
 
     def stop(self) -> None:
@@ -178,13 +176,9 @@ class Jr3(PolledSensor):
     def _booted(self) -> None:
         self._heard = True
         self._boots += 1
-        self._boots_in_row += 1
         self._decoder.forget()
         self.after_boot |= self._started
-        if self._boots_in_row > MAX_BOOTS:
-            problem = f"has restarted {self._boots_in_row} times without a reading between"
-            self._fail(DeviceFaultError(self.name, problem, "check its supply voltage and its cable"))
-        elif self._advance(Jr3Event.BOOTED):
+        if self._advance(Jr3Event.BOOTED):
             self._fences = ATTEMPTS
 
     def _read(self, reading: Reading, now_ns: int) -> ForceSample | None:
@@ -193,7 +187,6 @@ class Jr3(PolledSensor):
         sample = self._sampler.take(reading, now_ns)
         if sample is not None:
             self.latest = sample
-            self._boots_in_row = 0
             if self.phase in (Jr3Phase.AWAITING, Jr3Phase.SILENT):
                 self._advance(Jr3Event.READ)
         return sample

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.trial import ExplorationArea, GoalConfig, draw_in_disc, goal_in_base, reachable_share
+from palpate.core.trial import ExplorationArea, GoalConfig, draw_in_disc, goal_in_base
 from palpate.core.trial.config import TaskConfig
 from palpate.core.trial.report import Purpose, generator
 
@@ -75,16 +75,6 @@ class TestFrame:
             elif asked != c:
                 assert value == (c + 3.5e-3 if asked > c else c - 3.5e-3)
         assert area.clamp(*clamped) == clamped
-
-    @pytest.mark.parametrize(("shape", "share"), [("disc", 0.84), ("ball", 0.92)])
-    def test_papers_literal_area_leaves_holes_outside(self, shape, share):
-        literal = TaskConfig(area_half_width_mm=2.5, area_centre="start", start_shape=shape)
-        assert reachable_share(literal, hole_uncertainty_mm=0.0) == pytest.approx(share, abs=0.005)
-
-    def test_share_of_a_small_area_is_that_of_the_areas(self):
-        small = TaskConfig(area_half_width_mm=1.0, start_uncertainty_mm=1.0)
-        assert reachable_share(small, hole_uncertainty_mm=3.0) == pytest.approx(4 / (9 * pi), abs=0.005)
-        assert reachable_share(small, 0.0, hole_shift_mm=3.0) == pytest.approx(4 / (9 * pi), abs=0.005)
 
 
 purposes = st.sampled_from(Purpose)
