@@ -60,7 +60,6 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     def activated(self, rig: ArmCommandRig) -> None:
         self._stopped = False
 
-    @override
     def work(self, rig: ArmCommandRig) -> None:
         """A small move leads where it says; a stopped arm does not move and says so."""
         asked_rad = self._next_pose(rig)
@@ -76,19 +75,16 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         rig.advance(rig.settle_ticks)
         self.rest(rig)
 
-    @override
     def start_work(self, rig: ArmCommandRig) -> None:
         """A small move under way."""
         self._send(rig, self._next_pose(rig))
         self._halted = not self._stopped
 
-    @override
     def disturb(self, rig: ArmCommandRig) -> None:
         """A stop, which an active arm remembers."""
         rig.device.stop()
         self._stopped = self._stopped or rig.device.life is Life.ACTIVE
 
-    @override
     def rest(self, rig: ArmCommandRig) -> None:
         """The arm stands where it was last sent, or near where it was when a command was halted."""
         with suppress(ClauseNotApplicable):

@@ -14,7 +14,6 @@ from math import atan2, hypot, isfinite, pi
 from typing import Any, ClassVar, Final
 
 import numpy as np
-from typing_extensions import override
 
 from palpate.adapters.contracts.bench import require
 from palpate.core.errors import PalpateError
@@ -141,7 +140,6 @@ class PolicyContract(ABC):
 class LearnerContract(PolicyContract):
     """Every learner keeps these clauses and those of a policy; a subclass makes it."""
 
-    @override
     @abstractmethod
     def make(self, *, frozen: bool = False) -> Learner:
         """Return a new learner; a frozen one does not learn."""

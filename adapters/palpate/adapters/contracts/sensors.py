@@ -65,7 +65,6 @@ class SampleContract(DeviceContract[SensorRigT]):
     def use(self, rig: SensorRigT) -> object:
         return rig.device.read()
 
-    @override
     def work(self, rig: SensorRigT) -> None:
         """A sample is sound, newer than any before it, and says the same of the same world."""
         self._load(rig)
@@ -150,21 +149,18 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
 
     sample_type = WrenchSample
 
-    @override
     def _load(self, rig: ForceSensorRig) -> None:
         if rig.twist_Nm is not None:
             rig.twist_Nm(*(share * rig.load_Nm for share in _SHARES))
         if rig.push_N is not None:
             rig.push_N(*(share * rig.load_N for share in _SHARES))
 
-    @override
     def _vectors(self, rig: ForceSensorRig) -> tuple[_Vector, ...]:
         # Without a knob the load on the tool is not known.
         tolerance_N = rig.tolerance_N if rig.push_N else inf
         tolerance_Nm = rig.tolerance_Nm if rig.push_N and rig.twist_Nm else inf
         return ("force_N", 3, inf, tolerance_N), ("torque_Nm", 3, inf, tolerance_Nm)
 
-    @override
     def _require_sound(self, rig: ForceSensorRig, sample: Any) -> None:
         super()._require_sound(rig, sample)
         declared = (sample.kind, sample.frame) == (rig.kind, rig.frame)
@@ -218,7 +214,6 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
 
     sample_type = JointSample
 
-    @override
     def _vectors(self, rig: JointEncoderRig) -> tuple[_Vector, ...]:
         return (("position_rad", rig.joints, _PLAUSIBLE_RAD, rig.tolerance_rad),)
 

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from typing_extensions import override
-
 from palpate.adapters.config import LEARNERS, RUN_FORMAT, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
@@ -237,7 +235,6 @@ class Trainer(Trials):
 
         self.run_all(range(self.next_trial, trials), done)
 
-    @override
     def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
         """Run one trial and learn from it.
 

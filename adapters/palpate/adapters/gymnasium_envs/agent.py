@@ -13,8 +13,6 @@ from math import inf
 from queue import Empty, SimpleQueue
 from typing import Any, Final
 
-from typing_extensions import override
-
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import DeviceError
 from palpate.core.policy import Action, Decision, FixedPolicy, Observation
@@ -90,7 +88,6 @@ class Agent(FixedPolicy, LoopObserver):
         self._asked_ns = None
         return decision
 
-    @override
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
         """Begin a tick.
 

@@ -11,7 +11,6 @@ from typing import Any, Final
 import gymnasium
 import mujoco
 import numpy as np
-from typing_extensions import override
 
 from palpate.adapters.config import RunConfig, Tables, configured, without_world
 from palpate.adapters.experiments import Run, rest_reinforcement, task_actions
@@ -256,7 +255,6 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """
         return self._episodes.rig
 
-    @override
     def __reduce__(self) -> tuple[Callable[..., PegInsertionEnv], tuple[()]]:
         """Make a copy.
 

@@ -119,7 +119,6 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         """Whether the arm reports angles without power."""
         return self._arm.listens_unpowered
 
-    @override
     def send(self, command: JointCommand) -> AppliedCommand:
         """Send a set-point. For palpate's drivers it is limited here; a third-party arm reports the applied one."""
         self._look()
@@ -163,7 +162,6 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     def _where(self) -> JointVector:
         return () if self._status.joints is None else self._status.joints.position_rad
 
-    @override
     def stop(self) -> None:
         """Stop the arm, and return when it has received the stop or after a time-out. Signal handlers may call this."""
         self._stopped = True
@@ -191,7 +189,6 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         self._look()
         super().acknowledge_fault()
 
-    @override
     def _on_configure(self) -> None:
         host = self._host = self._start()
         self._status = ArmStatus()
@@ -205,17 +202,14 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             host.end()
             raise
 
-    @override
     def _on_activate(self) -> None:
         self._stopped = False
         self._request("listen" if self.listens else "activate")
         self._limiter.start(self._where())
 
-    @override
     def _on_deactivate(self) -> None:
         self._request("deactivate")
 
-    @override
     def _on_acknowledge(self) -> None:
         if self._host is None:
             # The process died; acknowledging the fault starts a new one.
@@ -223,7 +217,6 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         else:
             self._request("acknowledge_fault")
 
-    @override
     def _on_close(self) -> None:
         self._stand_down()
         host = self._host

@@ -48,12 +48,10 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         box = self.opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 
-    @override
     def _connect(self) -> None:
         wire, box = self._open_box(self._table)
         self._close_wire, self.device = wire.close, NetFt(wire, box)
 
-    @override
     def _on_activate(self) -> None:
         self.opened().start(self._clock.now_ns())
         super()._on_activate()
@@ -61,7 +59,6 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     def _on_deactivate(self) -> None:
         self.opened().stop()
 
-    @override
     def _leave(self, device: NetFt) -> None:
         device.stop()
 

@@ -71,11 +71,9 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
             frame="sensor",
         )
 
-    @override
     def _surprise(self, device: Jr3) -> str | None:
         return "the board restarted in mid-run: readings may have jumped" if device.after_boot else None
 
-    @override
     def _connect(self) -> None:
         table, bus = self._table, open_jr3_bus(self._table)
         self._close_wire = bus.shutdown
@@ -88,7 +86,6 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         )
         start_up(self.device, self._clock.now_ns, self._sleep, self._start_timeout_s)
 
-    @override
     def _leave(self, device: Jr3) -> None:
         wait_s = _LEAVE_S if self._is_sound(device) else _DEAD_S
         shut_down(device, self._clock.now_ns, self._sleep, wait_s)

@@ -136,13 +136,8 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         super().__init__(arm)
         self._arm, self._operator = arm, operator
 
-    @override
     def activate(self) -> None:
-        """Activate the arm, unless the operator has stopped it.
-
-        Raises:
-            FaultLatchedError: Also raised if a stop must be acknowledged.
-        """
+        """Activate the arm, unless the operator has stopped it."""
         # A request that is wrong anyway is refused by the arm, with the reason.
         if self._operator.tripped and self._arm.life is Life.CONFIGURED:
             raise FaultLatchedError("arm", self._operator.tripped)

@@ -74,11 +74,7 @@ class DeviceRig(Rig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        """Properties of the force sensor from the rig file and from the sensor, read when the rig was entered.
-
-        Raises:
-            LifecycleError: The rig has not been entered, so the sensor has not been read.
-        """
+        """Properties of the force sensor from the rig file and from the sensor, read when the rig was entered."""
         if self._facts is None:
             raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
         return self._facts
@@ -141,11 +137,7 @@ class HardwareRig(DeviceRig):
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
 
     def prepare(self, trial: int) -> None:
-        """Release the arm from its last stop; before the first trial, move it to the ready pose.
-
-        Raises:
-            DeviceError: A device failed, or the arm touched something on its way, which is latched.
-        """
+        """Release the arm from its last stop; before the first trial, move it to the ready pose."""
         self._free()
         if not self._at_ready:
             try:

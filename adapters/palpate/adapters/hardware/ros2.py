@@ -156,7 +156,6 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
         """Return the stated rate; messages do not contain range and noise."""
         return SensorFactsTable(rate_Hz=self._table.rate_Hz, frame="sensor")
 
-    @override
     def _connect(self) -> None:
         way = self._link()
         self._close_wire = way.close

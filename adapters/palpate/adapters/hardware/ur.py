@@ -111,14 +111,12 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         """Return the rated ranges of the data sheet, and the rate."""
         return SensorFactsTable(range_N=RANGE_N, range_Nm=RANGE_NM, rate_Hz=self._rate_Hz, frame="sensor")
 
-    @override
     def _connect(self) -> None:
         way = self._way = self._link()
         self._close_wire = way.close
         way.open(_OPEN_S)
         self.device = UrToolForce(way)
 
-    @override
     def _on_acknowledge(self) -> None:
         super()._on_acknowledge()
         if self._way is not None:

@@ -105,7 +105,6 @@ class FileSink(Sink):
     def put(self, batch: Sequence[LogMessage]) -> None:
         self._jobs.put(partial(self._add, batch))
 
-    @override
     def close(self) -> None:
         """Wait until the log is written."""
         done = Event()

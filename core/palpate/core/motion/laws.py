@@ -4,8 +4,6 @@ from abc import abstractmethod
 from math import sqrt
 from typing import Protocol
 
-from typing_extensions import override
-
 from palpate.core.errors import ConfigurationError, require_in
 from palpate.core.ports import Vector3
 
@@ -50,7 +48,6 @@ class HybridControl(ControlLaw):
     def __init__(self, across: ControlLaw, along: ControlLaw) -> None:
         self._across, self._along = across, along
 
-    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """Return the combined velocity; each controller gets only its axes, so one's limits do not slow the other."""
         fx, fy, fz = force_N
@@ -60,7 +57,6 @@ class HybridControl(ControlLaw):
         _, _, vz = self._along.velocity_m_s((0.0, 0.0, rz), (0.0, 0.0, tz), (0.0, 0.0, fz))
         return vx, vy, vz
 
-    @override
     def reset(self) -> None:
         """Clear the state of both controllers."""
         self._across.reset()
@@ -102,7 +98,6 @@ class DampingControl(ControlLaw):
             )
         self._mobility, self._nominal, self._speed = 1.0 / damping_N_s_per_m, nominal_force_N, speed_limit_m_s
 
-    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """Return the velocity of the protocol; positions are ignored."""
         m, (fx, fy, fz), (x, y, z) = self._mobility, force_N, self._nominal
@@ -125,7 +120,6 @@ class PositionControl(ControlLaw):
         require_in("control.speed_limit_m_s", speed_limit_m_s, 1e-6, 1.0)
         self._gain, self._speed = gain_per_s, speed_limit_m_s
 
-    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """Return the velocity of the protocol; forces are ignored."""
         k, (tx, ty, tz), (x, y, z) = self._gain, target_m, reference_m
@@ -173,7 +167,6 @@ class ForceControl(ControlLaw):
         self._target, self._speed = target_N, speed_limit_m_s
         self._last: Vector3 | None = None
 
-    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
         """Return the velocity of the protocol; positions are ignored."""
         (fx, fy, fz), (tx, ty, tz) = force_N, self._target
@@ -183,7 +176,6 @@ class ForceControl(ControlLaw):
         i, p = self._integral, self._proportional
         return limited((i * x + p * (x - u), i * y + p * (y - v), i * z + p * (z - w)), self._speed)
 
-    @override
     def reset(self) -> None:
         """Clear the last error, so that a new contact does not begin with a jump."""
         self._last = None

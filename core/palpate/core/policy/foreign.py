@@ -104,7 +104,6 @@ class ForeignPolicy(Learner):
         with self._named("begin_trial"):
             self._policy.begin_trial(trial, rng)
 
-    @override
     def choose(self, observation: Observation) -> Decision:
         """Return the decision in plain numbers.
 

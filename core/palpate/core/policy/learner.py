@@ -99,11 +99,9 @@ class ModelLearner(Learner, Generic[T]):
         self._refit()
         self._begin(rng)
 
-    @override
     def learn(self, transition: Transition) -> None:
         """Ignore single steps: their value is known only at the end of the trial."""
 
-    @override
     def get_state(self) -> dict[str, Any]:
         """Return the remembered trials as plain JSON values; the model is fitted to them again."""
         return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}

@@ -45,11 +45,7 @@ class AssignedPolicy(FixedPolicy):
         return self._assigned[state] is not None
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the action of the state.
-
-        Raises:
-            ConfigurationError: The state has no action.
-        """
+        """Return the action of the state."""
         index = self._assigned[observation.state]
         if index is None:
             accepted = "an action for every state that occurs, or a learner after it in a mixed policy"
@@ -99,11 +95,7 @@ class RandomWalkPolicy(FixedPolicy):
         self.actions = tuple(actions)
 
     def choose(self, observation: Observation) -> Decision:
-        """Draw an action.
-
-        Raises:
-            LifecycleError: No trial has begun.
-        """
+        """Draw an action."""
         index = int(drawing_from(self._rng, "random walk").random() * len(self.actions))
         return Decision(self.actions[index], index, "random")
 
@@ -162,11 +154,7 @@ class MixedPolicy(Policy):
             part.end_trial(hindsight)
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the choice of the part that serves the state.
-
-        Raises:
-            ConfigurationError: No part serves the state.
-        """
+        """Return the choice of the part that serves the state."""
         return self.part_for(observation.state).choose(observation)
 
     def learn(self, transition: Transition) -> None:

@@ -63,22 +63,14 @@ class Sarsa(TabularLearner):
         self._traces, self._next = {}, None
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the action drawn for this state during learning, or draw one; one random number per choice.
-
-        Raises:
-            LifecycleError: No trial has begun.
-        """
+        """Return the action drawn for this state during learning, or draw one; one random number per choice."""
         drawn, self._next = self._next, None
         if drawn is not None and drawn[0] == observation.state:
             return self._decision(drawn[1])
         return super().choose(observation)
 
     def learn(self, transition: Transition) -> None:
-        """Update the Q of all pairs with a trace, unless frozen.
-
-        Raises:
-            LifecycleError: No trial has begun.
-        """
+        """Update the Q of all pairs with a trace, unless frozen."""
         if self.frozen:
             return
         state, action = transition.state, transition.action_index
@@ -106,11 +98,7 @@ class Sarsa(TabularLearner):
         return super().get_state() | {"traces": traces, "next": None if self._next is None else list(self._next)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Restore the state that :meth:`get_state` returned.
-
-        Raises:
-            ConfigurationError: The state is of a learner of another size; nothing is changed.
-        """
+        """Restore the state that :meth:`get_state` returned."""
         require_keys("learner", state, tuple(self.get_state()))
         traces = fitted("learner.traces", state["traces"], tuple[tuple[int, int, float], ...])
         drawn = fitted("learner.next", state["next"], tuple[int, int] | None)

@@ -120,11 +120,7 @@ class TabularLearner(Learner):
         return schedule.when_frozen if self.frozen else schedule.at(trial)
 
     def choose(self, observation: Observation) -> Decision:
-        """Draw an action by Boltzmann exploration; exactly one random number.
-
-        Raises:
-            LifecycleError: No trial has begun.
-        """
+        """Draw an action by Boltzmann exploration; exactly one random number."""
         return self._decision(self._drawn(observation.state))
 
     @abstractmethod

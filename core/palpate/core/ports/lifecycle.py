@@ -98,20 +98,11 @@ class ManagedDevice(ActiveInside):
         return self._fault
 
     def configure(self) -> None:
-        """Open and check the device.
-
-        Raises:
-            LifecycleError: The device has already been configured.
-        """
+        """Open and check the device."""
         self._move(LifeRequest.CONFIGURE, self._on_configure)
 
     def activate(self) -> None:
-        """Enable the device.
-
-        Raises:
-            LifecycleError: The device is not configured.
-            FaultLatchedError: A fault has not been acknowledged.
-        """
+        """Enable the device."""
         self._move(LifeRequest.ACTIVATE, self._on_activate)
 
     def deactivate(self) -> None:

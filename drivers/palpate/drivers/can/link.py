@@ -61,7 +61,6 @@ class BoundedSlcanBus(slcanBus):
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         super().send(msg, self._wait_s if timeout is None else timeout)
 
-    @override
     def _write(self, string: str) -> None:
         port = self.serialPortOrig
         with error_check("the serial CAN adapter takes no bytes"):
@@ -74,7 +73,6 @@ class BoundedSlcanBus(slcanBus):
                 raise
             self._wait_s = FRAME_TIMEOUT_S
 
-    @override
     def shutdown(self) -> None:
         """Tell the adapter to leave the bus, if it still listens, and close the port in any case."""
         can.BusABC.shutdown(self)

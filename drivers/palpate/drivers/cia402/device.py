@@ -160,11 +160,6 @@ class Cia402Arm(LatchingArm):
         """Clear a latched fault, as decided by a person, never by a program.
 
         The drives are set up again, since one may have restarted, and get a fault-reset. They end without power.
-
-        Raises:
-            StateError: There is no fault.
-            SilentError: A drive, or the bus, is still silent; the fault stays.
-            DeviceFaultError: A drive's fault does not go away; it stays.
         """
         self._require_fault()
         self._link.require_alive()

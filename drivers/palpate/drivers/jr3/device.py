@@ -81,7 +81,6 @@ class Jr3(PolledSensor):
         """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if it is closed."""
         self._wish(Jr3Event.ASKED_TO_STOP)
 
-    @override
     def acknowledge(self) -> None:
         """Acknowledge a restart of the board; it is no longer reported."""
         self.after_boot = False

@@ -146,12 +146,7 @@ class UrArm(LatchingArm):
             self._link.close()
 
     def acknowledge(self) -> None:
-        """Clear a fault, as decided by a person: unlock a protective stop, or restore a broken connection.
-
-        Raises:
-            StateError: There is no fault.
-            DriverError: The fault persists.
-        """
+        """Clear a fault, as decided by a person: unlock a protective stop, or restore a broken connection."""
         self._require_fault()
         try:
             seen = self._fresh()

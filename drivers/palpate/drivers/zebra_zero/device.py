@@ -83,11 +83,6 @@ class ZebraZero(LatchingArm):
 
         Modules that still have their addresses are taken over unchanged; others are reset, with motors off and
         counters at zero. There is no index for homing (FACT: the port), so only a person can confirm the position.
-
-        Raises:
-            StateError: The position is unknown.
-            WiringError: No module answers, or not six servo modules, or the counters are not the stored ones.
-            SilentError, GarbledError: Some modules do not answer, all replies are invalid, or the port is gone.
         """
         self._require("open()", ArmState.NEW)
         found = self._servos.attach()
@@ -192,12 +187,6 @@ class ZebraZero(LatchingArm):
 
         Modules that have kept their addresses were not reset, so their counters hold; until they all answer there the
         fault stays, and where they were reset, closing is the way on.
-
-        Raises:
-            StateError: There is no fault.
-            WiringError: No module answers at its address.
-            SilentError, GarbledError: Not all of them answer, or not with sense.
-            DeviceFaultError: A fault is still there; it stays latched.
         """
         self._require_fault()
         if self._servos.attach() is None:
@@ -243,7 +232,6 @@ class ZebraZero(LatchingArm):
         counts = self.settings.transmission.to_counts(self.setpoint_rad)
         return tuple(setpoint(self.streaming, count) for count in counts)
 
-    @override
     def _fail(self, error: DriverError) -> None:
         super()._fail(error)
         if isinstance(error, ArmFaultError):

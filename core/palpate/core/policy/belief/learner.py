@@ -100,7 +100,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._refit()
         return self._model
 
-    @override
     def _begin(self, rng: np.random.Generator) -> None:
         self._touches = []
         self._start_anew()
@@ -112,7 +111,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._belief = None if table is None else PlaceBelief(table, self._log_prior, kept)
         self._search, self._steps = None, 0
 
-    @override
     def _fit(self) -> None:
         self._expect_place()
         self._model = self._table = None
@@ -127,7 +125,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         prior = place_prior([trial.hole_m for trial in self._trials], self._places)
         self._log_prior, self._centre_m = logarithm(prior).astype(SINGLE), self._places.mean_m(prior)
 
-    @override
     def choose(self, observation: Observation) -> Decision:
         """Return the step that minimises the expected time to the hole."""
         touch = Touch.of(observation)
@@ -186,7 +183,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._remember(TouchedTrial.of(hindsight, self._touches))
         del self._trials[: -self.parameters.memory_trials]
 
-    @override
     def _trial_from(self, where: str, data: object) -> TouchedTrial:
         return TouchedTrial.from_dict(where, data)
 

@@ -100,7 +100,6 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         self._fitted = fitted_after(len(trials))
         self.model, self._plan = model, None
 
-    @override
     def _fit(self) -> None:
         due = fitted_after(len(self._trials))
         if due == self._fitted:
@@ -114,7 +113,6 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         first = most // 2
         return self._trials[:first] + self._trials[due - most + first : due]
 
-    @override
     def _begin(self, rng: np.random.Generator) -> None:
         self._rng = rng
         if self._plan is None and self.model is not None:
@@ -127,13 +125,8 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         self._next: int | None = None
         self._belief: StateBelief | None = None
 
-    @override
     def choose(self, observation: Observation) -> Decision:
-        """The action that the plan takes for the cheapest, or a random one.
-
-        Raises:
-            LifecycleError: No trial has begun, and the action is left to chance.
-        """
+        """The action that the plan takes for the cheapest, or a random one."""
         self._take_in(observation.state)
         index, share = self._planned(), self._random_share()
         if index is None or share > 0.0:
@@ -188,6 +181,5 @@ class HmmLearner(ModelLearner[RecordedTrial]):
             self._fitted, self.model, self._plan = 0, None, None
         self._fitted_to = None
 
-    @override
     def _trial_from(self, where: str, data: object) -> RecordedTrial:
         return RecordedTrial.from_dict(where, data, len(self.states), len(self.actions))

@@ -87,7 +87,6 @@ class TouchTask(Task):
         self.sense(snapshot)
         return self.act()
 
-    @override
     def sense(self, snapshot: Snapshot) -> Observation | None:
         """Process a snapshot, the first half of a tick; :meth:`act` is the second.
 
@@ -142,7 +141,6 @@ class TouchTask(Task):
             self.expectation = state.expectation
         return state.observation
 
-    @override
     def act(self) -> JointCommand:
         """Return the command, the second half of a tick, after a choice if one is due."""
         if self._state.observation is not None:
@@ -170,7 +168,6 @@ class TouchTask(Task):
         self._running = running
         self._state.enter(phase, Expectation(contact, self._settle.bias, area))
 
-    @override
     def interrupt(self) -> None:
         """End the trial after the running action, and any later one at once.
 
@@ -191,7 +188,6 @@ class TouchTask(Task):
     def conclude(self) -> None:
         return
 
-    @override
     def clamped(self, intervention: Intervention) -> None:
         """Record that the supervisor changed a command, once for consecutive ticks."""
         if self._state.tick != self._clamped_tick + 1:

@@ -41,7 +41,6 @@ class Lift(RunningPhase):
         self._motion, self._law = motion, law
         self._ready_z_m = -task.ready_height_mm * 1e-3
 
-    @override
     def step(self) -> Vector3:
         """Move up; if the tool is already there, the tick belongs to the next phase."""
         x, y, z = self._motion.reference_m

@@ -47,7 +47,6 @@ class Insertion(TaskKind):
     asks_policy = True
     options: type[Settings] = NoOptions
 
-    @override
     def workspace(self, task: TaskConfig) -> Workspace:
         """Return the box of all starts, the exploration and the whole depth."""
         # If the area is centred at the start, the two add up.
@@ -59,7 +58,6 @@ class Insertion(TaskKind):
         options_of(NoOptions, task)
         return find_ready_pose(arm, tool, task)
 
-    @override
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
         """Draw a start for each trial."""
         rng = generator(seed, Purpose.START, trial)
@@ -70,7 +68,6 @@ class Insertion(TaskKind):
         agent = Agent(parts.perception, parts.policy, parts.reinforcement, PERIOD_S)
         return InsertionTask(parts.task, parts.control, parts.measurement, parts.motion, agent)
 
-    @override
     def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
         """Return True if the peg is in the hole at full depth and the true peak force was below the limit."""
         # The centre of a tilted peg's end face is above its deepest edge, on which it rests in the hole.
@@ -82,7 +79,6 @@ class Insertion(TaskKind):
             and truth.peak_force_N < task.max_force_N
         )
 
-    @override
     def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
         """Return True if the peg was reported as inserted but is next to the hole or not deep enough."""
         short = truth.depth_m < (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3

@@ -51,7 +51,6 @@ class InsertionTask(TouchTask):
         self._state.agent_begun()
         self._explore.begin(setup.start_m)
 
-    @override
     def choose(self) -> None:
         """Let the policy choose from the observation of :meth:`sense`, before :meth:`act`, so that a loop can time it.
 
@@ -63,7 +62,6 @@ class InsertionTask(TouchTask):
         # The first tick of an action may report a mismatch, too.
         self.expectation = self._state.expectation
 
-    @override
     def _follow(self) -> None:
         phase = self._state.phase
         if phase is Phase.SETTLE:
@@ -79,11 +77,9 @@ class InsertionTask(TouchTask):
             self._explore.resume()
             self._enter(Phase.EXPLORE, self._explore, area=self._explore.area)
 
-    @override
     def _may_end(self) -> bool:
         return self._state.phase is not Phase.EXPLORE or self._explore.countdown <= 1
 
-    @override
     def conclude(self) -> None:
         """Pass the outcome to the policy after the last tick.
 

@@ -26,7 +26,6 @@ class InsertionState(TrialState):
         super().__init__()
         self._agent, self._measurement = agent, measurement
 
-    @override
     def begin(self, setup: TrialSetup) -> None:
         """Reset for a new trial."""
         super().begin(setup)

@@ -65,7 +65,6 @@ class CornerFirst(FixedPolicy):
         self._withdrawn = 0
         self._stage, self._quiet, self._pushed, self._driven, self._drove = _Act.LEAN, 0, 0, 0, False
 
-    @override
     def choose(self, observation: Observation) -> Decision:
         """Return the next action of the stage."""
         corner, lean = self._corner, hypot(*observation.turn_rad[:2])

@@ -144,13 +144,11 @@ class SpatialExplore(Explore):
             return STILL
         return self._way_on()
 
-    @override
     def _perceive(self) -> None:
         super()._perceive()
         # The turn of the completed action continues in this tick, unless the next action turns otherwise.
         self._way_on()
 
-    @override
     def _begin(self, action: Action) -> None:
         super()._begin(action)
         self._motion.look_at_joints()
@@ -169,12 +167,10 @@ class SpatialExplore(Explore):
             self._state.event("insert")
             self.over = True
 
-    @override
     def _refine_surface(self) -> None:
         if self._spatial.law is Law.STEP and self._upright:
             super()._refine_surface()
 
-    @override
     def _way_on(self) -> Vector3:
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
         give, self._led_m_s = self._give, None

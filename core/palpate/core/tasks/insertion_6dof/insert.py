@@ -65,7 +65,6 @@ class SpatialInsert(Insert):
             x, y = x + self._wobble_rad_s * cos(turned), y + self._wobble_rad_s * sin(turned)
         self._motion.turn((x, y, yaw))
 
-    @override
     def _begin_look(self) -> None:
         """Wobble and comply on a possible floor until the peg is flat, before it is checked."""
         measured, past = self._measurement, self._depth_m - self._state.slack_m > self._full_m + self._tolerance_m
@@ -79,7 +78,6 @@ class SpatialInsert(Insert):
         if self._found or past or (wobbled > 0 and seated) or wobbled > _SEATING_TICKS:
             super()._begin_look()
 
-    @override
     def _wedged(self, text: str) -> None:
         self._state.event("stuck", text)
         self._state.hole_tick = None

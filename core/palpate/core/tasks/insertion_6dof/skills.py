@@ -173,7 +173,6 @@ class SkillAgent(Agent):
         self._skills.begin_trial()
         self._running: Decision | None = None
 
-    @override
     def _learn_from(self, tick: int, seen: Observation) -> int:
         self._of_the_task = self._skills.facts(seen)
         if self._running is not None and not self._skills.over(seen):
@@ -184,7 +183,6 @@ class SkillAgent(Agent):
         self._running, self.goes_on, self._began = None, False, tick
         return super()._learn_from(tick, seen)
 
-    @override
     def _decide(self, observation: Observation) -> Decision:
         if (chosen := self._running) is None:
             chosen = super()._decide(observation)

@@ -3,8 +3,6 @@
 from math import hypot
 from typing import Final
 
-from typing_extensions import override
-
 from palpate.core.policy import Action
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, Monitor, RunningPhase
@@ -67,7 +65,6 @@ class Explore(RunningPhase):
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
         self._lost_ticks = self._deep_ticks = 0
 
-    @override
     def step(self) -> Vector3:
         """Continue the action; when it is over, ``state.observation`` is the input of the next choice."""
         measured, state = self._measurement, self._state
