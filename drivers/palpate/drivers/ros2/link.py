@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
@@ -13,6 +14,8 @@ EXTRA: Final = "pip install 'palpate[ros2]'"
 _MOST: Final = 64
 """Length of the queue of received messages; the oldest are dropped."""
 _ENDPOINTS: Final = 500
+_ACKNOWLEDGED_NS: Final = 100_000_000
+"""Longest wait for the robot to acknowledge the last command."""
 _ALIVE: Final = 16
 _EXISTS: Final = -4
 _domains: Final = dict[int, tuple[str, Any]]()
@@ -121,6 +124,10 @@ class Ros2Link:
 
     def close(self) -> None:
         """Leave the domain; never raises."""
+        if self._writer is not None:
+            # The robot would not get a command that holds it, sent just before.
+            with suppress(Exception):
+                self._writer.wait_for_acks(_ACKNOWLEDGED_NS)
         self._reader = self._writer = self._participant = None
 
     def _opened(self, entity: Any) -> Any:
