@@ -1,4 +1,4 @@
-"""Automata: machines as values, how they are inferred from strings, and what they are compared with."""
+"""Automata: machines as values, their inference from strings, and baselines."""
 
 import lazy_loader
 

@@ -1,14 +1,14 @@
-"""Which q? Partitions of one network with different numbers of intervals, judged by strings (paper, 5.3).
+"""Choice of q: partitions of one network with different numbers of intervals, scored on strings (paper, 5.3).
 
-For acceptance: the smallest q whose automaton is right about every training string (Giles and others, 1992).
+For acceptance, the smallest q whose automaton classifies every training string correctly is chosen (Giles and others,
+1992).
 
-For prediction there is no right or wrong. The automaton is taken as a model of its own: in each state the next symbol,
-or the end, has the probability with which it followed there in the training strings.
-Its cross-entropy on held-out strings falls as q grows, ever more slowly, while each state must be filled with
-experience by whoever learns on it. So a state has its price, one nat for each of its probabilities (Akaike, 1974), and
-the lowest sum is chosen. On two-unit networks of two maps learners did best with such numbers of states; cross-entropy
-alone would take nearly the largest q, and the price of Schwarz (1978), which grows with the number of strings, about
-half as many.
+For prediction, the automaton is scored as a probabilistic model. In each state, the next symbol or the end has its
+relative frequency in the training strings. The cross-entropy on held-out strings falls more and more slowly as q grows,
+but a learner needs experience in every state. Each state therefore adds a penalty of one nat per probability (Akaike,
+1974), and the q with the lowest sum is chosen. In tests with two-unit networks on two maps, learners did best with
+these numbers of states. Cross-entropy alone would choose nearly the largest q. The penalty of Schwarz (1978), which
+grows with the number of strings, would choose about half as many states.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,27 +34,30 @@ _LEAST: Final = 1e-300
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExtractionSettings(Settings):
-    """How to make automata of a network."""
+    """Settings of the extraction of automata from a network."""
 
     TABLE: ClassVar[str] = "extraction"
 
     fewest_intervals: Annotated[int, Range(1, 1000)] = 2
-    """Lowest q that is tried."""
+    """Lowest q to try."""
     most_intervals: Annotated[int, Range(1, 1000)] = 20
-    """Highest q that is tried."""
+    """Highest q to try."""
     least_share: Annotated[float, Range(0.0, 0.999)] = LEAST_SHARE
-    """Probability above which a symbol, or the end, is among the possible successors. Prediction only."""
+    """Probability above which a symbol, or the end, is a possible successor. Prediction only."""
     most_states: Annotated[int, Range(1, MOST_STATES)] = 500
-    """A q that gives more states, before minimisation, is left out."""
+    """Maximum number of states before minimisation; a q that gives more is skipped."""
     merge_symbols: bool = False
-    """Let different symbols lead into one state. Prediction only."""
+    """Allow different symbols to lead into one state. Prediction only."""
 
     @override
     def check(self) -> None:
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
 
     def partitions(self, network: Network, tree: PrefixTree | None = None) -> Iterator[Partition]:
-        """Partitions of a network by rising q, by what strings do if there are any, till three have too many states."""
+        """Yield the partitions of a network in order of q; stop after three with too many states.
+
+        With a tree, the search follows only its strings.
+        """
         fits, left_out = False, 0
         for intervals in range(self.fewest_intervals, self.most_intervals + 1):
             found = self.partition(network, intervals, tree)
@@ -71,20 +74,20 @@ class ExtractionSettings(Settings):
             )
 
     def partition(self, network: Network, intervals: int, tree: PrefixTree | None = None) -> Partition | None:
-        """One of them; None if it has too many states."""
+        """Return the partition for one q; None if it has too many states."""
         apart = network.architecture.reading is Readout.PREDICTION and not self.merge_symbols
         return bounded_partition(network, intervals, self.most_states, by_symbol=apart, tree=tree)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Extract:
-    """An automaton made with one q, and how good it is.
+    """An automaton extracted with one q, and its scores.
 
     Attributes:
-        wrong: Share of the training strings that it labels wrongly; None for prediction.
-        agreement: Share of the held-out strings that it labels rightly; None without any, and for prediction.
-        loss: Cross-entropy on the held-out strings, nats a symbol; prediction only, else None.
-        price: What the states are charged with, in the same unit; prediction only, else None.
+        wrong: Share of the training strings that it labels incorrectly; None for prediction.
+        agreement: Share of the held-out strings that it labels correctly; None for prediction or without such strings.
+        loss: Cross-entropy on the held-out strings, in nats per symbol; None for acceptance.
+        price: Penalty for the number of states, in nats per symbol; None for acceptance.
     """
 
     partition: Partition
@@ -111,14 +114,14 @@ class Extract:
 
     @property
     def cost(self) -> float:
-        """What is to be low: share of wrong training strings, or for prediction loss and price together."""
+        """Cost to minimise: share of wrong training strings; for prediction, the sum of loss and price."""
         return self.wrong if self.wrong is not None else (self.loss or 0.0) + (self.price or 0.0)
 
 
 def accepting_extract(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree | None = None
 ) -> Extract:
-    """The automaton of the smallest q that is right about every training string; if none is, of the best q."""
+    """Return the automaton of the smallest q that labels every training string correctly, else of the best q."""
     judged: list[tuple[float, Partition]] = []
     for cells in settings.partitions(network):
         judged.append((_wrong(cells, training), cells))
@@ -130,17 +133,17 @@ def accepting_extract(
 
 
 def looseness(machine: Machine, tree: PrefixTree) -> float:
-    """What labelled strings cost, in nats but for a constant, if all words of their length and label are alike likely.
+    """Return the size-principle cost of labelled strings, in nats up to a constant.
 
-    Of two acceptors that are right about them all, the tighter one costs less: by the looser one, words that never came
-    would have been as likely (the size principle of Tenenbaum and Griffiths, 2001).
+    All words of one length and label are equally likely. Of two acceptors that label all strings correctly, the one
+    that accepts fewer words costs less (the size principle of Tenenbaum and Griffiths, 2001).
     """
     targets, accepting = np.array(machine.transitions), np.array(machine.state_outputs, dtype=bool)
     lengths = np.repeat(np.arange(len(tree.levels) - 1), np.diff(tree.levels))
     came = np.zeros((len(tree.levels) - 1, 2))
     strings = tree.labels != UNLABELLED
     np.add.at(came, (lengths[strings], tree.labels[strings]), tree.counts[strings, -1])
-    # Shares of all words of a length, by the state that they lead to.
+    # Share of all words of one length that lead to each state.
     shares = np.where(np.arange(len(targets)) == machine.start, 1.0, 0.0)
     cost = 0.0
     for rejected, accepted in came.tolist():
@@ -154,7 +157,7 @@ def looseness(machine: Machine, tree: PrefixTree) -> float:
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Automata of all q in order, each with its loss and price; the one of the lowest cost is to be taken."""
+    """Return the automata of all q in order, each with its loss and price."""
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)
@@ -164,16 +167,16 @@ def predicting_extracts(
 
 
 def cheapest(extracts: Iterable[Extract]) -> Extract:
-    """The one of the lowest cost; of equal ones the first."""
+    """Return the automaton with the lowest cost, the first of equals."""
     return min(extracts, key=lambda extract: extract.cost)
 
 
 def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
-    """Cross-entropy on held-out strings, nats a symbol, of an automaton with probabilities from training.
+    """Return the cross-entropy of an automaton on held-out strings, in nats per symbol.
 
-    It is followed as a learner's state follows it. Half a count for each outcome is added, so that nothing is held to
-    be impossible because it never followed (Krichevsky and Trofimov, 1981): to those of a symbol alike, and to those of
-    a state in proportion to what follows its symbol.
+    Its probabilities come from the training strings. A :class:`AutomatonState` follows the strings, as in a trial. Half
+    a count is added for each outcome, so that unseen outcomes keep a probability (Krichevsky and Trofimov, 1981). These
+    counts are uniform for a symbol; for a state they are proportional to the outcomes that follow its last symbol.
     """
     follower = AutomatonState.of(machine, training)
     counts, drawn = _followed(follower, training, machine.start), _followed(follower, held_out, machine.start)
@@ -187,19 +190,22 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
 
 
 def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
-    """How often each symbol, and the end, followed in each state of the follower, (states, symbols + 1)."""
+    """Return how often each symbol and the end followed each state, (states, symbols + 1)."""
     counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
     np.add.at(counts, np.minimum(tree.states(follower.table(), start), follower.lost), tree.counts)
     return counts
 
 
 def price_of(machine: Machine, training: PrefixTree) -> float:
-    """What the states of an automaton are charged with, in nats a symbol of the training strings."""
+    """Return the penalty for the states of an automaton, in nats per symbol of the training strings."""
     return len(machine.transitions) * len(machine.alphabet) / int(training.counts.sum())
 
 
 def last_symbols(tree: PrefixTree, count: int) -> Machine:
-    """The automaton whose states are the last ``count`` symbols of the strings, fewer at the beginning; 0 for one."""
+    """Return the automaton whose states are the last ``count`` symbols of the strings.
+
+    At the beginning of a string there are fewer symbols. With ``count`` 0 the automaton has one state.
+    """
     words: list[tuple[int, ...]] = [()]
     number: dict[tuple[int, ...], int] = {(): 0}
     rows: list[list[int | None]] = [[None] * len(tree.alphabet)]
@@ -214,9 +220,9 @@ def last_symbols(tree: PrefixTree, count: int) -> Machine:
 
 
 def labelled(machine: Machine, tree: PrefixTree) -> Machine:
-    """The same with its states labelled by their last symbol and likely successors, such as ``C > A D``.
+    """Return the machine with each state labelled by its last symbol and likely successors, such as ``C > A D``.
 
-    Likely ones are those of a tenth or more of what followed in the strings, at most three, the likeliest first.
+    A likely successor has a share of at least a tenth in the strings. At most three are listed, the most likely first.
     """
     follower, names = AutomatonState.of(machine, tree), (*machine.alphabet, END)
     counts = _followed(follower, tree, machine.start)
@@ -229,7 +235,7 @@ def labelled(machine: Machine, tree: PrefixTree) -> Machine:
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:
-    """Share of labelled strings that the automaton of these cells labels wrongly."""
+    """Return the share of the labelled strings that the automaton of these cells labels incorrectly."""
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")

@@ -1,4 +1,4 @@
-"""The automaton file: a machine as JSON, a line for each state, with schema id ``palpate.automaton/2``.
+"""The automaton file: a machine as JSON with one line per state and the schema id ``palpate.automaton/2``.
 
 ::
 
@@ -13,9 +13,9 @@
      ]
     }
 
-``next`` has each symbol of the alphabet; null where nothing is known. An output is true or false in an acceptor, and a
-name or a list of names in a Moore machine (``"kind": "moore"``). The order of states and symbols is kept, and equal
-machines give equal bytes.
+``next`` has an entry for each symbol of the alphabet; null denotes an unknown transition. An output is true or false in
+an acceptor, and a name or a list of names in a Moore machine (``"kind": "moore"``). The order of states and symbols is
+preserved, and equal machines give identical bytes.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class _AutomatonFile(Settings):
 
 
 def to_json_text(machine: Machine) -> str:
-    """The text of the file."""
+    """Return the text of the automaton file."""
     names = machine.names
     head = {
         "schema": SCHEMA,
@@ -87,10 +87,10 @@ def to_json_text(machine: Machine) -> str:
 
 
 def from_json_text(text: str) -> Machine:
-    """Read the text of a file.
+    """Read the text of an automaton file.
 
     Raises:
-        ConfigurationError: It is not an automaton file of this schema, or contradicts itself.
+        ConfigurationError: The text is not an automaton file of this schema, or is inconsistent.
     """
     file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
     require_names("alphabet", file.alphabet, printable=False)
@@ -131,7 +131,7 @@ def _output(value: Any) -> Output:
 
 
 def to_dot_text(machine: Machine) -> str:
-    """The text of a DOT file; equal machines give equal texts."""
+    """Return the text of a DOT file; equal machines give equal texts."""
     lines = [
         "digraph automaton {",
         f"  kind={_quoted(machine.kind.value)};",

@@ -1,7 +1,7 @@
-"""Elman networks as values: one-hot symbols in, a hidden state that feeds back, and a reading of it (paper, 5.3).
+"""Elman networks as values: one-hot input symbols, a recurrent hidden state, and a readout (paper, 5.3).
 
-The hidden state after symbol s is ``f(W h + u)``, with ``W`` and ``u`` of their own for s. In a first-order network the
-symbols share ``W``, which is the network of Elman; in a second-order one (Giles and others, 1992) they do not.
+The hidden state after symbol s is ``f(W_s h + u_s)``. In a first-order network, which is Elman's, all symbols share
+``W``; in a second-order network (Giles and others, 1992) each symbol has its own.
 """
 
 import enum
@@ -26,31 +26,31 @@ MOST_HIDDEN: Final = 128
 
 
 class Readout(enum.Enum):
-    """What is computed of the hidden state."""
+    """Quantity that is computed from the hidden state."""
 
     PREDICTION = "prediction"
-    """Probabilities of the next symbol and, last, of the end of the string."""
+    """Probabilities of the next symbol and of the end of the string, which comes last."""
     ACCEPTANCE = "acceptance"
     """Probability that the string so far is accepted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Architecture(Settings):
-    """Shape of a network; no symbol may have the name of the end."""
+    """Shape of a network; no symbol may have the name reserved for the end."""
 
     TABLE: ClassVar[str] = "network"
 
     alphabet: tuple[str, ...]
     """Names of the symbols, in order."""
     reading: Readout
-    """What is computed of the hidden state."""
+    """Quantity that is computed from the hidden state."""
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
     """Number of hidden units; the paper has 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
     """Activation function: sigmoid or tanh."""
     order: Annotated[int, OneOf(1, 2)] = 1
-    """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
-    has its own."""
+    """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order networks, in which
+    each symbol has its own."""
 
     @override
     def check(self) -> None:
@@ -59,12 +59,12 @@ class Architecture(Settings):
 
     @property
     def outcomes(self) -> int:
-        """Number of outputs: the symbols and the end; or one for acceptance."""
+        """Number of outputs: the symbols and the end, or 1 for acceptance."""
         return len(self.alphabet) + 1 if self.reading is Readout.PREDICTION else 1
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shape of each parameter of a :class:`Network`, by its name."""
+        """Shape of each parameter of a :class:`Network`, by name."""
         symbols, hidden = len(self.alphabet), self.hidden
         return {
             "recurrent": (symbols if self.order == 2 else 1, hidden, hidden),
@@ -77,11 +77,11 @@ class Architecture(Settings):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Network:
-    """One network; ``s`` symbols, ``h`` hidden units, ``k`` outputs.
+    """A network with ``s`` symbols, ``h`` hidden units and ``k`` outputs.
 
     Attributes:
-        recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) of first order.
-        inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
+        recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) for a first-order network.
+        inputs: Input weights of each symbol, (s, h), including the bias.
         start: Hidden state of the empty string before the activation function, (h,).
         bias: Bias of the outputs, (k,).
     """
@@ -105,7 +105,7 @@ class Network:
         return self._activated(self.start)
 
     def after(self, hidden: Array, symbols: Integers) -> Array:
-        """Hidden states after one symbol each: (n, h) and (n,) to (n, h)."""
+        """Return the hidden states after one symbol each: (n, h) and (n,) to (n, h)."""
         drives = np.empty_like(hidden)
         for symbol in np.unique(symbols).tolist():
             rows = np.flatnonzero(symbols == symbol)
@@ -113,7 +113,7 @@ class Network:
         return self._activated(drives)
 
     def read(self, hidden: Array) -> Array:
-        """Probabilities of the outcomes: (n, h) to (n, k). Those of prediction sum to 1."""
+        """Return the probabilities of the outcomes: (n, h) to (n, k). For prediction they sum to 1."""
         drives = hidden @ self.output.T + self.bias
         if self.architecture.reading is Readout.ACCEPTANCE:
             return _sigmoid(drives)
@@ -133,7 +133,7 @@ class Network:
 
 
 def _sigmoid(drives: Array) -> Array:
-    # By tanh, which does not overflow where exp(-x) would.
+    # Unlike exp(-x), tanh does not overflow.
     shares: Array = 0.5 * np.tanh(0.5 * drives) + 0.5
     return shares
 

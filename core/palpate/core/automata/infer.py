@@ -1,10 +1,10 @@
-"""Strings in, automaton out (paper, 3.4 and 5.3).
+"""Inference of an automaton from strings (paper, 3.4 and 5.3).
 
-Networks are trained on the strings, automata made of the best of them by dynamic state partitioning, and the best
-automaton is minimised. Labelled strings give an acceptor; positive ones, a Moore machine whose states give what may
-come next. Beside the held-out loss of such a machine stand those of none of, and the last one, two and three symbols:
-an automaton that is no better than these holds nothing that they do not. Where nothing
-can be foretold, the last symbol itself is worse than none: what is counted behind each is counted less often.
+Networks are trained on the strings. Automata are extracted from the best networks by dynamic state partitioning, and
+the best automaton is minimised. Labelled strings give an acceptor. Positive strings give a Moore machine whose outputs
+are the possible next symbols. The held-out loss of such a machine is reported with four baselines: the last zero, one,
+two and three symbols. An automaton that is no better than these adds nothing to them. If the next symbol is
+unpredictable, even the baseline of one symbol is worse than that of zero, because its counts are smaller.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ from palpate.core.ports import OneOf, Range, Settings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InferenceSettings(Settings):
-    """How to come from strings to an automaton."""
+    """Settings of the inference of an automaton from strings."""
 
     TABLE: ClassVar[str] = "inference"
 
@@ -41,28 +41,27 @@ class InferenceSettings(Settings):
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
     """Activation function: sigmoid or tanh."""
     order: Annotated[int, OneOf(1, 2)] | None = None
-    """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
-    has its own. Without it: 2 for labelled strings, else 1."""
+    """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order networks, in which
+    each symbol has its own. Default: 2 for labelled strings, else 1."""
     training: TrainingSettings = field(default_factory=TrainingSettings)
-    """How to train."""
+    """Settings of the training."""
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
-    """How to make automata."""
+    """Settings of the extraction."""
     finalists: Annotated[int, Range(1, 100_000)] = 16
-    """How many of the best networks automata are made of; best on the training strings."""
+    """Number of best networks from which automata are extracted."""
     held_out: Annotated[float, Range(0.0, 0.9)] = 0.2
-    """Share of the strings that is kept from training, if no others are given to hold out; 0 for none, which prediction
-    cannot do with."""
+    """Share of the strings held out from training; 0 holds out none. Prediction needs held-out strings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inference:
-    """What was inferred, and from what.
+    """Results of an inference.
 
     Attributes:
-        chosen: The automaton with its q, its raw and minimal numbers of states and its loss. For prediction it is made
-            of all strings that were not given to hold out, after those that were split off had chosen its q.
-        extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
-        beside: For prediction, what the last none, one, two and three symbols lose on the held-out strings, by name.
+        chosen: The chosen automaton. For prediction, the held-out strings determine its q, then it is extracted again
+            with all strings.
+        extracts: Candidates from the same network, by q; for acceptance, only the chosen automaton.
+        beside: Held-out losses of the baselines, the last zero to three symbols, by name; for prediction only.
     """
 
     chosen: Extract
@@ -80,12 +79,12 @@ class Inference:
 
     @property
     def consistent(self) -> bool | None:
-        """Whether the automaton is right about every training string; None for prediction."""
+        """Whether the automaton labels every training string correctly; None for prediction."""
         return None if self.chosen.wrong is None else not self.chosen.wrong
 
     @property
     def summary(self) -> str:
-        """A few lines for people."""
+        """Summary in a few lines."""
         chosen = self.chosen
         lines = [
             f"training: {self.training.summary}",
@@ -109,10 +108,10 @@ def infer(
     """Infer an automaton from strings.
 
     Returns:
-        The best that was found, also if no automaton is right about every string (``consistent``).
+        The best automaton found, even if it does not label every string correctly (see ``consistent``).
 
     Raises:
-        ConfigurationError: Settings that do not fit the strings.
+        ConfigurationError: The settings do not fit the strings.
     """
     settings = settings or InferenceSettings()
     whole, held_out = strings, None
@@ -156,7 +155,7 @@ def infer(
 def _acceptor(
     finalists: Sequence[TrainedNetwork], tree: PrefixTree, held_out: PrefixTree | None, settings: ExtractionSettings
 ) -> tuple[TrainedNetwork, tuple[Extract, ...]]:
-    """The smallest of the automata that are right most often; of equally small ones the tightest."""
+    """Return the automaton with the fewest errors, then the fewest states, then the lowest size-principle cost."""
     found = [accepting_extract(trained.network, tree, settings, held_out) for trained in finalists]
     costs = [(extract.cost, extract.states, looseness(extract.machine, tree)) for extract in found]
     best = costs.index(min(costs))
@@ -166,12 +165,12 @@ def _acceptor(
 def _predictor(
     finalists: Sequence[TrainedNetwork], tree: PrefixTree, held_out: PrefixTree, settings: ExtractionSettings
 ) -> tuple[TrainedNetwork, tuple[Extract, ...]]:
-    """The cheapest of all automata."""
+    """Return the network whose automaton has the lowest cost, and all its automata."""
     found = [(trained, predicting_extracts(trained.network, tree, settings, held_out)) for trained in finalists]
     return min(found, key=lambda pair: cheapest(pair[1]).cost)
 
 
 def _whole(chosen: Extract, tree: PrefixTree, settings: ExtractionSettings) -> Extract:
-    """The same of all strings, with its states labelled; itself, where all strings make too many states."""
+    """Extract the automaton again with all strings and label its states; keep it if there are too many states."""
     cells = settings.partition(chosen.partition.network, chosen.intervals, tree) or chosen.partition
     return replace(chosen, partition=cells, machine=labelled(cells.minimal(settings.least_share), tree))

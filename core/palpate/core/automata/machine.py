@@ -20,26 +20,25 @@ _TRUTH: Final = ("true", "false")
 
 
 class Kind(enum.Enum):
-    """What the outputs of the states are."""
+    """Kind of a machine, by the outputs of its states."""
 
     DFA = "dfa"
-    """True or false: the words that end in a true one are accepted."""
+    """Acceptor: the outputs are true or false, and words that end in a true state are accepted."""
     MOORE = "moore"
-    """Names, or sets of names."""
+    """Moore machine: the outputs are names or sets of names."""
 
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A deterministic finite machine. States and symbols are numbers here; names are for people and files.
+    """A deterministic finite machine. States and symbols are numbers; names serve people and files.
 
     Attributes:
-        transitions: Next state by state and symbol, (states, symbols); None where none is known.
+        transitions: Next state by state and symbol, (states, symbols); None where it is unknown.
         state_outputs: Output of each state.
-        labels: Readable names of the states; numbered ones if empty, and left empty if they are just these. They are
-            no part of what the machine does.
+        labels: Readable names of the states; empty for numbered names. They do not affect the behaviour.
 
     Raises:
-        ConfigurationError: The parts do not fit together.
+        ConfigurationError: The sizes are inconsistent.
     """
 
     kind: Kind
@@ -57,7 +56,7 @@ class Machine:
         if not (rows and sizes and symbols):
             raise ConfigurationError("automaton", f"{states} states", "states, symbols and transitions that fit")
         if self.labels == self._numbered():
-            # So that a file that names every state gives back what was written.
+            # A machine read from a file, which names every state, then equals the machine written.
             object.__setattr__(self, "labels", ())
 
     @property
@@ -71,7 +70,7 @@ class Machine:
         return self.labels or self._numbered()
 
     def output_of(self, word: Sequence[int]) -> Output | None:
-        """The output at the end of a word of symbol numbers; None if it leaves what is known."""
+        """Return the output after a word of symbol numbers; None if a transition is unknown."""
         state: int | None = self.start
         for symbol in word:
             if state is None:
@@ -80,7 +79,7 @@ class Machine:
         return None if state is None else self.state_outputs[state]
 
     def reachable(self) -> tuple[int, ...]:
-        """States that some word leads to, breadth first from the start, symbols in order."""
+        """Return the reachable states in breadth-first order from the start, symbols in order."""
         found, queue = {self.start: None}, deque((self.start,))
         while queue:
             for target in self.transitions[queue.popleft()]:
@@ -94,18 +93,18 @@ class Machine:
 
 
 def shown_name(name: str) -> str:
-    """A name, in quotes where it might be misread."""
+    """Return a name, in quotes where it might be misread."""
     plain = name.isprintable() and name.strip() == name != "" and not _MARKS.intersection(name)
     return name if plain else json.dumps(name, ensure_ascii=not name.isprintable())
 
 
 def shown_names(names: Iterable[str]) -> str:
-    """Several names."""
+    """Return names separated by commas."""
     return ", ".join(map(shown_name, names))
 
 
 def shown_output(output: Output) -> str:
-    """An output; a name that reads like a truth value is in quotes."""
+    """Return an output as text; a name that reads like a truth value is in quotes."""
     if isinstance(output, bool):
         return "true" if output else "false"
     if isinstance(output, tuple):

@@ -1,9 +1,8 @@
-"""The smallest machine that does the same, and one numbering for all that do, by Moore's partition refinement.
+"""Minimisation to a canonical machine by Moore's partition refinement, and comparison of machines.
 
-Where nothing is known. :meth:`Machine.output_of` returns None for a word that leaves what is known, and here None is
-an output like any other: two states are merged only if the same words are known from both. A state without some
-transition is therefore never merged with one that has it, whatever the latter leads to, and the result is as
-incomplete as the machine was.
+:meth:`Machine.output_of` returns None for a word that takes an unknown transition. Minimisation treats None as an
+output like any other: two states are merged only if the same words are known from both. A state that lacks a transition
+is never merged with a state that has it. The result is therefore as incomplete as the machine was.
 """
 
 from collections import deque
@@ -23,28 +22,28 @@ _MOST_NAMES = 3
 
 
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
-    """The smallest machine with equal outputs for all words, numbered breadth first from the start, symbols in order.
+    """Return the smallest machine with equal outputs for all words, its states numbered breadth first.
 
     Two machines of one kind and alphabet with equal outputs for every word give equal results, apart from the labels.
-    States that no word leads to are dropped. A state that stands for several is labelled with their names, ``a|b``, or
-    with the first and the number of the others when there are more than three; a machine without labels stays without.
+    Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
+    three members, the label is the first name and the number of the others. A machine without labels stays unlabelled.
 
     Args:
-        apart: A class for each state, (states,): states of different classes are not merged even if they do the same.
-            None merges all that do.
+        apart: Class of each state, (states,). States of different classes are not merged even if they are equivalent.
+            None merges all equivalent states.
 
     Raises:
-        ConfigurationError: ``apart`` has not one class for each state.
+        ConfigurationError: The number of classes differs from the number of states.
     """
     return _merged(machine, equivalent_states(machine, apart))
 
 
 def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None) -> Classes:
-    """Which states do the same: entry i lists those that state i of :func:`minimised` stands for.
+    """Return the classes of equivalent states; class i is merged into state i of :func:`minimised`.
 
     Returns:
-        Each reachable state once. In each class, and from class to class by their first states, the order is breadth
-        first from the start.
+        Each reachable state once. States within a class are in breadth-first order from the start. Classes are in the
+        same order of their first states.
     """
     if apart is not None and len(apart) != len(machine.transitions):
         raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one a state")
@@ -64,13 +63,13 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
 
 
 def _numbered(keys: Mapping[int, Hashable]) -> dict[int | None, int]:
-    """A number for each key; None, which is no state, has none."""
+    """Number the keys in order of appearance."""
     numbers: dict[Hashable, int] = {}
     return {state: numbers.setdefault(key, len(numbers)) for state, key in keys.items()}
 
 
 def _merged(machine: Machine, classes: Classes) -> Machine:
-    """The machine with a state for each class, which does what the first of the class does."""
+    """Return the machine with one state per class, which copies the first state of the class."""
     number = {state: index for index, states in enumerate(classes) for state in states}
     firsts = [states[0] for states in classes]
     rows = [machine.transitions[state] for state in firsts]
@@ -90,7 +89,7 @@ def _joined(labels: Sequence[str], states: Sequence[int]) -> str:
 
 
 def different(labels: Iterable[str]) -> tuple[str, ...]:
-    """The labels, with a number behind those that were there before."""
+    """Return the labels with a number appended to repeated ones."""
     found: dict[str, None] = {}
     for label in labels:
         numbered = (f"{label} ({number})" for number in count(2))
@@ -100,10 +99,10 @@ def different(labels: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class AutomatonDifference:
-    """A word for which two machines have different outputs. Always true, also when the word is the empty one.
+    """A word for which two machines have different outputs. It is always truthy, even for the empty word.
 
     Attributes:
-        outputs: Output of the one and of the other at its end; None where the word leaves what is known.
+        outputs: Outputs of the two machines after the word; None where the word takes an unknown transition.
     """
 
     word: tuple[int, ...]
@@ -117,27 +116,27 @@ class AutomatonDifference:
 
 
 def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
-    """The shortest word for which two machines have different outputs, of several the first in the alphabet's order.
+    """Return the shortest word for which two machines have different outputs, the first in alphabet order.
 
-    The output is that of :meth:`Machine.output_of`: what is not known differs from every output, so an incomplete
-    machine differs from any completion of it.
+    Outputs are those of :meth:`Machine.output_of`. An unknown output differs from every other output, so an incomplete
+    machine differs from each of its completions.
 
     Args:
-        one: Any machine, complete or not, minimal or not.
-        other: One of the same kind with the same alphabet.
+        one: Any machine; it need not be complete or minimal.
+        other: A machine of the same kind with the same alphabet.
 
     Returns:
         None if there is no such word.
 
     Raises:
-        ConfigurationError: They are of different kinds, or their alphabets differ, be it in the order alone.
+        ConfigurationError: The machines are of different kinds, or their alphabets differ, even in the order alone.
     """
     if one.kind is not other.kind:
         raise ConfigurationError("automaton.kind", other.kind.value, f"{one.kind.value}, as of the other machine")
     if one.alphabet != other.alphabet:
         accepted = f"{one.alphabet}, in this order, as of the other machine"
         raise ConfigurationError("automaton.alphabet", other.alphabet, accepted)
-    # Breadth first over pairs of states, so each pair is found by its first word.
+    # The search is breadth first over pairs of states, so it finds each pair by its shortest word.
     queue: deque[tuple[tuple[int, ...], tuple[int | None, int | None]]] = deque([((), (one.start, other.start))])
     seen = {queue[0][1]}
     while queue:

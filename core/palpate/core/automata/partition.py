@@ -1,11 +1,11 @@
 """Automata from networks by dynamic state partitioning (paper, 5.3; Giles and others, 1992).
 
-The range of each hidden unit is cut into q equal intervals. From the start state on, breadth first, every symbol is
-tried; a hidden state in a cell that nobody was in makes a new state of the automaton, one in a known cell makes a
-transition only, and is not pursued. So the hidden state of the first visit stands for its cell.
+The range of each hidden unit is divided into q equal intervals, which gives cells. The search starts at the start state
+and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A hidden state in a
+known cell only adds a transition. The hidden state of the first visit represents its cell.
 
-Where strings are given, nothing is tried but what they do: a network answers everything, also what it was never trained
-on. Then every state is one that a string comes to.
+With strings, the search follows only these strings, because a network also responds to input that it was not trained
+on. Every state is then reached by a string.
 """
 
 from dataclasses import dataclass
@@ -20,27 +20,27 @@ from palpate.core.automata.minimise import minimised
 from palpate.core.automata.strings import END, Integers, PrefixTree
 
 LEAST_SHARE: Final = 0.02
-"""Probability above which a successor is held to be possible."""
+"""Probability above which a successor is possible."""
 
 ACCEPTED_FROM: Final = 0.5
-"""Probability above which a string is held to be accepted."""
+"""Probability above which a string is accepted."""
 
 MOST_STATES: Final = 100_000
 NONE: Final = -1
-"""Where there is no state, or no symbol before the first."""
+"""Number that denotes no state or no symbol."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Partition:
-    """What was found with one q: n states in the order of their first visits, the start state being number 0.
+    """The partition for one q, with n states in the order of their first visits; state 0 is the start.
 
     Attributes:
         network: The network, with s symbols and h hidden units.
         intervals: Number of intervals of each hidden unit, q.
-        vectors: Hidden state that stands for each state, (n, h).
-        transitions: State after each state and symbol, (n, s); -1 where no string went.
-        cells: Number of the cell that each state is in, (n,).
-        last: Last symbol of each state, (n,), -1 for the start; or -1 for all, where symbols are not told apart.
+        vectors: Hidden state that represents each state, (n, h).
+        transitions: State after each state and symbol, (n, s); -1 where no string leads.
+        cells: Cell number of each state, (n,).
+        last: Last symbol of each state, (n,); -1 for the start, or for all states if symbols are not distinguished.
     """
 
     network: Network
@@ -51,12 +51,13 @@ class Partition:
     last: Integers
 
     def machine(self, least_share: float = LEAST_SHARE) -> Machine:
-        """The automaton, not minimised.
+        """Return the automaton before minimisation.
+
+        For prediction it is a Moore machine, whose outputs are sets of possible successors: symbols and the end. For
+        acceptance it is an acceptor.
 
         Args:
-            least_share: For prediction: the output of a state is the set of those symbols, and of the end, that follow
-                with a higher probability than this, and it is a Moore machine. For acceptance it does not matter: the
-                output is whether the string is accepted, and it is an acceptor.
+            least_share: Probability above which a successor is possible; not used for acceptance.
         """
         shape = self.network.architecture
         shares = self.network.read(self.vectors)
@@ -71,10 +72,10 @@ class Partition:
         return Machine(Kind.MOORE, shape.alphabet, rows, outputs)
 
     def minimal(self, least_share: float = LEAST_SHARE) -> Machine:
-        """The automaton, minimised.
+        """Return the minimised automaton.
 
-        States of different last symbols are not merged, where these are told apart, and none whose cells different sets
-        of symbols lead into: the possible successors alone distinguish too little.
+        If last symbols are distinguished, states with different last symbols are not merged. Nor are states whose cells
+        are entered by different sets of symbols: the possible successors alone distinguish too little.
         """
         leading_in: dict[int, list[int]] = {}
         for cell, symbol in zip(self.cells.tolist(), self.last.tolist(), strict=True):
@@ -94,20 +95,20 @@ def bounded_partition(
     by_symbol: bool = False,
     tree: PrefixTree | None = None,
 ) -> Partition | None:
-    """Find the states that strings lead to, and how.
+    """Find the states and transitions of the automaton for one q.
 
     Args:
-        intervals: Number of intervals of each hidden unit, q, 1 or more.
-        most_states: With more of them None is returned; q^h may be many.
-        by_symbol: Whether a cell that several symbols lead into makes as many states. The last symbol is all that a
-            policy has without any automaton.
-        tree: The strings; None for all there are.
+        intervals: Number of intervals of each hidden unit, q, at least 1.
+        most_states: Limit on the number of states; the function returns None above it.
+        by_symbol: Whether a cell gives one state for each symbol that leads into it. A policy without an automaton
+            already distinguishes the last symbol.
+        tree: The strings; None for all possible strings.
     """
     search = _Search(network, intervals, by_symbol)
     if tree is None:
         known = 0
         while known < len(search.vectors) <= most_states:
-            # A level of the search at once; the order of first visits is that of one after the other.
+            # A whole level is searched at once; the order of first visits is the same as one by one.
             fresh, known = np.arange(known, len(search.vectors)), len(search.vectors)
             search.go(np.repeat(fresh, search.symbols), np.tile(np.arange(search.symbols), len(fresh)))
     else:
@@ -120,7 +121,7 @@ def bounded_partition(
 
 
 class _Search:
-    """What was found of a partition so far."""
+    """The search for the states of a partition."""
 
     def __init__(self, network: Network, intervals: int, by_symbol: bool) -> None:
         self._network, self._intervals = network, intervals
@@ -134,7 +135,7 @@ class _Search:
         self._enter(network.start_state, self._cells(network.start_state), NONE)
 
     def go(self, states: Integers, symbols: Integers) -> Integers:
-        """States after one symbol each, in the order of first visits; all three (m,)."""
+        """Return the state after each pair of state and symbol; all arrays are (m,)."""
         codes = states * self.symbols + symbols
         listed = codes.tolist()
         fresh = list(dict.fromkeys(code for code in listed if code not in self._target_of))
@@ -147,7 +148,7 @@ class _Search:
         return np.array([self._target_of[code] for code in listed], dtype=np.int64)
 
     def partition(self) -> Partition:
-        """All of it."""
+        """Return the partition found."""
         transitions = np.full(len(self.vectors) * self.symbols, NONE)
         transitions[list(self._target_of)] = list(self._target_of.values())
         cells, last = np.array(list(self._state_of)).T

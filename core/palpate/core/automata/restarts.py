@@ -1,7 +1,8 @@
-"""Many networks of one architecture as one batch of parameters, evaluated together over a prefix tree.
+"""Networks of one architecture as one batch of parameters, evaluated together over a prefix tree.
 
-Every restart is trained on all strings at once. A tree shares the beginnings of strings, and a batch of small matrix
-products takes hardly longer than one, so that a network of a batch costs about a fortieth of a network alone.
+Every restart is trained on all strings at once. The tree shares the common prefixes of strings, and a batch of small
+matrix products takes hardly longer than one product. A network in a batch therefore costs about a fortieth of a single
+network.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 _AT_ONCE: Final = 2048
-"""Nodes whose outputs are computed at once: all outputs of some ten thousand nodes would not fit in the cache."""
+"""Number of nodes whose outputs are computed at once; the outputs of about ten thousand nodes do not fit in the
+cache."""
 
 
 @dataclass(frozen=True, slots=True)
 class TreeLevel:
-    """Nodes of one length: places of their parents in the level before, last symbols, and blocks of equal ones.
+    """Nodes of one depth: indices of their parents in the previous level, their last symbols, and blocks.
 
-    A block is a symbol, and the first node and the one after the last that it leads to.
+    A block is a symbol, the first node that it leads to, and the node after the last.
     """
 
     parents: Tensor
@@ -36,7 +38,7 @@ class TreeLevel:
 class Restarts:
     """Parameters of R networks, (R, ...) each, drawn from a normal distribution.
 
-    The r-th network depends on the seed and r alone, not on how many are drawn; with ``skip`` so many come before.
+    Network r depends on the seed and r alone, not on the number drawn. The first ``skip`` networks are left out.
     """
 
     def __init__(self, architecture: Architecture, count: int, *, seed: int, scale: float = 1.0, skip: int = 0) -> None:
@@ -53,7 +55,7 @@ class Restarts:
         }
 
     def hidden_states(self, levels: list[TreeLevel]) -> Tensor:
-        """Hidden states at all nodes, (R, h, n)."""
+        """Return the hidden states at all nodes, (R, h, n)."""
         import torch
 
         activate = torch.tanh if self.architecture.activation == "tanh" else torch.sigmoid
@@ -64,13 +66,13 @@ class Restarts:
         return torch.cat(states, 2)
 
     def readings(self, hidden: Tensor) -> Tensor:
-        """Outputs before the last function: (R, h, n) to (R, k, n)."""
+        """Return the outputs before the output function: (R, h, n) to (R, k, n)."""
         import torch
 
         return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)
 
     def clip(self, most: float) -> None:
-        """Shorten each network's gradient to a length of at most ``most``, and drop one that is not finite."""
+        """Limit the norm of each network's gradient to ``most``; set values that are not finite to 0."""
         import torch
 
         with torch.no_grad():
@@ -81,7 +83,7 @@ class Restarts:
                 gradient.mul_(factors.view(-1, *[1] * (gradient.dim() - 1))).nan_to_num_(0.0, 0.0, 0.0)
 
     def network(self, place: int) -> Network:
-        """One of the networks."""
+        """Return one network of the batch."""
         values = {
             name: parameter[place].detach().numpy().astype(np.float64) for name, parameter in self.parameters.items()
         }
@@ -106,7 +108,7 @@ class Restarts:
 
 
 def levels_of(tree: PrefixTree) -> list[TreeLevel]:
-    """A prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
+    """Return a prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
     import torch
 
     found, before = [], 0
@@ -120,10 +122,11 @@ def levels_of(tree: PrefixTree) -> list[TreeLevel]:
 
 
 class TrainingTask:
-    """What the networks are trained on: a loss, and for acceptance whether they are right.
+    """Training objective: the loss and, for acceptance, whether all strings are labelled correctly.
 
     Args:
-        tree: The strings. Each node counts as often as strings pass it, or, for acceptance, end there.
+        tree: The strings. For prediction, a node has the weight of the strings that pass it; for acceptance, of those
+            that end there.
     """
 
     def __init__(self, tree: PrefixTree, architecture: Architecture) -> None:
@@ -144,9 +147,9 @@ class TrainingTask:
         self._weights = torch.from_numpy(ends / ends.sum()).to(torch.float32)
 
     def losses(self, restarts: Restarts, hidden: Tensor) -> tuple[Tensor, Tensor | None]:
-        """Cross-entropy of each network in nats a symbol, or a string for acceptance, (R,).
+        """Return the cross-entropy of each network, (R,), in nats per symbol, or per string for acceptance.
 
-        Beside it, for acceptance, whether the network is right about every string, (R,).
+        For acceptance it also returns whether each network labels every string correctly, (R,).
         """
         import torch
 

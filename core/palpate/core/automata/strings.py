@@ -1,4 +1,4 @@
-"""Sets of symbol strings: what automata are inferred from (paper, 4 and 5.3)."""
+"""Sets of symbol strings, from which automata are inferred (paper, 4 and 5.3)."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ import numpy.typing as npt
 from palpate.core.errors import ConfigurationError
 
 END: Final = "<end>"
-"""What follows the last symbol of a string, among the symbols that may come next."""
+"""Name of the end of a string in lists of possible next symbols."""
 
 _LISTED: Final = 12
-"""Symbols and strings are shown in messages up to this length."""
+"""Maximum number of symbols shown in a message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Strings:
     """A set of strings over one alphabet, with or without labels.
 
-    Without labels every string is a positive one, for example a walk that ended at the goal; repeated strings count
+    Without labels every string is positive, for example a trial that ended at the goal. Repeated strings count
     repeatedly. With labels each string is accepted or rejected.
 
     Attributes:
-        alphabet: Names of the symbols, in order; two or more. Not every one need occur.
-        labels: For each string, whether it is accepted; empty where all are positive.
+        alphabet: Names of the symbols, in order; at least two. Some may not occur in the strings.
+        labels: Whether each string is accepted; empty if all are positive.
 
     Raises:
-        ConfigurationError: No strings, a symbol outside the alphabet, fewer than two different symbols, a string that
-            is accepted and rejected, an empty positive string, or labels for other than all strings.
+        ConfigurationError: There are no strings, a symbol is outside the alphabet, fewer than two different symbols
+            occur, a string is both accepted and rejected, a positive string is empty, or not every string has a label.
     """
 
     alphabet: tuple[str, ...]
@@ -59,12 +59,12 @@ class Strings:
 
     @property
     def labelled(self) -> bool:
-        """Whether the strings are accepted or rejected ones."""
+        """Whether the strings have labels."""
         return bool(self.labels)
 
     @property
     def symbols(self) -> int:
-        """How many symbols all the strings have together."""
+        """Total number of symbols in all strings."""
         return sum(map(len, self.words))
 
     @classmethod
@@ -75,11 +75,11 @@ class Strings:
         *,
         alphabet: Sequence[str] | None = None,
     ) -> Strings:
-        """The same from names of symbols.
+        """Return a set of strings from names of symbols.
 
         Args:
-            words: Each a sequence of names; a text is a sequence of single letters.
-            labels: For each string whether it is accepted; none where all are positive.
+            words: Sequences of names; a text is a sequence of single letters.
+            labels: Whether each string is accepted; empty if all are positive.
             alphabet: Names of the symbols; None takes those that occur, in alphabetical order.
 
         Raises:
@@ -96,13 +96,13 @@ class Strings:
         return cls(names, tuple(tuple(number[name] for name in word) for word in listed), tuple(labels))
 
     def split(self, share: float, seed: int) -> tuple[Strings, Strings]:
-        """Part them at random, for training and for holding out; each keeps the order.
+        """Split the strings at random into training and held-out strings; both keep the order.
 
         Args:
-            share: Share of the strings that is held out, above 0 and below 1; at least one string on either side.
+            share: Share of held-out strings, above 0 and below 1; each part has at least one string.
 
         Raises:
-            ConfigurationError: The share is out of range, or a part would be no usable set of strings by itself.
+            ConfigurationError: The share is out of range, or a part is not a valid set of strings.
         """
         total = len(self.words)
         if not 0.0 < share < 1.0 or total < 2:
@@ -137,7 +137,7 @@ class Strings:
 
 
 def brief(names: Sequence[str]) -> str:
-    """Names of symbols for a message, not more than it bears."""
+    """Return the names of symbols for a message, shortened if there are many."""
     more = " ..." if len(names) > _LISTED else ""
     return " ".join(names[:_LISTED]) + more if names else "the empty string"
 
@@ -145,21 +145,22 @@ def brief(names: Sequence[str]) -> str:
 Integers: TypeAlias = npt.NDArray[np.int64]
 
 UNLABELLED = -1
-"""Label of a prefix that is no string of the set."""
+"""Label of a prefix that is not a string of the set."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PrefixTree:
-    """All prefixes of a set of strings, level by level, and by last symbol within a level; node 0 is the empty one.
+    """All prefixes of a set of strings, ordered by length, then by last symbol; node 0 is the empty prefix.
 
     Attributes:
-        parents: Node without the last symbol, (n,); -1 for the root.
+        parents: Node of the prefix without its last symbol, (n,); -1 for the root.
         symbols: Last symbol, (n,); -1 for the root.
-        levels: Where each level begins, (longest string + 2,), the last entry being n.
-        counts: How often each symbol follows and, last, how often the string ends, (n, symbols + 1).
-        passes: How many strings pass through, or end at, each node, (n,).
-        labels: 1 for an accepted string, 0 for a rejected one, -1 for a mere prefix, (n,).
-        nodes: Node of each string of the set, in its order, (strings,).
+        levels: First node of each level, (longest string + 2,); the last entry is n.
+        counts: Number of times that each symbol follows and, in the last column, that the string ends,
+            (n, symbols + 1).
+        passes: Number of strings that pass through or end at each node, (n,).
+        labels: 1 for an accepted string, 0 for a rejected string, -1 for any other prefix, (n,).
+        nodes: Node of each string, in the order of the set, (strings,).
     """
 
     alphabet: tuple[str, ...]
@@ -172,14 +173,14 @@ class PrefixTree:
     nodes: Integers
 
     def blocks(self) -> Iterator[list[tuple[int, int, int]]]:
-        """Level by level without the root: each symbol that occurs, its first node, and the node after its last."""
+        """Yield the blocks of each level below the root: symbol, first node, and node after the last."""
         for first, last in pairwise(self.levels[1:].tolist()):
             cuts = first + np.searchsorted(self.symbols[first:last], np.arange(len(self.alphabet) + 1))
             found = enumerate(pairwise(cuts.tolist()))
             yield [(symbol, low, high) for symbol, (low, high) in found if low < high]
 
     def states(self, transitions: Integers, start: int = 0) -> Integers:
-        """State of a complete automaton at each node, (n,)."""
+        """Return the state of a complete automaton at each node, (n,)."""
         states = np.full(len(self.parents), start, dtype=np.int64)
         for level in self.blocks():
             for symbol, first, last in level:
@@ -198,7 +199,7 @@ class PrefixTree:
         parents, symbols, levels = [np.array([-1])], [np.array([-1])], [0, 1]
         for depth in range(longest):
             going = lengths > depth
-            # Symbol first, so that a level is one block a symbol.
+            # The key starts with the symbol, so that each symbol forms one block in a level.
             keys = padded[going, depth] * levels[-1] + nodes[going]
             found, places = np.unique(keys, return_inverse=True)
             parents.append(found % levels[-1])
@@ -207,7 +208,7 @@ class PrefixTree:
             levels.append(levels[-1] + len(found))
         parent, symbol, total = np.concatenate(parents), np.concatenate(symbols), levels[-1]
         passes = np.bincount(nodes, minlength=total)
-        # From the longest to the shortest: a node's strings are those that end there or below.
+        # The longest prefixes come first: the strings of a node are those that end at it or below it.
         for first, last in reversed(list(pairwise(levels[1:]))):
             np.add.at(passes, parent[first:last], passes[first:last])
         counts = np.zeros((total, len(strings.alphabet) + 1), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""The learner's state is the state of an automaton that follows the symbols of the trial (paper, 3.4 and 5.3)."""
+"""State identifier that follows the symbols of a trial with an automaton (paper, 3.4 and 5.3)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.ports import Names, Settings, fitted, register_stage
 
 LOST: Final = "lost"
-"""Name of the state of not knowing."""
+"""Name of the state for unknown transitions."""
 
 _FIELD: Final = "perception.identifier"
 _NONE: Final = -1
@@ -25,22 +25,21 @@ Known: TypeAlias = tuple[int | None, ...]
 
 @dataclass
 class AutomatonState(Settings):
-    """Follows an automaton; where no transition is known, it enters a state of its own for that.
+    """State of an automaton that follows the symbols, with an additional state for unknown transitions.
 
-    A symbol for which the current state has no transition leads to the state ``lost``, whose number is the highest. At
-    the next symbol it is taken for granted that the automaton was where the symbol before usually leads, its anchor,
-    and the automaton goes on from there, if it can; otherwise it is still lost.
+    A symbol for which the current state has no transition leads to the state ``lost``, which has the highest number.
+    Each symbol has an anchor: the state to which it usually leads. At the next symbol, the automaton continues from the
+    anchor of the previous symbol if that state has a transition; otherwise it remains lost.
 
-    The fields are plain values for files; :meth:`of` makes them of a machine.
+    The fields are plain values for files; :meth:`of` derives them from a machine.
 
     Attributes:
         automaton: Names of the automaton's states.
-        transitions: Next state by state and symbol, (states, symbols); None where none is known.
-        anchors: For each symbol the state in which the automaton is assumed to have been after it, (symbols,); None
-            where nothing is assumed.
+        transitions: Next state by state and symbol, (states, symbols); None where it is unknown.
+        anchors: Anchor of each symbol, (symbols,); None where there is none.
 
     Raises:
-        ConfigurationError: The parts do not fit together, or a state is called ``lost``.
+        ConfigurationError: The sizes are inconsistent, or a state is named ``lost``.
     """
 
     TABLE: ClassVar[str] = _FIELD
@@ -72,21 +71,21 @@ class AutomatonState(Settings):
         *,
         symbols: Iterable[str] | None = None,
     ) -> AutomatonState:
-        """Follow a machine.
+        """Return an identifier that follows a machine.
 
         Args:
             machine: Any machine; only its transitions matter.
-            strings: Strings that it was inferred from. If they are given, a transition that none of them took is not
-                known: a network gives a transition for everything, also for what it was never trained on. They
-                also give the state a symbol leads to most often; without them the number of transitions does.
-            symbols: Names of the symbols that come, if their order is not that of the machine.
+            strings: Strings from which it was inferred. Transitions that no string takes are then unknown, because a
+                network has a transition even for input that it was not trained on. The anchor of a symbol is the state
+                to which it leads most often in the strings, or without strings in most transitions.
+            symbols: Names of the symbols in the order of the trials; None takes the machine's order.
 
         Raises:
-            ConfigurationError: The symbols are not those of the machine, or the strings are of another alphabet.
+            ConfigurationError: The symbols are not those of the machine, or the strings have another alphabet.
         """
         given = machine.alphabet if symbols is None else tuple(symbols)
         if sorted(given) != sorted(machine.alphabet):
-            # One that the machine lacks would lead to ``lost`` wherever it comes.
+            # A symbol that the machine lacks would always lead to ``lost``.
             accepted = f"all symbols of the machine and no others: {', '.join(machine.alphabet)}"
             raise ConfigurationError(f"{_FIELD}.symbols", given, accepted)
         taken = _taken(machine, PrefixTree.of(strings) if isinstance(strings, Strings) else strings)
@@ -106,9 +105,9 @@ class AutomatonState(Settings):
 
     @property
     def symbol_of(self) -> tuple[int | None, ...]:
-        """For each state the symbol that leads into it, of several the one that does so from most states, (states,).
+        """Symbol that leads into each state, (states,); of several, the symbol that does so from most states.
 
-        None for states that no known transition leads into, and for ``lost``.
+        It is None for ``lost`` and for states without a known incoming transition.
         """
         entered = [[0] * len(self.symbols) for _ in self.states]
         for row in self.transitions:
@@ -123,14 +122,14 @@ class AutomatonState(Settings):
         return len(self.automaton)
 
     def reset(self) -> None:
-        """A trial begins: back to the start state."""
+        """Return to the start state at the beginning of a trial."""
         self._now, self._last = self.start, _NONE
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """State after one more symbol; the action that led to it does not count.
+        """Return the state after one more symbol; the action is ignored.
 
         Raises:
-            CommandError: No such symbol.
+            CommandError: There is no such symbol.
         """
         if not 0 <= symbol < len(self.symbols):
             raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
@@ -141,10 +140,10 @@ class AutomatonState(Settings):
         return self._now
 
     def table(self) -> Integers:
-        """Next state by state and symbol, where being lost is a state for each symbol that led there.
+        """Return the next state by state and symbol, with one lost state for each symbol that leads to it.
 
         Returns:
-            (states + symbols, symbols); those from :attr:`lost` on are being lost.
+            (states + symbols, symbols); numbers from :attr:`lost` on are lost states.
         """
         known = np.array([[_NONE if to is None else to for to in row] for row in self.transitions])
         anchors = np.array([_NONE if to is None else to for to in self.anchors])
@@ -153,14 +152,14 @@ class AutomatonState(Settings):
         return np.concatenate((after, np.where(anchors[:, None] >= 0, after[anchors], lost)))
 
     def get_state(self) -> list[float]:
-        """State and last symbol (-1 for none), for :meth:`set_state`."""
+        """Return the state and the last symbol (-1 for none), for :meth:`set_state`."""
         return [float(self._now), float(self._last)]
 
     def set_state(self, state: Sequence[float]) -> None:
-        """Go on from where :meth:`get_state` was called.
+        """Resume from a state returned by :meth:`get_state`.
 
         Raises:
-            ConfigurationError: Not a memory of this identifier.
+            ConfigurationError: It is not a state of this identifier.
         """
         accepted = "a state and a last symbol, from get_state"
         values: tuple[float, float] = fitted(f"{_FIELD}.state", state, tuple[float, float])
@@ -174,7 +173,7 @@ class AutomatonState(Settings):
 
 
 def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
-    """How often each transition is taken, (states, symbols): by the strings, or else once where there is one."""
+    """Return how often the strings take each transition, (states, symbols); without strings, 1 for each transition."""
     off = len(machine.transitions)
     known = np.array([[off if target is None else target for target in row] for row in machine.transitions])
     if tree is None:
@@ -188,7 +187,7 @@ def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
 
 
 def _entered(machine: Machine, taken: Integers) -> Integers:
-    """How often each symbol leads to each state, (symbols, states)."""
+    """Return how often each symbol leads to each state, (symbols, states)."""
     entered = np.zeros(taken.T.shape, dtype=np.int64)
     for row, counts in zip(machine.transitions, taken, strict=True):
         for symbol, target in enumerate(row):

@@ -1,8 +1,8 @@
-"""Training of many restarts at once, by backpropagation through the prefix tree and Adam (paper, 3.4 and 5.3).
+"""Training of many restarts in parallel, by backpropagation through the prefix tree and Adam (paper, 3.4 and 5.3).
 
-A single small network often stops at a poor minimum; many cheap restarts, of which training itself picks the best,
-do more than a better optimiser would. For acceptance nothing but the training strings is used to pick. For prediction
-held-out strings say when a network was at its best, and that more training adds nothing.
+A single small network often converges to a poor minimum. Choosing the best of many cheap restarts helps more than a
+better optimiser. For acceptance, the choice uses only the training strings. For prediction, held-out strings select the
+best version of each network and end the training.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingSettings(Settings):
-    """How to train."""
+    """Settings of the training."""
 
     TABLE: ClassVar[str] = "training"
 
     restarts: Annotated[int, Range(1, 100_000)] = 64
-    """Most networks that are trained."""
+    """Maximum number of networks to train."""
     batch: Annotated[int, Range(1, 4096)] = 64
-    """How many of them at once."""
+    """Number of networks to train at once."""
     steps: Annotated[int, Range(0, 1_000_000)] = 500
-    """Most steps of each batch."""
+    """Maximum number of steps per batch."""
     learning_rate: Annotated[float, Range(0.0, above=True)] = 0.1
     """Step size of Adam."""
     scale: Annotated[float, Range(0.0, above=True)] = 1.0
     """Standard deviation of the initial parameters."""
     clip: Annotated[float, Range(0.0, above=True)] = 1.0
-    """Longest gradient of a network."""
+    """Maximum norm of a network's gradient."""
     enough: Annotated[int, Range(1, 100_000)] = 16
-    """No more is trained once so many networks are right about every string. For acceptance only."""
+    """Stop once this number of networks labels every string correctly. Acceptance only."""
     flat_looks: Annotated[int, Range(0, 1_000_000)] = 4
-    """A batch ends once its lowest loss on held-out strings has not fallen by 0.001 nats a symbol over so many looks; 0
-    for never. For prediction only."""
+    """End a batch when its lowest held-out loss has not fallen by 0.001 nats per symbol over this number of
+    evaluations; 0 disables it. Prediction only."""
     look_every: Annotated[int, Range(1, 1_000_000)] = 25
-    """Steps from one look at the losses, and the progress, to the next."""
+    """Steps between evaluations of the losses."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    """Equal seeds give equal networks, to the last bit."""
+    """Seed; equal seeds give bit-identical networks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +55,9 @@ class Progress:
     """A point of the training curve.
 
     Attributes:
-        best_loss: Lowest cross-entropy in the batch, in nats a symbol, of held-out strings if there are any; or in nats
-            a string for acceptance.
-        consistent: Networks so far that are right about every training string, all batches together; 0 for prediction.
+        best_loss: Lowest cross-entropy in the batch, in nats per symbol, on held-out strings if there are any; in nats
+            per string for acceptance.
+        consistent: Number of networks in all batches that label every training string correctly; 0 for prediction.
     """
 
     restart: int
@@ -67,18 +67,18 @@ class Progress:
 
 
 _GAIN: Final = 0.001
-"""Nats a symbol."""
+"""Minimum improvement, in nats per symbol."""
 
 OnProgress: TypeAlias = Callable[[Progress], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainedNetwork:
-    """A network, as it was when it was best, and how good that was on the training strings.
+    """The best version of a network during its training, with its scores.
 
     Attributes:
-        loss: Cross-entropy in nats a symbol, of held-out strings if there are any; or a string for acceptance.
-        consistent: Whether it is right about every training string; false for prediction.
+        loss: Cross-entropy in nats per symbol, on held-out strings if there are any; in nats per string for acceptance.
+        consistent: Whether it labels every training string correctly; false for prediction.
     """
 
     network: Network
@@ -89,10 +89,10 @@ class TrainedNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Training:
-    """What training reached.
+    """Results of the training.
 
     Attributes:
-        networks: All that were trained, the best first: consistent ones, then by loss. Never empty.
+        networks: All trained networks, consistent ones first, then by loss. Never empty.
     """
 
     networks: tuple[TrainedNetwork, ...]
@@ -105,12 +105,12 @@ class Training:
 
     @property
     def consistent(self) -> int:
-        """How many networks are right about every training string."""
+        """Number of networks that label every training string correctly."""
         return sum(network.consistent for network in self.networks)
 
     @property
     def summary(self) -> str:
-        """One line on what was reached."""
+        """One-line summary of the results."""
         best, steps = self.best, max(point.step for point in self.curve)
         reading = best.network.architecture.reading
         unit = "symbol" if reading is Readout.PREDICTION else "string"
@@ -132,7 +132,7 @@ def train(
     """Train networks on strings.
 
     Args:
-        held_out: For prediction, what says when a network is at its best; None takes the training strings.
+        held_out: Strings that select the best version of each network, for prediction; None uses the training strings.
     """
     settings = settings or TrainingSettings()
     task = TrainingTask(PrefixTree.of(strings), architecture)
@@ -153,7 +153,7 @@ def train(
 
 
 class _Batch:
-    """Some restarts in training, and the best of each so far."""
+    """A batch of restarts in training, with the best version of each."""
 
     def __init__(
         self,
@@ -173,7 +173,7 @@ class _Batch:
         self._right = torch.zeros(count, dtype=torch.bool)
 
     def run(self, task: TrainingTask) -> Iterator[Progress]:
-        """Train; yields at each look."""
+        """Train the batch; yield the progress at each evaluation."""
         import torch
 
         settings, restarts = self._settings, self._restarts
@@ -185,7 +185,7 @@ class _Batch:
             optimiser.zero_grad()
             hidden = restarts.hidden_states(task.levels)
             losses, _ = task.losses(restarts, hidden)
-            # A sum, so that a network moves as if it were alone.
+            # The sum gives each network the gradient that it would have alone.
             losses.sum().backward()
             restarts.clip(settings.clip)
             optimiser.step()
@@ -196,7 +196,7 @@ class _Batch:
                     return
 
     def _flat(self, looks: list[Progress]) -> bool:
-        """Whether held-out strings say that training adds nothing any more."""
+        """Return whether the held-out loss no longer improves."""
         few = self._settings.flat_looks
         if self._judged is None or not few or len(looks) <= few:
             return False
@@ -204,7 +204,7 @@ class _Batch:
         return min(look.best_loss for look in looks[-few:]) > before - _GAIN
 
     def networks(self) -> list[TrainedNetwork]:
-        """Each at its best."""
+        """Return the best version of each network."""
         self._restarts.parameters = self._best
         return [
             TrainedNetwork(self._restarts.network(place), self._first + place, loss, right)
@@ -233,7 +233,7 @@ def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Several threads would add up in another order, and the last bits would depend on their number."""
+    """Limit torch to one thread: with more, the order of sums and thus the last bits depend on their number."""
     import torch
 
     threads = torch.get_num_threads()

@@ -1,7 +1,7 @@
-"""The expectation step of Baum-Welch over many trials at once, for hidden states that actions shift.
+"""Expectation step of Baum-Welch over a batch of trials, for hidden states that are shifted by actions.
 
-Forward and backward messages are scaled, and trials of different lengths end where they do. Sums run in one order on
-every processor: no BLAS.
+Forward and backward messages are scaled, and trials may differ in length. BLAS is not used, so that sums have the same
+order on every processor.
 """
 
 from collections import Counter
@@ -21,13 +21,13 @@ Numbers = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True)
 class RecordedTrial:
-    """What was read and done in a trial, in turns.
+    """Alternating readings and actions of one trial.
 
     Attributes:
-        symbols: Readings, the start's first; none at the goal.
+        symbols: Readings from the start on; there is none at the goal.
 
     Raises:
-        ConfigurationError: The numbers of readings and actions do not go together, or there is none.
+        ConfigurationError: The numbers of readings and actions do not match, or there is no reading.
     """
 
     symbols: tuple[int, ...]
@@ -40,15 +40,19 @@ class RecordedTrial:
             raise ConfigurationError("trial.symbols", f"{len(self.symbols)} of them", _one_each(len(self.actions)))
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain JSON values."""
+        """Return the trial as plain JSON values."""
         return {"symbols": list(self.symbols), "actions": list(self.actions), "reached": self.reached}
 
     @classmethod
     def from_dict(cls, where: str, data: object, symbols: int, actions: int) -> Self:
-        """From plain JSON values, over so many symbols and actions.
+        """Return a trial from plain JSON values.
+
+        Args:
+            symbols: Number of symbols.
+            actions: Number of actions.
 
         Raises:
-            ConfigurationError: It is none, or of another alphabet.
+            ConfigurationError: The data are not a trial, or a number is out of range.
         """
         given = fitted(where, data, Mapping[str, Any])
         require_keys(where, given, ("symbols", "actions", "reached"))
@@ -64,14 +68,14 @@ class RecordedTrial:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Trials side by side, the longest first; equal ones are one that weighs more.
+    """A batch of trials, the longest first; equal trials form one row with a higher weight.
 
     Attributes:
-        symbols: Readings, (trials, longest); after a trial's end 0.
-        weights: How many trials each stands for, (trials,).
-        lengths: Number of readings of each, (trials,).
-        reached: Whether each ended at the goal, (trials,).
-        running: At each time how many trials have a reading; these are the first ones, (longest,).
+        symbols: Readings, (trials, longest); 0 after the end of a trial.
+        weights: Number of equal trials in each row, (trials,).
+        lengths: Number of readings of each trial, (trials,).
+        reached: Whether each trial ended at the goal, (trials,).
+        running: Number of trials with a reading at each time, (longest,); these are the first rows.
     """
 
     symbols: Numbers
@@ -83,7 +87,7 @@ class Batch:
 
     @classmethod
     def of(cls, trials: Sequence[RecordedTrial]) -> Self:
-        """The trials, at least one."""
+        """Return the batch of at least one trial."""
         counts = Counter(trials)
         order = sorted(counts, key=lambda trial: -len(trial.symbols))
         longest = len(order[0].symbols)
@@ -108,16 +112,17 @@ def _one_each(actions: int) -> str:
 
 
 LEAST: Final = 1e-12
-"""No reading is taken for less likely than this: a trial that a model holds for impossible must not end the fit."""
+"""Lower limit on the probability of a reading, so that a trial that a model rules out does not abort the fit."""
 
 
 class Shifts:
-    """Takes messages through one action: shifted by its displacement, or left where they are.
+    """Propagation of messages through one action, which shifts a state by its displacement or leaves it as it is.
 
-    Messages are rows by trial, (trials, states).
+    Messages have one row per trial, (trials, states).
 
     Args:
-        targets: Where each action leads from each state, (actions, states): its number, n at the goal, n + 1 nowhere.
+        targets: Target of each action from each state, (actions, states): a state, n for the goal, or n + 1 for an
+            unknown state.
         blocked: Probability that an action leaves a state as it is, (actions, states).
         start: Probability of each state at the start, (states,).
         emissions: Probability of each symbol, (states, symbols).
@@ -138,12 +143,12 @@ class Shifts:
         self.emitted = np.ascontiguousarray(emissions.T)
 
     def first(self, symbols: Numbers) -> Floats:
-        """Probability of the first reading with each state."""
+        """Return the joint probability of the first reading and each state."""
         joint: Floats = self._start * self.emitted[symbols]
         return joint
 
     def forward(self, before: Floats, actions: Numbers, following: Numbers) -> Floats:
-        """Probability of the next reading with each state after it."""
+        """Return the joint probability of the next reading and the state after the action."""
         moved = _padded(before * self._free[actions])
         joint = before * self.blocked[actions]
         joint += np.take_along_axis(moved, self._sources[actions], axis=1)
@@ -151,7 +156,7 @@ class Shifts:
         return joint
 
     def backward(self, after: Floats, actions: Numbers, following: Numbers) -> Floats:
-        """Probability of the next reading and all that follows, from each state before it."""
+        """Return the probability of the next and all later readings, given the state before the action."""
         joint = after * self.emitted[following]
         moved = np.take_along_axis(_padded(joint), self._targets[actions], axis=1)
         moved *= self._free[actions]
@@ -160,27 +165,27 @@ class Shifts:
         return joint
 
     def stays(self, before: Floats, after: Floats, actions: Numbers, following: Numbers) -> Floats:
-        """Probability that the action left each state as it was."""
+        """Return the unnormalised probability that the action left each state as it was."""
         joint = before * after
         joint *= self.blocked[actions]
         joint *= self.emitted[following]
         return joint
 
     def goals(self, batch: Batch) -> Floats:
-        """Probability that the last action of each trial leads to the goal, from each state."""
+        """Return the probability that the last action of each trial leads to the goal, for each state."""
         return self._goal[batch.actions[np.arange(len(batch.lengths)), batch.lengths - 1]]
 
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """What trials show by a model.
+    """Expected counts of a batch of trials under a model.
 
     Attributes:
-        visits: Times that each symbol was read in each state, by the action that followed, the last one for none,
-            (actions + 1, symbols, states).
-        stays: Times that an action left a state as it was, (actions, states).
-        starts: Times that a trial started in each state, (states,).
-        log_likelihood: Of all trials, their arrivals at the goal included.
+        visits: Number of times that each symbol was read in each state, by the next action, (actions + 1, symbols,
+            states); the last index is for no action.
+        stays: Number of times that an action left a state as it was, (actions, states).
+        starts: Number of trials that started in each state, (states,).
+        log_likelihood: Log-likelihood of all trials, including their arrivals at the goal.
     """
 
     visits: Floats
@@ -190,7 +195,7 @@ class Expected:
 
 
 def expected_counts(batch: Batch, shifts: Shifts) -> Expected:
-    """Count by the posterior of the hidden states."""
+    """Return the expected counts under the posterior of the hidden states."""
     goals = shifts.goals(batch)
     messages, log_likelihood = _forward(batch, shifts, goals)
     keys: list[Numbers] = []
@@ -222,7 +227,7 @@ def expected_counts(batch: Batch, shifts: Shifts) -> Expected:
 
 
 def _forward(batch: Batch, shifts: Shifts, goals: Floats) -> tuple[list[Floats], Floats]:
-    """Forward messages at each time, (running trials, states), and the log-likelihood of each trial, (trials,)."""
+    """Return the forward messages at each time, (running, states), and the log-likelihood of each trial, (trials,)."""
     messages: list[Floats] = []
     scales = np.ones(batch.symbols.shape)
     for time, running in enumerate(batch.running):
@@ -233,7 +238,7 @@ def _forward(batch: Batch, shifts: Shifts, goals: Floats) -> tuple[list[Floats],
             message = shifts.forward(messages[-1][rows], batch.actions[rows, time - 1], batch.symbols[rows, time])
         scale = message.sum(axis=1)
         scales[:running, time] = np.maximum(scale, LEAST)
-        message[scale < LEAST] = 1.0  # lost: anywhere
+        message[scale < LEAST] = 1.0  # the model rules the reading out: restart from a uniform distribution
         scale = message.sum(axis=1)
         messages.append(message / scale[:, None])
     last = np.stack([messages[length - 1][row] for row, length in enumerate(batch.lengths)])
@@ -248,7 +253,7 @@ def _padded(rows: Floats) -> Floats:
 
 
 def _sums_by(keys: Numbers, rows: Floats, groups: int) -> Floats:
-    """Sum of the rows that have each key, (groups, ...), in the rows' order."""
+    """Return the sum of the rows with each key, (groups, ...), added in the order of the rows."""
     order = np.argsort(keys, kind="stable")
     present, begins = np.unique(keys[order], return_index=True)
     result = np.zeros((groups, *rows.shape[1:]))

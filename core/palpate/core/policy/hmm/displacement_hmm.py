@@ -1,8 +1,8 @@
-"""A model of the offset from the goal: where each action moves to is known, what is there is learned.
+"""Hidden Markov model of the offset from the goal, with known displacements and learned observations.
 
-The hidden state is how far the agent is from the goal, in steps. An action changes it by its known displacement, or not
-at all: P(blocked | offset, action) is learned, and so is P(symbol | offset). A trial that reached the goal was at one
-known offset before its last action, so every success anchors all of its readings (Baum-Welch does the rest).
+The hidden state is the offset from the goal, in steps. An action either changes it by its known displacement or leaves
+it as it is. P(blocked | offset, action) and P(symbol | offset) are learned by Baum-Welch. If a trial reached the goal,
+the offset before its last action is known, which anchors all its readings.
 """
 
 from collections.abc import Sequence
@@ -24,22 +24,22 @@ _BLOCKED, _FREE = 0.1, 0.9  # pseudo-counts of a move
 _SYMBOL: Final = 0.05  # pseudo-count of each symbol at each offset
 _START, _START_CELLS = 0.5, 4.0  # weight and width of the expected starts
 _NOISE: Final = 0.02
-_VISITS: Final = 0.5  # offsets that are expected to have been visited no oftener are dropped
-_FIRST_ITERATIONS, _FIRST_VISITS = 3, 0.001  # after so many iterations those that hardly occur are dropped already
-_SHRUNK: Final = 0.9  # ... when so few would be left that it pays
-_GAIN: Final = 0.01  # nats that an iteration has to bring in
-_ANCHORED, _ITERATIONS = 15, 25  # iterations over the trials that reached the goal, and over all
+_VISITS: Final = 0.5  # offsets with no more expected visits are dropped
+_FIRST_ITERATIONS, _FIRST_VISITS = 3, 0.001  # lower limit on visits while iterating, after this number of iterations
+_SHRUNK: Final = 0.9  # ... applied if a smaller share of the offsets remains
+_GAIN: Final = 0.01  # minimum gain of an iteration, in nats
+_ANCHORED, _ITERATIONS = 15, 25  # iterations over the trials that reached the goal, and over all trials
 
 
 def lattice_steps(actions: Sequence[Action], longest: int = 0) -> tuple[Offset, ...]:
-    """Displacements of the actions as whole numbers of steps.
+    """Return the displacements of the actions as whole numbers of steps.
 
     Args:
-        longest: Steps that the longest side of any of them is, and the others are rounded; 0: the shortest one is a
-            step, and nothing is rounded.
+        longest: Number of steps in the longest displacement along x or y; the others are rounded. With 0 the shortest
+            displacement is one step, and nothing is rounded.
 
     Raises:
-        ConfigurationError: They are on no common lattice, none of them moves, or one would be rounded to nothing.
+        ConfigurationError: The displacements have no common lattice, all are zero, or one would be rounded to zero.
     """
     lengths = [abs(part) for action in actions for part in action.displacement_m if part]
     accepted = "displacements that are whole multiples of the shortest one along x or y, or a lattice to round them to"
@@ -57,12 +57,12 @@ def lattice_steps(actions: Sequence[Action], longest: int = 0) -> tuple[Offset, 
 
 @dataclass(frozen=True, eq=False)
 class DisplacementHmm:
-    """What was learned of each offset.
+    """Hidden Markov model of the offset from the goal.
 
     Attributes:
-        offsets: Offsets (u, v) of the agent from the goal, in steps; moves to any other count as staying.
-        start: Probability of each at the start, (offsets,).
-        blocked: Probability that an action leaves it where it is, (actions, offsets).
+        offsets: Offsets (u, v) from the goal, in steps; a move to any other offset counts as blocked.
+        start: Probability of each offset at the start, (offsets,).
+        blocked: Probability that an action leaves the offset as it is, (actions, offsets).
         emissions: Probability of each symbol, (offsets, symbols).
     """
 
@@ -73,18 +73,21 @@ class DisplacementHmm:
     emissions: Floats
 
     def targets(self) -> Numbers:
-        """Where each action leads from each offset, (actions, offsets): its place, n at the goal, n + 1 nowhere."""
+        """Return the target of each action from each offset, (actions, offsets).
+
+        A target is the number of an offset, n for the goal, or n + 1 for an unknown offset.
+        """
         count = len(self.offsets)
         place = {offset: number for number, offset in enumerate(self.offsets)} | {(0, 0): count}
         rows = [[place.get((u + du, v + dv), count + 1) for u, v in self.offsets] for du, dv in self.steps]
         return np.array(rows, dtype=np.intp)
 
     def plan(self) -> PointBasedPlan:
-        """By points; of the same seed, so it follows from the model."""
+        """Return a point-based plan; its seed is fixed, so it depends on the model alone."""
         return perseus(self.pomdp(), np.random.default_rng(0))
 
     def pomdp(self) -> FinitePomdp:
-        """The same as a world with hidden states."""
+        """Return the model as a POMDP."""
         states = len(self.offsets)
         targets = self.targets()
         stays = np.where(targets == states + 1, 1.0, self.blocked)
@@ -97,7 +100,7 @@ class DisplacementHmm:
 
     @classmethod
     def blank(cls, steps: tuple[Offset, ...], reach: int, symbols: int, rng: np.random.Generator) -> Self:
-        """Before anything was learned: every offset within ``reach`` steps, symbols alike but for a little noise."""
+        """Return an untrained model: all offsets within ``reach`` steps, and nearly uniform symbols."""
         sides = range(-reach, reach + 1)
         offsets = tuple((u, v) for v in sides for u in sides if (u, v) != (0, 0))
         emissions = 1.0 + _NOISE * rng.random((len(offsets), symbols))
@@ -107,11 +110,11 @@ class DisplacementHmm:
         return cls(steps, offsets, start / start.sum(), blocked, emissions)
 
     def improved(self, batch: Batch) -> tuple[Self, Floats, float]:
-        """One step of Baum-Welch.
+        """Take one step of Baum-Welch.
 
         Returns:
-            The better model, the expected number of visits of each offset, (offsets,), and the log-likelihood of the
-            trials under this one.
+            The improved model, the expected number of visits of each offset, (offsets,), and the log-likelihood of the
+            trials under the previous model.
         """
         found = expected_counts(batch, Shifts(self.targets(), self.blocked, self.start, self.emissions))
         read = found.visits.sum(axis=0) + _SYMBOL
@@ -123,7 +126,7 @@ class DisplacementHmm:
         return model, found.visits.sum(axis=(0, 1)), found.log_likelihood
 
     def pruned(self, visits: Floats, least: float) -> Self:
-        """Without the offsets that were visited no oftener."""
+        """Return the model without the offsets that have at most ``least`` expected visits."""
         kept = np.flatnonzero(visits > least)
         if not len(kept):
             kept = np.arange(len(self.offsets))
@@ -132,7 +135,7 @@ class DisplacementHmm:
         return type(self)(self.steps, offsets, start / start.sum(), self.blocked[:, kept], self.emissions[kept])
 
     def rounded(self) -> Self:
-        """With probabilities to six decimals."""
+        """Return the model with probabilities rounded to six decimals."""
         start, blocked, emissions = (np.round(each, 6) for each in (self.start, self.blocked, self.emissions))
         return type(self)(self.steps, self.offsets, start, blocked, emissions)
 
@@ -142,11 +145,11 @@ def fit_displacement_hmm(
 ) -> DisplacementHmm:
     """Fit a model from scratch.
 
-    Trials that reached the goal are fitted first: each ends at a known offset, while the others fit in anywhere, and
-    fill the plane with offsets of their own if they come before there is a map to find them on.
+    Trials that reached the goal are fitted first, because each ends at a known offset. The position of other trials is
+    ambiguous; without a first model they would spread over arbitrary offsets.
 
     Args:
-        trials: What was read and done, at least one trial.
+        trials: Readings and actions of at least one trial.
     """
     model = DisplacementHmm.blank(steps, reach, symbols, np.random.default_rng(seed))
     if anchored := [trial for trial in trials if trial.reached]:

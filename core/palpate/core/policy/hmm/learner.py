@@ -1,4 +1,4 @@
-"""The learner that models hidden states behind symbols, from what was read and done in whole trials."""
+"""Learner that fits a model of hidden states to the symbols and actions of whole trials."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,15 +24,15 @@ from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 
 REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
-"""Numbers of trials after which the model is fitted; then after every half more. Until the first of them actions are
-random."""
+"""Numbers of trials after which the model is fitted; later fits follow each time the number has grown by half. All
+actions are random before the first fit."""
 
 PATIENCE: Final = 20
-"""After so many actions in a trial the belief is doubted: a growing share is random, at four times as many all."""
+"""Number of actions in a trial after which a growing share of actions is random; from four times this number on, all
+are random."""
 
 _ROUND: Final = 5 * PATIENCE
-"""Actions after which the plan is trusted again: from elsewhere it may lead to the goal, which chance alone may
-miss."""
+"""Number of actions after which this count restarts and the plan is used again, from another place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,17 +44,17 @@ class HmmParameters(Settings):
     reach: Annotated[int, Range(1, 200)] = 10
     """Largest offset from the goal along x or y, in steps."""
     lattice: Annotated[int, Range(0, 20)] = 0
-    """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. 0: all
-    have to be whole multiples of the shortest."""
+    """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. With 0,
+    all must be whole multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
-    """Share of random actions once there is a model; before, all are random."""
+    """Share of random actions once there is a model; before that, all actions are random."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 1000
-    """Most trials that a model is fitted to: the first half of them, whose actions were random or poor, and the last.
-    The last alone avoid what the plan avoids, and the model would forget it."""
+    """Maximum number of trials to fit the model to: half of them the first trials, half the latest. The latest trials
+    alone lack the situations that the plan avoids."""
 
 
 def fitted_after(trials: int) -> int:
-    """Number of trials that the model in use was fitted to, after so many trials; 0 for none."""
+    """Return the number of trials after which the model was last fitted; 0 if there is no model yet."""
     last = max((due for due in REFITS if due <= trials), default=0)
     while last >= REFITS[-1] and last + last // 2 <= trials:
         last += last // 2
@@ -62,17 +62,17 @@ def fitted_after(trials: int) -> int:
 
 
 class HmmLearner(ModelLearner[RecordedTrial]):
-    """Learns hidden states from pairs of actions and symbols, and acts by a plan on its belief over them.
+    """Learner that fits a hidden Markov model to actions and symbols, and acts by a plan on its belief over the states.
 
-    The first trials are random. A model is fitted after :data:`REFITS` trials, from scratch: so it follows from the
+    The first trials are random. The model is fitted from scratch after :data:`REFITS` trials, so it depends on the
     trials alone.
 
     Args:
-        symbols: Names of the symbols; these are the states that it is asked in.
-        frozen: Learn nothing more, and leave nothing to chance within the first :data:`PATIENCE` actions of a trial.
+        symbols: Names of the symbols, which are the states of its observations.
+        frozen: Do not learn, and take no random action within the first :data:`PATIENCE` actions of a trial.
 
     Raises:
-        ConfigurationError: Names repeat, actions are on no lattice, or the model would be too large.
+        ConfigurationError: Names repeat, the actions have no common lattice, or the model would be too large.
     """
 
     def __init__(
@@ -91,11 +91,11 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     @property
     def trials(self) -> tuple[RecordedTrial, ...]:
-        """What was read and done in every trial that it learned from."""
+        """Readings and actions of every trial that it learned from."""
         return tuple(self._trials)
 
     def use(self, model: DisplacementHmm, trials: Sequence[RecordedTrial]) -> None:
-        """Act by this model, which was fitted to these trials; the plan is made when it is needed."""
+        """Use a model that was fitted to these trials; the plan is computed at the next trial."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(len(trials))
         self.model, self._plan = model, None
@@ -108,7 +108,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         self.use(model, self._trials)
 
     def _fitting(self, due: int) -> list[RecordedTrial]:
-        """What of the first so many trials a model is fitted to."""
+        """Return those of the first ``due`` trials that a model is fitted to."""
         most = min(due, self.parameters.memory_trials)
         first = most // 2
         return self._trials[:first] + self._trials[due - most + first : due]
@@ -126,7 +126,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         self._belief: StateBelief | None = None
 
     def choose(self, observation: Observation) -> Decision:
-        """The action that the plan takes for the cheapest, or a random one."""
+        """Return the action of lowest cost under the plan, or a random action."""
         self._take_in(observation.state)
         index, share = self._planned(), self._random_share()
         if index is None or share > 0.0:
@@ -137,13 +137,13 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         return Decision(self.actions[index], index, LEARNED)
 
     def _planned(self) -> int | None:
-        """The action that costs least by the plan; None before there is one."""
+        """Return the action of lowest cost under the plan; None if there is no plan yet."""
         if self._plan is None or self._belief is None:
             return None
         return int(self._plan.costs(self._belief.probabilities).argmin())
 
     def _random_share(self) -> float:
-        """Share of random actions where there is a plan."""
+        """Return the share of random actions when there is a plan."""
         done = len(self._actions) % _ROUND
         if done >= PATIENCE:
             return done / (4 * PATIENCE)
@@ -169,7 +169,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
     def end_trial(self, hindsight: Hindsight) -> None:
         if self.frozen or not self._actions:
             return
-        # What an action came to that was still running when the trial was cut off is not told.
+        # The result of an action that was interrupted by the end of the trial is unknown.
         symbols = self._symbols[: len(self._actions)] + ([] if self._next is None else [self._next])
         self._remember(RecordedTrial(tuple(symbols), tuple(self._actions), self._next is None))
 

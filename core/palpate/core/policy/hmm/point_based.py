@@ -1,9 +1,9 @@
-"""Plans over beliefs: QMDP, which takes for granted that all is seen after one step, and Perseus, which does not.
+"""Plans over beliefs: QMDP, which assumes full observability after one step, and Perseus, which does not.
 
-Perseus (Spaan and Vlassis, 2005) improves a set of vectors, each the cost of one plan from every hidden state, at
-beliefs that a walk through the model meets; the cost of a belief is the least that any of them promises. Costs, beliefs
-and probabilities stand on grids of binary fractions, coarse enough that every sum of products of them is exact: so a
-matrix product has the same bits whatever the order in which a processor takes it.
+Perseus (Spaan and Vlassis, 2005) improves a set of vectors at beliefs sampled by simulating the model. Each vector
+holds the cost of one plan from every hidden state; the cost of a belief is the minimum over the vectors. Costs, beliefs
+and probabilities are rounded to grids of binary fractions, coarse enough that every sum of products is exact. Matrix
+products are therefore bit-identical on all processors.
 """
 
 from collections.abc import Sequence
@@ -17,16 +17,16 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.hmm.baum_welch import Numbers
 
-_MOST_BYTES: Final = 512 * 2**20  # of the transitions of a model
+_MOST_BYTES: Final = 512 * 2**20  # limit for the transitions of a model
 IMPOSSIBLE: Final = 1e-7
-"""A reading less likely than this refutes the belief: it restarts with that reading."""
+"""Probability of a reading below which the belief is discarded and restarts from that reading."""
 
 
 def require_room(where: str, states: int, actions: int) -> None:
-    """Refuse a model that is too large, before it is built.
+    """Reject a model that is too large before it is built.
 
     Raises:
-        ConfigurationError: With the number of states that there is room for.
+        ConfigurationError: The model has too many states.
     """
     if 8 * actions * states * states > _MOST_BYTES:
         most = int((_MOST_BYTES / (8 * actions)) ** 0.5)
@@ -38,9 +38,9 @@ def require_room(where: str, states: int, actions: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class FinitePomdp:
-    """Hidden states, actions, symbols, and a goal that ends the trial and has no symbol.
+    """A POMDP with a goal that ends the trial and has no symbol.
 
-    Rows need not sum to 1 to the last digit: what is made of them is scaled.
+    Rows need to sum to 1 only approximately, because derived beliefs are normalised.
 
     Attributes:
         start: Probability of each state at the start, (states,).
@@ -70,14 +70,14 @@ class FinitePomdp:
         return int(self.emissions.shape[1])
 
     def moved(self, probabilities: Floats, action: int) -> Floats:
-        """Probability of each state after an action that did not lead to the goal, (states,)."""
-        # Sums run in one order on every processor, unlike those of BLAS.
+        """Return the probability of each state after an action that did not lead to the goal, (states,)."""
+        # Unlike BLAS, sparse products add in the same order on every processor.
         after: Floats = self._ways[action] @ probabilities
         return after
 
     @cached_property
     def _ways(self) -> list[Any]:
-        # Every command knows the learner's parameters; few plan.
+        # Imported late: every command loads the learner's parameters, but few make a plan.
         from scipy.sparse import csr_array
 
         return [csr_array(moves).T for moves in self.transitions]
@@ -87,7 +87,7 @@ class StateBelief:
     """A belief over the hidden states of a model.
 
     Attributes:
-        probabilities: Of each state, (states,); they sum to 1.
+        probabilities: Probability of each state, (states,); the sum is 1.
     """
 
     def __init__(self, model: FinitePomdp, symbol: int) -> None:
@@ -95,7 +95,7 @@ class StateBelief:
         self.probabilities = self._read(model.start, symbol)
 
     def update(self, action: int, symbol: int) -> None:
-        """Take in an action that did not lead to the goal, and what was read after it."""
+        """Update the belief with an action that did not lead to the goal, and the symbol read after it."""
         self.probabilities = self._read(self._model.moved(self.probabilities, action), symbol)
 
     def _read(self, expected: Floats, symbol: int) -> Floats:
@@ -115,22 +115,22 @@ DISCOUNT: Final = 0.98
 _SWEEPS: Final = 150
 _BELIEFS: Final = 200
 _STAGES: Final = 30
-_WALKS, _STEPS, _RANDOM = 64, 16, 0.25  # walks that gather beliefs; their random share
-_GAIN: Final = 0.003  # a stage that improves no belief by more ends the plan
-_LOSS: Final = 0.002 * 2.0**42  # on the grid: a belief that keeps its cost within this is served
+_WALKS, _STEPS, _RANDOM = 64, 16, 0.25  # simulated trials that gather beliefs, their steps, their share of random steps
+_GAIN: Final = 0.003  # planning ends after a stage that improves no belief by more
+_LOSS: Final = 0.002 * 2.0**42  # tolerated increase of a belief's cost, in units of the grid
 # Sums stay below 2**53: beliefs and emissions sum to one, and no cost is above 1 / (1 - DISCOUNT) = 50 < 2**6.
 _COST: Final = 2.0**20
 _SHARE: Final = 2.0**22
 
 
 def _on_grid(values: Floats, steps: float) -> Floats:
-    """Values as whole numbers of steps of 1 / ``steps``."""
+    """Return values as whole numbers of steps of 1 / ``steps``."""
     result: Floats = np.rint(values * steps)
     return result
 
 
 def qmdp(model: FinitePomdp) -> Floats:
-    """Cost of each action in each state, if the state were seen from the next step on, (states, actions)."""
+    """Return the cost of each action in each state if the state is observable from the next step, (states, actions)."""
     values = np.zeros(model.states)
     costs = np.zeros((model.states, model.actions))
     moves = _on_grid(model.transitions, _SHARE).reshape(-1, model.states)
@@ -143,10 +143,10 @@ def qmdp(model: FinitePomdp) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class PointBasedPlan:
-    """Vectors over a model.
+    """A plan made of cost vectors over the states of a model.
 
     Attributes:
-        vectors: Discounted steps to the goal that each plan costs, (plans, states).
+        vectors: Discounted number of steps to the goal under each plan, (plans, states).
     """
 
     model: FinitePomdp
@@ -157,13 +157,13 @@ class PointBasedPlan:
         return _on_grid(self.vectors, _COST)
 
     def costs(self, probabilities: Floats) -> Floats:
-        """Discounted steps to the goal if an action is taken now and all goes as planned after it, (actions,).
+        """Return the discounted number of steps to the goal if an action precedes the best plan, (actions,).
 
         Args:
-            probabilities: Of the hidden states, (states,).
+            probabilities: Probabilities of the hidden states, (states,).
         """
         moved = np.stack([self.model.moved(probabilities, action) for action in range(self.model.actions)])
-        some = np.flatnonzero(moved.max(axis=0) > 0.5 / _SHARE)  # the others are nothing on the grid
+        some = np.flatnonzero(moved.max(axis=0) > 0.5 / _SHARE)  # the others are zero on the grid
         joint = _on_grid(moved[:, None, some] * self.model.emissions[some].T, _SHARE)
         promised = joint.reshape(-1, len(some)) @ self._weighed[:, some].T
         least = promised.min(axis=1).reshape(self.model.actions, -1) / (_SHARE * _COST)
@@ -172,13 +172,13 @@ class PointBasedPlan:
 
 
 def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
-    """A plan by point-based value iteration."""
+    """Return a plan computed by point-based value iteration."""
     from scipy.sparse import csr_array
 
     beliefs = _on_grid(_met(model, qmdp(model), rng), _SHARE)
     vectors = np.full((1, model.states), _on_grid(np.array(1.0 / (1.0 - DISCOUNT)), _COST))
     values = (beliefs @ vectors.T).min(axis=1)
-    # All sums are exact, so the order in which they are taken does not matter.
+    # All sums are exact, so their order does not matter.
     moves = [csr_array(_on_grid(transitions, _SHARE)) for transitions in model.transitions]
     for _ in range(_STAGES):
         fresh = _backed_up(model, moves, beliefs, vectors)
@@ -188,7 +188,7 @@ def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
         reached = np.full(len(beliefs), np.inf)
         waiting = np.ones(len(beliefs), dtype=bool)
         while waiting.any():
-            # The belief that gains most is served first: its plan serves most of the others.
+            # The belief that gains most comes first, because its plan also improves most of the others.
             gains = np.where(waiting, values - promised.diagonal(), -np.inf)
             number = int(gains.argmax())
             if promised[number, number] <= values[number]:
@@ -208,8 +208,8 @@ def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
 
 
 def _backed_up(model: FinitePomdp, moves: Sequence[Any], beliefs: Floats, vectors: Floats) -> Floats:
-    """For each belief the best plan of one step and then one of the vectors for each symbol, (beliefs, states)."""
-    # By what may be read: cost of each vector, times the probability of the reading, after the move.
+    """Return for each belief the best plan: one action, then one of the vectors per symbol, (beliefs, states)."""
+    # Cost of each vector after the move, times the probability of each symbol.
     read = np.rint(model.emissions.T[:, None, :] * vectors[None])
     columns = np.ascontiguousarray(read.reshape(-1, model.states).T)
     best, promised = [], []
@@ -231,7 +231,7 @@ def _backed_up(model: FinitePomdp, moves: Sequence[Any], beliefs: Floats, vector
 
 
 def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
-    """Different beliefs that walks through the model meet, by QMDP and by chance, (beliefs, states)."""
+    """Return distinct beliefs from simulated trials with QMDP and random actions, (beliefs, states)."""
     beliefs = np.repeat(model.start[None], _WALKS, axis=0)
     states = _drawn(beliefs, rng)
     found: dict[bytes, Floats] = {}
@@ -260,7 +260,7 @@ def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
 
 
 def _drawn(weights: Floats, rng: np.random.Generator) -> Numbers:
-    """A column of each row, as likely as it weighs."""
+    """Draw one column of each row with probabilities proportional to the weights."""
     sums = np.cumsum(weights, axis=1)
     draws = rng.random(len(weights)) * sums[:, -1]
     drawn: Numbers = np.minimum((sums <= draws[:, None]).sum(axis=1), weights.shape[1] - 1)
