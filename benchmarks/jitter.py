@@ -89,7 +89,6 @@ def run_trials(rig: Rig, ports: Ports, task: InsertionTask, session: RealTimeSes
         except PalpateError as error:
             # The script is the person who has looked at it.
             outcomes[str(error)] += 1
-            rig.return_to_ready()
             if rig.ports.arm.life is Life.FAULTED:
                 rig.ports.arm.acknowledge_fault()
         trial += 1

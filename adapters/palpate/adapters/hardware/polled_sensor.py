@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final, Generic, TypeVar
 
+from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Range, Settings, Validity, WrenchSample
@@ -48,7 +49,8 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     def __init__(self, name: str, clock: Clock, table: SensorTable) -> None:
         super().__init__(name)
-        self._clock, self._max_age_ns = clock, round(table.max_age_ms * 1e6)
+        self._clock, self._sleep = clock, sleeping(clock)
+        self._max_age_ns = round(table.max_age_ms * 1e6)
         self._start_timeout_s = table.start_timeout_s
         self._close_wire: Callable[[], None] | None = None
         self.device: DriverT | None = None
@@ -201,6 +203,3 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         except DriverError:
             return False
         return self._life is not Life.FAULTED
-
-    def _sleep(self, seconds: float) -> None:
-        self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))

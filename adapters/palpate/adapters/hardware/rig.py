@@ -154,10 +154,6 @@ class HardwareRig(DeviceRig):
         # Waiting data are read now, not in the first tick.
         self.ports.force_sensor.read()
 
-    @override
-    def return_to_ready(self) -> None:
-        self._at_ready = False
-
     def stopped_by(self) -> str:
         """Cause of a stop other than core and supervisor since the last :meth:`prepare`; empty if there is none."""
         fault = self.ports.arm.fault

@@ -41,9 +41,6 @@ class UrTable(ArmTable):
     """servoj's look-ahead: it smoothes, and the arm is late by it."""
     gain: Annotated[float, Range(100.0, 2000.0)] = 1000.0
     """servoj's gain."""
-    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on every time-out of this computer and of the controller's watchdog: 3 for a machine that cannot keep
-    time."""
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from palpate.adapters.config import RunConfig, simulated_noise, to_toml
+from palpate.adapters.config import RunConfig, simulated_noise
 from palpate.adapters.log.container import LogFile, RawMessage
 from palpate.adapters.log.export_csv import names_for
 from palpate.adapters.log.json_text import dump_json
 from palpate.adapters.log.messages import encode
-from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import EndRecord, EventEntry, StartRecord, TickRecord
 from palpate.adapters.log.schema import BY_RECORD, SCHEMA
 from palpate.adapters.log.series import config_of
+from palpate.adapters.log.trial_recorder import start_facts
 from palpate.adapters.log.world import sensor_facts
 from palpate.core.errors import ConfigurationError, LogError, UsageError
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.perception import Perception, perception_to_dict
+from palpate.core.perception import Perception
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointSample, WrenchSample
 from palpate.core.trial import ReadyPose
 
@@ -246,22 +246,12 @@ def _time_ns(record: Any) -> int:
 
 def _start(config: RunConfig, ready: ReadyPose, perception: Perception, bag: Path) -> StartRecord:
     return StartRecord(
-        schema=SCHEMA,
-        command="import",
-        config_toml=to_toml(config),
-        arm=str(config.arm),
-        model_sha256=arm_sha256(config.arm, config.tool.geometry),
-        core_sha256=core_sha256(),
+        **start_facts("import", config, ready, perception),
         seed=config.seed,
         trial=0,
         start_m=(0.0, 0.0),
-        ready_rad=tuple(ready.q_rad.tolist()),
-        tip_rotation=tuple(ready.tip_rotation.ravel().tolist()),
-        perception_json=dump_json(perception_to_dict(perception)),
         policy="torque",
         frozen=True,
         world=f"bag {bag.name}",
         world_json=dump_json(sensor_facts(simulated_noise(config))),
-        versions_json=dump_json(made_with()),
-        processor_json=dump_json(processor()),
     )

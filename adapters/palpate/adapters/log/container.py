@@ -10,7 +10,7 @@ from typing import IO, Any, Final, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message
+from mcap.records import Channel, Chunk, DataEnd, Footer, Message
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC, Writer
 
@@ -141,14 +141,3 @@ def _describe(channel: Channel, ours: dict[int, int]) -> None:
     """Map a channel to palpate's number by topic, because tools that rewrite a file renumber channels."""
     if channel.topic in BY_TOPIC and channel.message_encoding == "protobuf":
         ours[channel.id] = BY_TOPIC[channel.topic].id
-
-
-def writer_of(data: bytes) -> str:
-    """Return the program and profile in the file's header."""
-    try:
-        header = next(iter(StreamReader(BytesIO(data)).records))
-    except Exception:  # invalid bytes may raise any error of the library
-        header = None
-    if not isinstance(header, Header):
-        return "without a readable header"
-    return f"written by {header.library!r}, profile {header.profile!r}"

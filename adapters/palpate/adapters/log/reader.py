@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.log.container import RawMessage, bytes_of, read_messages, writer_of
+from palpate.adapters.log.container import RawMessage, bytes_of, read_messages
 from palpate.adapters.log.messages import R, decode
 from palpate.adapters.log.records import (
     CallEntry,
@@ -111,8 +111,7 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
     if not messages and damage:
         raise LogError(path, "", f"holds nothing that can be read: {damage}", "it can only be deleted")
     if not messages:
-        who = writer_of(data)
-        raise LogError(path, "", f"holds no messages of palpate's ({who})", "name a log that palpate recorded")
+        raise LogError(path, "", "holds no messages of palpate's", "name a log that palpate recorded")
     gap = _gap(messages)
     if damage and gap:
         messages, gap = messages[:gap], None

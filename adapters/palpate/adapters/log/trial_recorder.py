@@ -80,20 +80,11 @@ class TrialRecorder:
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         foreign = None if document is None else document.foreign
         constant = {
-            "schema": SCHEMA,
-            "command": command,
+            **start_facts(command, config, ready, perception),
             "config_toml": to_toml(with_options(config)),
-            "arm": str(config.arm),
-            "model_sha256": arm_sha256(config.arm, config.tool.geometry),
-            "core_sha256": core_sha256(),
-            "ready_rad": tuple(ready.q_rad.tolist()),
-            "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),
-            "perception_json": dump_json(perception_to_dict(perception)),
             "policy": name or "document" if foreign is None else foreign.code,
             "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
             "frozen": frozen,
-            "versions_json": dump_json(made_with()),
-            "processor_json": dump_json(processor()),
             "derived_from": derived_from,
         }
         self._subject = _Subject(self._folder / subfolder, task, perception, policy, constant)
@@ -160,6 +151,23 @@ class TrialRecorder:
             return {"learner_json": learner}
         decisions = [DecisionEntry.of(n, one, report.temperature) for n, one in enumerate(report.decisions)]
         return {"learner_json": learner, "policy_sha256": policy_digest(decisions, self._before, learner)}
+
+
+def start_facts(command: str, config: RunConfig, ready: ReadyPose, perception: Perception) -> dict[str, Any]:
+    """Return the fields of a start record that follow from configuration, ready pose, perception and this computer."""
+    return {
+        "schema": SCHEMA,
+        "command": command,
+        "config_toml": to_toml(config),
+        "arm": str(config.arm),
+        "model_sha256": arm_sha256(config.arm, config.tool.geometry),
+        "core_sha256": core_sha256(),
+        "ready_rad": tuple(ready.q_rad.tolist()),
+        "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),
+        "perception_json": dump_json(perception_to_dict(perception)),
+        "versions_json": dump_json(made_with()),
+        "processor_json": dump_json(processor()),
+    }
 
 
 def trial_name(number: int) -> str:

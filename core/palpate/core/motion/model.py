@@ -87,18 +87,7 @@ def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes)
     flange = links[arm.flange]
     base, tool = links.get("base"), links.get("tool0", flange)
     in_base = base.placement if base is not None and base.parentJoint == 0 else pin.SE3.Identity()
-    return _Loaded(_without_frames(model), flange, in_base, tool if tool.parentJoint == flange.parentJoint else flange)
-
-
-def _without_frames(model: pin.Model) -> pin.Model:
-    """Return the same joints and bodies without frames, which would be placed in every tick."""
-    bare = pin.Model()
-    for joint in range(1, model.njoints):
-        bare.addJoint(model.parents[joint], model.joints[joint], model.jointPlacements[joint], model.names[joint])
-        bare.inertias[joint] = model.inertias[joint]
-    bare.lowerPositionLimit, bare.upperPositionLimit = model.lowerPositionLimit, model.upperPositionLimit
-    bare.velocityLimit = model.velocityLimit
-    return bare
+    return _Loaded(model, flange, in_base, tool if tool.parentJoint == flange.parentJoint else flange)
 
 
 Array: TypeAlias = npt.NDArray[np.float64]

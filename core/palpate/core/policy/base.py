@@ -16,7 +16,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.ports import Vector3
+from palpate.core.ports import Vector3, require_names
 
 COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
@@ -287,10 +287,8 @@ def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
     Raises:
         ConfigurationError: Names ``policy.states`` or ``policy.actions``.
     """
-    for field, names in (("states", states), ("actions", [action.name for action in actions])):
-        shown = all(name and name.isprintable() for name in names)
-        if not names or len(set(names)) != len(names) or not shown:
-            raise ConfigurationError(f"policy.{field}", tuple(names), "at least one printable name, and none twice")
+    require_names("policy.states", states)
+    require_names("policy.actions", [action.name for action in actions])
 
 
 def drawing_from(rng: np.random.Generator | None, who: str) -> np.random.Generator:

@@ -128,13 +128,6 @@ class Rig(Protocol):
     def prepare(self, trial: int) -> None:
         """Prepare a trial: set up what the core does not control, and release the arm from its last stop."""
 
-    def return_to_ready(self) -> None:
-        """Let the next :meth:`prepare` move the arm to the ready pose, as before the first trial.
-
-        For callers that continue after a stopped trial. A world that is reset for each trial need not implement it.
-        """
-        return
-
     @abstractmethod
     def world(self) -> World:
         """Return the world record for the log of the trial just prepared."""

@@ -59,8 +59,9 @@ class TestActions:
 
     @pytest.mark.parametrize("states", [(), ("a", "a"), ("a", ""), ("a", "two\nlines")])
     def test_names_are_distinct_and_printable(self, states):
-        refuse("policy.states", check_names, states, compass_actions(0.001))
-        refuse("policy.actions", check_names, ("a",), (Action("go", (1.0, 0.0)), Action("go", (0.0, 1.0))))
+        with pytest.raises(ConfigurationError, match=r"^policy\.states"):
+            check_names(states, compass_actions(0.001))
+        refuse("policy.actions[1]", check_names, ("a",), (Action("go", (1.0, 0.0)), Action("go", (0.0, 1.0))))
 
     @pytest.mark.parametrize(
         "bad",
