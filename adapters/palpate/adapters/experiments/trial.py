@@ -191,11 +191,7 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
 
 
 def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
-    """Refuse to go on after a trip on a rig of devices; ``first`` is the index of the trial that is number 0.
-
-    Raises:
-        DeviceError: With the trial's number, as tables have it.
-    """
+    """Refuse to go on after a trip on a rig of devices; ``first`` is the index of the trial that is number 0."""
     if scored.trip and not rig.simulated:
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.cause}")
 

@@ -9,11 +9,7 @@ from palpate.core.errors import LogError
 
 
 def find_logs(names: Sequence[str | Path]) -> list[Path]:
-    """Return the logs of files, folders (recursively) and glob patterns, sorted and without duplicates.
-
-    Raises:
-        LogError: A name matches no log.
-    """
+    """Return the logs of files, folders (recursively) and glob patterns, sorted and without duplicates."""
     found: dict[Path, None] = {}
     for name in map(str, names):
         if os.path.isdir(name):

@@ -92,11 +92,7 @@ class Series:
 
 
 def config_of(log: TrialLog) -> RunConfig:
-    """Return the configuration of a trial.
-
-    Raises:
-        LogError: The log has no configuration that this version can use.
-    """
+    """Return the configuration of a trial."""
     try:
         return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
     except (tomllib.TOMLDecodeError, ConfigurationError) as error:

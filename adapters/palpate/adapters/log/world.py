@@ -28,11 +28,7 @@ def sensor_facts(facts: SensorFacts) -> dict[str, Any]:
 
 
 def recorded_sensor(world_json: str) -> SensorFacts:
-    """Return the facts of the force sensor in a log.
-
-    Raises:
-        ConfigurationError: They are not facts of a sensor.
-    """
+    """Return the facts of the force sensor in a log."""
     facts: Any = _world(world_json).get(_SENSOR)
     try:
         ranges = {name: tuple(inf if each is None else each for each in facts[name]) for name in _RANGES}

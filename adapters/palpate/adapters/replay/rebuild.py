@@ -81,11 +81,7 @@ class Changes:
 
 
 def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
-    """Return the configuration of the replay.
-
-    Raises:
-        ConfigurationError: A change is refused.
-    """
+    """Return the configuration of the replay."""
     config = config_of(log)
     for setting in changes.settings:
         table = parse_setting(setting)

@@ -156,11 +156,7 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """Convert a table ``[arm]`` to a setting: the name if it has no other key; other keys modify that arm.
-
-    Raises:
-        ConfigurationError: No arm has that name.
-    """
+    """Convert a table ``[arm]`` to a setting: the name if it has no other key; other keys modify that arm."""
     known = kinds_of(ArmDescription)
     for key, value in table.items():
         if key not in known:

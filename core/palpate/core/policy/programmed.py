@@ -54,11 +54,7 @@ class AssignedPolicy(FixedPolicy):
 
 
 def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse an unknown state or action.
-
-    Raises:
-        ConfigurationError: States ``field`` and the accepted names.
-    """
+    """Refuse an unknown state or action."""
     if state not in states:
         raise ConfigurationError(field, state, f"a state of this task: {', '.join(states)}")
     names = [known.name for known in actions]
@@ -82,11 +78,7 @@ class ProgrammedPolicy(AssignedPolicy):
 
 
 class RandomWalkPolicy(FixedPolicy):
-    """Draws each action uniformly, with exactly one random number per choice.
-
-    Raises:
-        ConfigurationError: The action set is empty.
-    """
+    """Draws each action uniformly, with exactly one random number per choice."""
 
     def __init__(self, actions: Sequence[Action]) -> None:
         super().__init__()
@@ -129,11 +121,7 @@ class MixedPolicy(Policy):
         return next((part.temperature for part in self.parts if part.temperature is not None), None)
 
     def part_for(self, state: int) -> Policy:
-        """Return the part that acts in a state.
-
-        Raises:
-            ConfigurationError: No part serves the state.
-        """
+        """Return the part that acts in a state."""
         for part in self.parts:
             if part.serves(state):
                 return part

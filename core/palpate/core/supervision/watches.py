@@ -313,11 +313,7 @@ class SampleWatch:
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Refuse a wrench of another kind or frame before anything moves.
-
-    Raises:
-        DeviceError: The wrench has another kind or frame.
-    """
+    """Refuse a wrench of another kind or frame before anything moves."""
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task needs raw ones in {frame!r}")
 

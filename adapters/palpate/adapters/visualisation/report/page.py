@@ -75,11 +75,7 @@ def html_of(page: Page, version: str) -> str:
 
 
 def require_free(path: Path) -> None:
-    """Check that the page would not replace a file of another origin.
-
-    Raises:
-        OutputError: Such a file exists.
-    """
+    """Check that the page would not replace a file of another origin."""
     if not os.path.lexists(path):
         return
     if _GENERATOR not in path.read_bytes():
