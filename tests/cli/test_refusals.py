@@ -18,10 +18,7 @@ ON_A_RIG = f"--rig zebra.toml --job {ROOT / 'examples' / 'jobs' / 'paper-peg.tom
 LONG = "x" * 300
 """A name longer than any file system takes."""
 COMMANDS = "train, run, compare, study, plan, show, explore, infer, replay, report, log, render, emulate, rig, settings"
-STUDIES = {
-    "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
-    "small": "[study]\ntrials = 1\n",
-}
+STUDIES = {"reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]", "small": "[study]\ntrials = 1\n"}
 TEXTS = {
     "zebra.toml": rig_text("zebra-nmc", "jr3-can", "zebra-zero"),
     "deep.json": "[" * 100_000,

@@ -2,11 +2,7 @@
 
 import pytest
 
-from palpate.adapters.contracts import (
-    TICK_NS,
-    ClauseNotApplicable,
-    ContractViolation,
-)
+from palpate.adapters.contracts import TICK_NS, ClauseNotApplicable, ContractViolation
 from tests.contracts.unsafe import ARM, CLOCK, ENCODER, FORCE, UNSAFE, Mirrors
 from tests.fake_devices import FakeArm, FakeForceSensor
 

@@ -51,16 +51,7 @@ def trial_rows(*times_s, success=True):
     return [replace(plain, trial=k, exploration_time_s=time) for k, time in enumerate(times_s)]
 
 
-def run_policy(
-    config,
-    rig,
-    policy,
-    trials,
-    recording=NOT_RECORDED,
-    *,
-    perception=None,
-    name="",
-):
+def run_policy(config, rig, policy, trials, recording=NOT_RECORDED, *, perception=None, name=""):
     """Run trials of a policy on an open rig; what they were."""
     first, rows = FIRST_EVALUATION_TRIAL, list[TrialRow]()
     perception = perception or build_perception(config)
@@ -69,13 +60,7 @@ def run_policy(
     return rows
 
 
-def observation(
-    x_m=0.0,
-    y_m=0.0,
-    *,
-    torque_Nm=(0.0, 0.0, 0.0),
-    action_number=0,
-):
+def observation(x_m=0.0, y_m=0.0, *, torque_Nm=(0.0, 0.0, 0.0), action_number=0):
     """What a policy sees with the tip commanded to (x, y)."""
     # The measured tip lies elsewhere, so that who confuses the two is found out.
     return Observation(0, (9.0, 9.0, 9.0), (x_m, y_m, 0.0), (0.0, 0.0, -5.0), torque_Nm, action_number)

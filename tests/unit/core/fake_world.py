@@ -25,15 +25,7 @@ from palpate.core.perception import (
     SignalProcessor,
     Thresholds,
 )
-from palpate.core.policy import (
-    Action,
-    ActionPenalty,
-    Decision,
-    Hindsight,
-    Policy,
-    Transition,
-    compass_actions,
-)
+from palpate.core.policy import Action, ActionPenalty, Decision, Hindsight, Policy, Transition, compass_actions
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Ports
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.trial import N_PER_KGF, ControlConfig, GoalConfig, Measurement, TaskConfig, goal_in_base
@@ -247,12 +239,7 @@ def tip_motion():
     return TipMotion(kinematics, goal_in_base(GoalConfig()), np.array(rotation), PERIOD_S)
 
 
-def build_task(
-    policy,
-    task=None,
-    control=None,
-    reinforcement=None,
-):
+def build_task(policy, task=None, control=None, reinforcement=None):
     """The core over the zebra-zero, with every part its own; the gripper is an ideal spring."""
     return InsertionTask(
         task or TaskConfig(),

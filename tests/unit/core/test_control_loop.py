@@ -11,21 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.contracts import FakeClock
-from palpate.core.control_loop import (
-    LoopObserver,
-    next_slot,
-    run_trial,
-    tick_time_ns,
-)
+from palpate.core.control_loop import LoopObserver, next_slot, run_trial, tick_time_ns
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.ports import (
-    CONTROL_RATE_HZ,
-    JointCommand,
-    Life,
-    Ports,
-    Validity,
-    WrenchSample,
-)
+from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Life, Ports, Validity, WrenchSample
 from palpate.core.trial import Outcome
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor

@@ -180,27 +180,14 @@ def test_counts_become_angles_and_back():
 
 
 @pytest.mark.parametrize(
-    "wrong",
-    [
-        {"node": 0},
-        {"counts_per_rad": 0.0},
-        {"counts_per_rad": 1e10},
-        {"zero_counts": 2**31},
-    ],
+    "wrong", [{"node": 0}, {"counts_per_rad": 0.0}, {"counts_per_rad": 1e10}, {"zero_counts": 2**31}]
 )
 def test_joint_that_cannot_work_is_refused(wrong):
     with pytest.raises(SettingError):
         replace(joints()[0], **wrong)
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"joints": joints() + joints()},
-        {"host_node": 3},
-        {"host_watchdog_ms": 10},
-    ],
-)
+@pytest.mark.parametrize("wrong", [{"joints": joints() + joints()}, {"host_node": 3}, {"host_watchdog_ms": 10}])
 def test_arm_that_cannot_work_is_refused(wrong):
     with pytest.raises(SettingError):
         ArmSettings(**({"joints": joints(), "control_rate_Hz": 140} | wrong))

@@ -251,11 +251,7 @@ CASES = {
         SilentError,
         "drive 2: left 3 SYNCs in a row unanswered in time.*end other work here",
     ),
-    "host away": (
-        lambda b: b.network.sleep(0.15),
-        LateError,
-        r"has not heard this computer for \d+ ms",
-    ),
+    "host away": (lambda b: b.network.sleep(0.15), LateError, r"has not heard this computer for \d+ ms"),
     "bus error": (
         lambda b: setattr(b.network.notifier, "exception", ValueError("non-hexadecimal number found")),
         SilentError,

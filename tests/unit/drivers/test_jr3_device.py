@@ -58,11 +58,7 @@ def test_missing_board_is_a_wiring_error():
 @pytest.mark.parametrize(
     ("board", "error", "told"),
     [
-        (
-            {"answer": lambda _: [CanFrame(0x101, b"\x07")]},
-            WiringError,
-            r"no answer \(frames without sense \(16\)\)",
-        ),
+        ({"answer": lambda _: [CanFrame(0x101, b"\x07")]}, WiringError, r"no answer \(frames without sense \(16\)\)"),
         ({"state": 1}, DeviceFaultError, "not initialised"),
         (
             {"answer": lambda name: [CanFrame(0x101, bytes(7))] if name == "force scales" else None},
@@ -194,8 +190,7 @@ def test_counter_that_goes_back_is_a_restart():
 
 
 @pytest.mark.parametrize(
-    ("counts", "saturated"),
-    [(16384, False), (26214, False), (26215, True), (-32752, True), (32767, True)],
+    ("counts", "saturated"), [(16384, False), (26214, False), (26215, True), (-32752, True), (32767, True)]
 )
 def test_saturation(counts, saturated):
     (sample,) = Bench().streaming().read(z=counts)

@@ -54,10 +54,7 @@ CASES = {
     "short": (lambda reply: [(0.0, reply[:-2])], Discarded.SHORT),
     "corrupted": (lambda reply: [(0.0, reply[:-1] + bytes((reply[-1] ^ 1,)))], Discarded.CHECKSUM),
     "zeros": (lambda reply: [(0.0, bytes(len(reply)))], Discarded.BLANK),
-    "rejected": (
-        lambda reply: [(0.0, bytes((reply[0] | 2, *reply[1:-1], (reply[-1] + 2) % 256)))],
-        Discarded.REJECTED,
-    ),
+    "rejected": (lambda reply: [(0.0, bytes((reply[0] | 2, *reply[1:-1], (reply[-1] + 2) % 256)))], Discarded.REJECTED),
 }
 
 

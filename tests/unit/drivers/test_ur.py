@@ -137,10 +137,7 @@ def test_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_fo
 
 @pytest.mark.parametrize(
     ("controller", "told"),
-    [
-        ({"version": (5, 8, 0, 1)}, "5.8.0.1.*untried"),
-        ({"version": (10, 7, 0, 1)}, "10.7.0.1.*untried"),
-    ],
+    [({"version": (5, 8, 0, 1)}, "5.8.0.1.*untried"), ({"version": (10, 7, 0, 1)}, "10.7.0.1.*untried")],
 )
 def test_controller_that_is_set_up_otherwise_is_refused(controller, told):
     with pytest.raises(SettingError, match=told):

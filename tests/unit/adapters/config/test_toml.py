@@ -19,14 +19,10 @@ CHANGED = RunConfig(
     seed=2**63 - 1,
     task=TaskConfig(goal=GoalConfig(x_mm=-1e-7), ticks_per_action=7),
     perception=PerceptionConfig(
-        calibration=(1.0, -1.0, 1e-300, 2.5, 1e22, 0.1),
-        symbols="random",
-        channels=("fz", "tx"),
+        calibration=(1.0, -1.0, 1e-300, 2.5, 1e22, 0.1), symbols="random", channels=("fz", "tx")
     ),
     learning=LearningConfig(
-        alpha_visits=12.5,
-        programmed={"x- y0": "+x", 'odd "name"\\': "-x"},
-        examples="a folder/übung.csv",
+        alpha_visits=12.5, programmed={"x- y0": "+x", 'odd "name"\\': "-x"}, examples="a folder/übung.csv"
     ),
 )
 

@@ -42,9 +42,7 @@ def test_hardly_any_trials_still_give_a_picture(trials):
     assert pixels(learning_curve(trial_rows(*[3.0] * trials), "few")).shape == SIZE
 
 
-def test_times_and_forces_of_a_run_and_a_moving_average_only_where_there_are_so_many_trials(
-    monkeypatch,
-):
+def test_times_and_forces_of_a_run_and_a_moving_average_only_where_there_are_so_many_trials(monkeypatch):
     drawn = []
     real = figure.drawing
 

@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.cli.notices import marked_line
-from palpate.adapters.experiments import (
-    Claim,
-    exact_interval,
-    mean_with_interval,
-    summary_of,
-    t_half_width,
-)
+from palpate.adapters.experiments import Claim, exact_interval, mean_with_interval, summary_of, t_half_width
 from palpate.adapters.experiments.statistics import learning_summary, quantile_interval
 from palpate.core.errors import ConfigurationError
 from tests.unit.adapters.samples import trial_rows

@@ -6,14 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.experiments import (
-    RunFolder,
-    Trainer,
-    baseline,
-    build_perception,
-    interrupting,
-    task_actions,
-)
+from palpate.adapters.experiments import RunFolder, Trainer, baseline, build_perception, interrupting, task_actions
 from palpate.adapters.experiments.training import Checkpoint, require_sound, resume_from
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError

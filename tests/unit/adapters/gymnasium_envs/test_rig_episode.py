@@ -123,8 +123,7 @@ def test_a_fault_is_a_typed_error_and_latches(episodes, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("number", "error"),
-    [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit), (signal.SIGHUP, SystemExit)],
+    ("number", "error"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit), (signal.SIGHUP, SystemExit)]
 )
 def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(episodes, monkeypatch, number, error):
     episodes.begin(5, 0)

@@ -138,9 +138,7 @@ def cia402():
 
 
 @pytest.mark.parametrize("make", [zebra, cia402])
-def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_it_free(
-    make,
-):
+def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_it_free(make):
     bench, where = make()
     with bench.desk, bench.arm as arm:
         begin_rad = where()

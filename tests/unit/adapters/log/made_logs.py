@@ -89,14 +89,7 @@ def log_bytes(content=None):
     return stream.getvalue()
 
 
-def write_log(
-    path,
-    ticks,
-    *,
-    begin=None,
-    others=(),
-    end=None,
-):
+def write_log(path, ticks, *, begin=None, others=(), end=None):
     """A sound log with these messages; those besides the ticks come when their tick does."""
     records = [begin or STARTING]
     left = sorted(others, key=lambda entry: entry.tick)

@@ -13,11 +13,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import MCAP0_MAGIC, CompressionType
 
-from palpate.adapters.log import (
-    TICK,
-    RawMessage,
-    read_log,
-)
+from palpate.adapters.log import TICK, RawMessage, read_log
 from palpate.adapters.log.container import read_messages
 from palpate.adapters.log.schema import DECISION, EVENT, START
 from palpate.core.errors import LogError

@@ -14,12 +14,7 @@ from hypothesis import strategies as st
 
 from palpate.adapters.log import CallEntry, EndRecord, EventEntry, TickRecord, encode, log_pb2
 from palpate.adapters.log.messages import decode
-from palpate.adapters.log.schema import (
-    CHANNELS,
-    PACKAGE,
-    descriptor_set,
-    message_class,
-)
+from palpate.adapters.log.schema import CHANNELS, PACKAGE, descriptor_set, message_class
 from palpate.core.ports import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample
 from tests.unit.adapters.log.made_logs import STARTING, tick
 

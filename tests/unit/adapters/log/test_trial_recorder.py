@@ -14,11 +14,7 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.experiments.trials import Recording
-from palpate.adapters.log import (
-    TrialRecorder,
-    recorded_sensor,
-    set_aside,
-)
+from palpate.adapters.log import TrialRecorder, recorded_sensor, set_aside
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError
 from tests.support.memory_sink import MemorySink

@@ -138,12 +138,7 @@ def test_a_field_that_is_altered(messages, replayed, topic, number, change, fiel
 
 
 @pytest.mark.parametrize(
-    ("topic", "field"),
-    [
-        ("/decision", "grounds"),
-        ("/decision", "displacement_m"),
-        ("/end", "raised_by"),
-    ],
+    ("topic", "field"), [("/decision", "grounds"), ("/decision", "displacement_m"), ("/end", "raised_by")]
 )
 def test_a_field_that_was_taken_away_is_missed(golden_here, replayed, topic, field):
     log = messages_of(golden_here("first-kind" if field == "raised_by" else "train-paper"))
@@ -287,8 +282,7 @@ def test_observers_that_are_told_of_another_port_or_of_no_beginning(golden_here,
 
 
 @pytest.mark.parametrize(
-    ("a", "b", "close"),
-    [(1.0, 1.0 + 1e-10, True), (1.0, 1.0 + 1e-8, False), (0.0, 1e-13, True), (0.0, 1e-9, False)],
+    ("a", "b", "close"), [(1.0, 1.0 + 1e-10, True), (1.0, 1.0 + 1e-8, False), (0.0, 1e-13, True), (0.0, 1e-9, False)]
 )
 def test_what_another_processor_may_do(a, b, close):
     assert close_enough(a, b) is close

@@ -97,11 +97,7 @@ def test_after_stop_the_arm_holds():
 
 
 @pytest.mark.parametrize(
-    ("numbers", "line"),
-    [
-        ((5, 6), "tick 0: ticks 0 to 4 are missing"),
-        ((0, 1, 4), "tick 2: ticks 2 to 3 are missing"),
-    ],
+    ("numbers", "line"), [((5, 6), "tick 0: ticks 0 to 4 are missing"), ((0, 1, 4), "tick 2: ticks 2 to 3 are missing")]
 )
 def test_missing_ticks_are_told(numbers, line):
     lost = LossEntry(tick=4, problem="queue full", text="the writer was behind", dropped_messages=2)

@@ -9,10 +9,7 @@ from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 
 KINDS = list(Kind)
-OUTPUTS = {
-    Kind.DFA: [False, True],
-    Kind.MOORE: ["x", "y", ("x", "y")],
-}
+OUTPUTS = {Kind.DFA: [False, True], Kind.MOORE: ["x", "y", ("x", "y")]}
 
 
 def dfa(rows, accepting, start=0, alphabet="ab", labels=()):

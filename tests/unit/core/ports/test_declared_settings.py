@@ -73,11 +73,7 @@ class TestSettings:
 
     @pytest.mark.parametrize(
         ("field", "value", "place"),
-        [
-            ("lamps", ("a", "c"), "lamps[1]"),
-            ("offsets", (1.0, nan), "offsets[1]"),
-            ("labels", {"x": 3}, "labels.x"),
-        ],
+        [("lamps", ("a", "c"), "lamps[1]"), ("offsets", (1.0, nan), "offsets[1]"), ("labels", {"x": 3}, "labels.x")],
     )
     def test_what_is_wrong_in_a_list_or_table_is_named_by_its_place(self, field, value, place):
         with pytest.raises(ConfigurationError) as caught:
@@ -199,13 +195,7 @@ class TestJson:
 
 class TestSensorFacts:
     @pytest.mark.parametrize(
-        ("name", "value"),
-        [
-            ("noise_N", -0.1),
-            ("range_N", (1.0, 0.0, 1.0)),
-            ("rate_Hz", inf),
-            ("frame", ""),
-        ],
+        ("name", "value"), [("noise_N", -0.1), ("range_N", (1.0, 0.0, 1.0)), ("rate_Hz", inf), ("frame", "")]
     )
     def test_what_no_sensor_has_is_refused(self, name, value):
         facts = {"noise_N": 0.1, "noise_Nm": 0.004, name: value}

@@ -11,14 +11,7 @@ from hypothesis import strategies as st
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError, PalpateError
 from palpate.core.ports import CommandLimiter, CommandReason
 from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest, ManagedDevice
-from palpate.core.ports.values import (
-    AppliedCommand,
-    JointCommand,
-    JointSample,
-    Snapshot,
-    Validity,
-    WrenchSample,
-)
+from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, Snapshot, Validity, WrenchSample
 
 
 class Device(ManagedDevice):

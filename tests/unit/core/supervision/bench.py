@@ -5,13 +5,7 @@ from dataclasses import replace
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.rig import SensorFacts
-from palpate.core.ports.values import (
-    AppliedCommand,
-    JointCommand,
-    JointSample,
-    Snapshot,
-    WrenchSample,
-)
+from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, Snapshot, WrenchSample
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.tasks.insertion import INSERTION
 from palpate.core.trial import Expectation, TaskConfig
@@ -84,13 +78,7 @@ class Bench:
         )
         return made._replace(**changes)
 
-    def tick(
-        self,
-        expectation=TOUCHING,
-        asked_rad=None,
-        tip_m=READY_TIP,
-        **changes,
-    ):
+    def tick(self, expectation=TOUCHING, asked_rad=None, tip_m=READY_TIP, **changes):
         """One tick with what :meth:`snapshot` takes; the arm does what the supervisor says."""
         seen = self.snapshot(**changes)
         done = self.supervisor.check(seen, JointCommand(asked_rad or self.here_rad), expectation, tip_m)

@@ -18,13 +18,7 @@ def learner(*, frozen=False):
     return BeliefLearner(BeliefParameters(), 3.5e-3, 0.05, frozen=frozen)
 
 
-def play(
-    policy,
-    hole_m,
-    start_m,
-    seed=0,
-    most=400,
-):
+def play(policy, hole_m, start_m, seed=0, most=400):
     """One trial; the hole takes the peg in when its way passes within 0.15 mm."""
     rng, place, hole = np.random.default_rng(seed), np.array(start_m), np.array(hole_m)
     policy.begin_trial(0, rng)

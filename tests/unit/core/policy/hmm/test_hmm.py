@@ -11,14 +11,7 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
-from palpate.core.policy import (
-    Action,
-    Hindsight,
-    HmmLearner,
-    HmmParameters,
-    Transition,
-    compass_actions,
-)
+from palpate.core.policy import Action, Hindsight, HmmLearner, HmmParameters, Transition, compass_actions
 from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
 from palpate.core.policy.hmm.baum_welch import Batch
 from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps

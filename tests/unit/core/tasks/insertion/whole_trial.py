@@ -22,17 +22,7 @@ class Trial:
         world, policy, task: The parts.
     """
 
-    def __init__(
-        self,
-        world,
-        policy=None,
-        start_m=START,
-        config=None,
-        *,
-        on_step=None,
-        task=None,
-        index=0,
-    ):
+    def __init__(self, world, policy=None, start_m=START, config=None, *, on_step=None, task=None, index=0):
         self.world, self.policy = world, policy or FollowTorque()
         self.task = task or build_task(self.policy, config)
         self.snapshots = []
