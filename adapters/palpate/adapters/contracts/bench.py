@@ -81,7 +81,11 @@ class DeviceRig(Generic[DeviceT]):
         return 0
 
     def pass_time(self, duration_ns: int) -> None:
-        """Let more than ``duration_ns`` go by, one tick at a time."""
+        """Let more than ``duration_ns`` go by, one tick at a time.
+
+        Raises:
+            ContractViolation: The rig's clock stands still.
+        """
         start_ns = self.clock.now_ns()
         while (before_ns := self.clock.now_ns()) <= start_ns + duration_ns:
             self.advance(1)
@@ -197,7 +201,11 @@ class ArmCommandRig(MovingRig[ArmCommand]):
 
 
 def knob(value: T | None, name: str) -> T:
-    """Return an optional knob of the rig."""
+    """Return an optional knob of the rig.
+
+    Raises:
+        ClauseNotApplicable: The rig has no such knob.
+    """
     if value is None:
         raise ClauseNotApplicable(f"this rig has no {name}")
     return value

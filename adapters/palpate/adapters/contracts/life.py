@@ -29,7 +29,11 @@ _PAUSE_TICKS: Final = 200
 
 
 def try_lives(suite: Any, lives: int) -> None:
-    """Live through a number of lives of a suite's adapter."""
+    """Live through a number of lives of a suite's adapter.
+
+    Raises:
+        ContractViolation: In one of them something differs from the table, or the adapter does not work.
+    """
     for seed in range(lives):
         random = Random(seed)
         steps = [(random.choice(_STEPS), random.random() < 0.5) for _ in range(_LENGTH)]

@@ -30,7 +30,11 @@ def foreign_code(name: str) -> str:
 
 
 def foreign_entry(code: str) -> ForeignEntry:
-    """Return the entry of a policy file for code as installed now, without learned state."""
+    """Return the entry of a policy file for code as installed now, without learned state.
+
+    Raises:
+        ConfigurationError: The code cannot be loaded.
+    """
     _maker(code)
     module = code.partition(":")[0]
     names = _distributions(tuple(sys.path)).get(module.partition(".")[0], [])

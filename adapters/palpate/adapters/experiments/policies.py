@@ -90,7 +90,11 @@ def policy_for(config: RunConfig, name: str) -> str:
 
 
 def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
-    """Return the baseline of that name, one of ``BASELINES``; only the oracles use the true hole."""
+    """Return the baseline of that name, one of ``BASELINES``; only the oracles use the true hole.
+
+    Raises:
+        ConfigurationError: The name is unknown.
+    """
     task, action_s = config.task, config.task.ticks_per_action / CONTROL_RATE_HZ
     # The actions of the task, because a baseline has no skills.
     actions = task_kind(task.name).actions(task)
@@ -215,7 +219,11 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
 
 
 def foreign_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:
-    """Return the policy file of a new third-party policy."""
+    """Return the policy file of a new third-party policy.
+
+    Raises:
+        ConfigurationError: The code cannot be loaded, or creates no policy.
+    """
     policy = foreign_policy(foreign_entry(code), config, perception, frozen=True)
     return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
 
@@ -306,7 +314,11 @@ def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
 
 
 def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
-    """Refuse a contact model of another tool, unless it is requested as a starting point."""
+    """Refuse a contact model of another tool, unless it is requested as a starting point.
+
+    Raises:
+        ConfigurationError: The pegs of the run and of the policy file differ.
+    """
     learned = tool_in(document)
     if learned is None or config.learning.belief.other_tool:
         return

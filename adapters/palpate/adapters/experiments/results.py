@@ -207,7 +207,11 @@ class RunFolder:
         self.path = path
 
     def require_free(self) -> None:
-        """Check that nothing would be overwritten."""
+        """Check that nothing would be overwritten.
+
+        Raises:
+            OutputError: The folder already holds a run.
+        """
         # os.path.exists, unlike Path.exists, returns False for a name that is too long or not permitted.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
@@ -250,7 +254,11 @@ class RunFolder:
         return None if recorder is None else opened.enter_context(recorder)
 
     def summary(self) -> dict[str, Any]:
-        """Return ``summary.json``, which a run writes last; empty if there is none."""
+        """Return ``summary.json``, which a run writes last; empty if there is none.
+
+        Raises:
+            OutputError: The file is damaged.
+        """
         path = self.path / "summary.json"
         try:
             return dict(json_of_file(path)) if path.exists() else {}
@@ -278,7 +286,11 @@ class RunFolder:
         return row
 
     def read_trials(self) -> list[TrialRow]:
-        """Return the finished trials."""
+        """Return the finished trials.
+
+        Raises:
+            OutputError: The file is damaged.
+        """
         path = self.path / "trials.csv"
         if not path.exists():
             return []

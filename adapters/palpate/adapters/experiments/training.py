@@ -75,7 +75,11 @@ class Checkpoint:
 
     @classmethod
     def load(cls, folder: RunFolder) -> Checkpoint:
-        """Read the checkpoint of a folder."""
+        """Read the checkpoint of a folder.
+
+        Raises:
+            OutputError: The checkpoint is missing or damaged.
+        """
         path = folder.path / "checkpoint.json"
         try:
             content = json_of_file(path)
@@ -102,7 +106,11 @@ def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
 
 
 def require_same_run(config: RunConfig, policy: str, folder: RunFolder) -> None:
-    """Check that a folder's run started with this configuration, policy and software."""
+    """Check that a folder's run started with this configuration, policy and software.
+
+    Raises:
+        ConfigurationError: One of them differs.
+    """
     path = folder.path / "run.toml"
     table = read_toml(path)
     facts = run_facts(table, path)

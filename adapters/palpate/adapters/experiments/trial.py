@@ -6,6 +6,8 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from typing_extensions import override
+
 from palpate.adapters.config import AdmissionConfig, RunConfig, folder_kept, task_kind
 from palpate.adapters.experiments.build import build_reinforcement
 from palpate.adapters.hardware.real_time import RealTimeSession
@@ -16,7 +18,7 @@ from palpate.core.errors import DeviceError, require_whole
 from palpate.core.policy import ActionOutcome
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig, Truth
 from palpate.core.supervision import Supervisor
-from palpate.core.trial import Fit, Outcome, Task, TrialReport, TrialSetup, TripReason
+from palpate.core.trial import Fit, Outcome, Supervised, Task, TrialReport, TrialSetup, Trip, TripReason
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class ScoredTrial:
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
         marked: Why the trial's timing is not admitted; empty for an admitted trial.
         stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
+        blamed: Device whose samples or lateness ended the trial; empty if there is none.
     """
 
     report: TrialReport
@@ -39,6 +42,7 @@ class ScoredTrial:
     exploration_time_s: float
     marked: str = ""
     stopped_by: str = ""
+    blamed: str = ""
 
     @property
     def outcome(self) -> str:
@@ -53,8 +57,9 @@ class ScoredTrial:
 
     @property
     def cause(self) -> str:
-        """The trip with what stopped the arm."""
-        return f"{self.trip} ({self.stopped_by})" if self.stopped_by else self.trip
+        """The trip with the device or person that caused it."""
+        told = "; ".join(filter(None, (self.blamed, self.stopped_by)))
+        return f"{self.trip} ({told})" if told else self.trip
 
 
 def outcome_of(report: TrialReport) -> Outcome | None:
@@ -75,6 +80,10 @@ OVERLOADS: Final = (
     TripReason.EXPLORATION_AREA,
 )  # fmt: skip
 """Reasons of trips in which valid samples show that the last action exceeded a limit. Other reasons may be faults."""
+_OF_THE_ARM: Final = (
+    TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
+    TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FELT,
+)  # fmt: skip
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
@@ -108,7 +117,8 @@ def run_scored_trial(
     # The preparation moves an arm, too.
     rig.latch.require_free()
     rig.prepare(trial)
-    setup, observers = trial_setup(config, trial), watching
+    witness = _Witness(rig)
+    setup, observers = trial_setup(config, trial), (*watching, witness)
     if recorder is not None:
         observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)), *observers)
     if session is not None:
@@ -121,7 +131,7 @@ def run_scored_trial(
             recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
     scored = score(config, report, rig.truth())
-    scored = replace(scored, stopped_by=rig.stopped_by())
+    scored = replace(scored, stopped_by=rig.stopped_by(), blamed=witness.blamed)
     if scored.trip and rig.simulated:
         rig.latch.release()
     elif scored.trip and (report.outcome is not Outcome.STOPPED or scored.stopped_by):
@@ -130,6 +140,34 @@ def run_scored_trial(
     if recorder is not None:
         recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))
     return scored
+
+
+class _Witness(LoopObserver):
+    """Queries the device that caused a trip in the same tick, because its data may change until the trial ends.
+
+    Attributes:
+        blamed: Device whose samples, with data of its line, or whose lateness caused the trip; empty if none did.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self._rig, self.blamed = rig, ""
+        self._trip: Trip | None = None
+
+    @override
+    def supervised(self, supervised: Supervised) -> None:
+        change = supervised.intervention
+        if change is not None and change.trip is not None and self._trip is None:
+            self._trip = change.trip
+            self.blamed = self._told(change.trip)
+
+    def _told(self, trip: Trip) -> str:
+        if trip.reason is TripReason.LATE_CYCLE:
+            return "the fault of this computer, which was late, or of an adapter that waits"
+        if trip.sample:
+            return self._rig.device_behind(trip.sample)
+        # The cause may be the world, or a line with errors to report.
+        told = self._rig.device_behind("joint" if trip.reason in _OF_THE_ARM else "force")
+        return told if ": " in told else ""
 
 
 def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
@@ -191,7 +229,11 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
 
 
 def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
-    """Refuse to go on after a trip on a rig of devices; ``first`` is the index of the trial that is number 0."""
+    """Refuse to go on after a trip on a rig of devices; ``first`` is the index of the trial that is number 0.
+
+    Raises:
+        DeviceError: With the trial's number, as tables have it.
+    """
     if scored.trip and not rig.simulated:
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.cause}")
 

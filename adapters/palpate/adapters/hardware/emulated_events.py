@@ -34,7 +34,11 @@ class PlannedEvent:
 
     @classmethod
     def of(cls, text: str, possible: Iterable[str]) -> Self:
-        """Read an event as the option ``--event`` has it."""
+        """Read an event as the option ``--event`` has it.
+
+        Raises:
+            ConfigurationError: It is none, or none of these devices.
+        """
         found, names = _EVENT.fullmatch(text), [name for name in EVENTS if name in possible]
         if found is None or found[3] not in EVENTS:
             accepted = f"as in 12s:{names[0]} or start+12s:{names[0]}, with one of {', '.join(names)}"

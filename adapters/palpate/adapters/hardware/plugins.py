@@ -117,7 +117,11 @@ def arm_maker(name: str) -> ArmMaker:
 
 
 def force_sensor_maker(name: str) -> ForceSensorMaker:
-    """Return the function that makes the force sensor adapter of that name."""
+    """Return the function that makes the force sensor adapter of that name.
+
+    Raises:
+        ConfigurationError: There is none, or it cannot be loaded.
+    """
     maker = load_maker("force", name)
     # mypy takes a class for one only if it is no protocol.
     kind: Any = ForceSensor
@@ -158,7 +162,11 @@ def adapter_names(kind: str) -> list[str]:
 
 
 def load_maker(kind: str, name: str) -> Any:
-    """Return the function of an adapter, as its package has it."""
+    """Return the function of an adapter, as its package has it.
+
+    Raises:
+        ConfigurationError: There is none, or it cannot be loaded.
+    """
     found = entries(GROUP)
     field = "force_sensor.adapter" if kind == "force" else "arm.adapter"
     if (entry := found.get(f"{kind}.{name}")) is not None:

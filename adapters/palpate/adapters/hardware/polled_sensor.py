@@ -86,6 +86,16 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             raise DeviceError(self.name, "has not delivered a sample yet")
         return self._made(sample)
 
+    def account(self) -> str:
+        """Return what was received instead of new readings; empty if the latest reading is on time."""
+        device, now_ns = self.device, self._clock.now_ns()
+        if device is None:
+            return ""
+        latest = device.latest
+        if latest is not None and now_ns - latest.receive_time_ns <= 2 * self.period_ns + _LINE_NS:
+            return ""
+        return told(device.silence(now_ns), self.name)
+
     def diagnostics(self) -> dict[str, str]:
         """Return the diagnostics of the driver; empty before ``configure``."""
         return {} if self.device is None else self.device.diagnostics()

@@ -88,6 +88,13 @@ class DeviceRig(Rig):
         self._sensor.activate()
         self._arm.activate()
 
+    @override
+    def device_behind(self, sample: str) -> str:
+        device: object = self._arm if sample == "joint" else self._sensor
+        # What came instead of samples; adapters may leave this out, and a name too.
+        name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
+        return f"{name}: {account}" if account else name
+
     def world(self) -> World:
         """Return the name of the rig for logs; a real world cannot be reproduced."""
         facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}

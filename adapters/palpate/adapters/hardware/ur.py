@@ -77,7 +77,11 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:
-    """Return lines on the agreement of model and tool with an open arm."""
+    """Return lines on the agreement of model and tool with an open arm.
+
+    Raises:
+        ConfigurationError: They do not agree.
+    """
     if not isinstance(driver, UrArm) or (seen := driver.seen) is None:
         return []
     found = ReportedPose(seen.q_rad, seen.tcp_pose, driver.tcp_offset, seen.payload_kg, seen.payload_cog_m)

@@ -62,7 +62,11 @@ class LogFile:
 
 
 def bytes_of(path: str | Path) -> bytes:
-    """Return the bytes of a log file."""
+    """Return the bytes of a log file.
+
+    Raises:
+        LogError: The file cannot be read.
+    """
     try:
         # A pipe or a device may have no end.
         if os.path.exists(path) and not os.path.isfile(path):

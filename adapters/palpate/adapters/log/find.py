@@ -9,7 +9,11 @@ from palpate.core.errors import LogError
 
 
 def find_logs(names: Sequence[str | Path]) -> list[Path]:
-    """Return the logs of files, folders (recursively) and glob patterns, sorted and without duplicates."""
+    """Return the logs of files, folders (recursively) and glob patterns, sorted and without duplicates.
+
+    Raises:
+        LogError: A name matches no log.
+    """
     found: dict[Path, None] = {}
     for name in map(str, names):
         if os.path.isdir(name):

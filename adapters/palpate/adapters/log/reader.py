@@ -81,7 +81,11 @@ class TrialLog:
         return next((event for name in names for event in self.events if event.name == name), None)
 
     def records(self) -> Iterator[TickRecord]:
-        """Yield the decoded ticks."""
+        """Yield the decoded ticks.
+
+        Raises:
+            LogError: A message is not a tick.
+        """
         for number, payload in enumerate(self.ticks):
             yield _decoded(self.path, f"message {number} of /tick", "is no Tick", TickRecord, payload)
 

@@ -69,7 +69,11 @@ class ScoredTrial:
 
 
 def score_of(log: TrialLog) -> ScoredTrial:
-    """Score a trial."""
+    """Score a trial.
+
+    Raises:
+        LogError: The log has no ticks.
+    """
     series, end = series_of(log), log.end
     known = np.isfinite(series.tip_mm).all(axis=1)
     tip_m, time_s = series.tip_mm[known] * 1e-3, series.time_s[known]

@@ -92,7 +92,11 @@ class Series:
 
 
 def config_of(log: TrialLog) -> RunConfig:
-    """Return the configuration of a trial."""
+    """Return the configuration of a trial.
+
+    Raises:
+        LogError: The log has no configuration that this version can use.
+    """
     try:
         return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
     except (tomllib.TOMLDecodeError, ConfigurationError) as error:

@@ -28,7 +28,11 @@ def sensor_facts(facts: SensorFacts) -> dict[str, Any]:
 
 
 def recorded_sensor(world_json: str) -> SensorFacts:
-    """Return the facts of the force sensor in a log."""
+    """Return the facts of the force sensor in a log.
+
+    Raises:
+        ConfigurationError: They are not facts of a sensor.
+    """
     facts: Any = _world(world_json).get(_SENSOR)
     try:
         ranges = {name: tuple(inf if each is None else each for each in facts[name]) for name in _RANGES}

@@ -44,7 +44,11 @@ class WhatIf:
 
 
 def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
-    """Replay logs in order, in groups; the results do not depend on the number of processes."""
+    """Replay logs in order, in groups; the results do not depend on the number of processes.
+
+    Raises:
+        ConfigurationError: ``jobs`` is not from 1 to 1024.
+    """
     require_whole("jobs", jobs, 1, _MOST_JOBS)
     # Long groups, because a model-based learner is fitted again in each of them.
     size = max(1, -(-len(paths) // (4 * jobs)))

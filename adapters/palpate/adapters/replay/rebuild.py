@@ -81,7 +81,11 @@ class Changes:
 
 
 def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
-    """Return the configuration of the replay."""
+    """Return the configuration of the replay.
+
+    Raises:
+        ConfigurationError: A change is refused.
+    """
     config = config_of(log)
     for setting in changes.settings:
         table = parse_setting(setting)

@@ -156,7 +156,11 @@ class AutomatonState(Settings):
         return [float(self._now), float(self._last)]
 
     def set_state(self, state: Sequence[float]) -> None:
-        """Resume from a state returned by :meth:`get_state`."""
+        """Resume from a state returned by :meth:`get_state`.
+
+        Raises:
+            ConfigurationError: It is not a state of this identifier.
+        """
         accepted = "a state and a last symbol, from get_state"
         values: tuple[float, float] = fitted(f"{_FIELD}.state", state, tuple[float, float])
         if not all(value.is_integer() for value in values):

@@ -156,7 +156,11 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """Convert a table ``[arm]`` to a setting: the name if it has no other key; other keys modify that arm."""
+    """Convert a table ``[arm]`` to a setting: the name if it has no other key; other keys modify that arm.
+
+    Raises:
+        ConfigurationError: No arm has that name.
+    """
     known = kinds_of(ArmDescription)
     for key, value in table.items():
         if key not in known:

@@ -52,7 +52,11 @@ class StateIdentifier(Protocol):
 
     @abstractmethod
     def set_state(self, state: Sequence[float]) -> None:
-        """Restore the memory that :meth:`get_state` returned."""
+        """Restore the memory that :meth:`get_state` returned.
+
+        Raises:
+            ConfigurationError: The numbers are not a memory of this identifier.
+        """
 
 
 class _Memoryless(Settings):
@@ -162,7 +166,11 @@ class LastSymbols(Settings):
         return [float(symbol) for symbol in self._recent]
 
     def set_state(self, state: Sequence[float]) -> None:
-        """Set the remembered symbols."""
+        """Set the remembered symbols.
+
+        Raises:
+            ConfigurationError: There are too many, or one is not a symbol.
+        """
         known = all(value in range(len(self.symbols)) for value in state)
         if len(state) > self.length or not known:
             accepted = f"at most {self.length} whole numbers from 0 to {len(self.symbols) - 1}"

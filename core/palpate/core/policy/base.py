@@ -282,7 +282,11 @@ class FixedPolicy(Policy):
 
 
 def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse a state space or an action set that is empty, or has duplicate or unprintable names."""
+    """Refuse a state space or an action set that is empty, or has duplicate or unprintable names.
+
+    Raises:
+        ConfigurationError: Names ``policy.states`` or ``policy.actions``.
+    """
     require_names("policy.states", states)
     require_names("policy.actions", [action.name for action in actions])
 

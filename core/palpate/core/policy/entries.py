@@ -109,7 +109,11 @@ class ActionEntry(Settings):
         return Action(self.name, _scaled(self.displacement_mm, 1e-3))
 
     def require_same(self, where: str, other: Self) -> None:
-        """Refuse an action that differs from the task's by more than rounding."""
+        """Refuse an action that differs from the task's by more than rounding.
+
+        Raises:
+            ConfigurationError: The first field that differs, after ``where``.
+        """
         _require_same(where, asdict(self), asdict(other))
 
 

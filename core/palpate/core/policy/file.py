@@ -114,7 +114,11 @@ class PolicyDocument(Settings):
         return replace(self, learner=LearnerEntry.of(blank))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
-        """Refuse a task with other states or actions."""
+        """Refuse a task with other states or actions.
+
+        Raises:
+            ConfigurationError: The first difference.
+        """
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
         for number, (mine, action) in enumerate(zip(self.actions, actions, strict=True)):

@@ -54,7 +54,11 @@ class AssignedPolicy(FixedPolicy):
 
 
 def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse an unknown state or action."""
+    """Refuse an unknown state or action.
+
+    Raises:
+        ConfigurationError: States ``field`` and the accepted names.
+    """
     if state not in states:
         raise ConfigurationError(field, state, f"a state of this task: {', '.join(states)}")
     names = [known.name for known in actions]
@@ -78,7 +82,11 @@ class ProgrammedPolicy(AssignedPolicy):
 
 
 class RandomWalkPolicy(FixedPolicy):
-    """Draws each action uniformly, with exactly one random number per choice."""
+    """Draws each action uniformly, with exactly one random number per choice.
+
+    Raises:
+        ConfigurationError: The action set is empty.
+    """
 
     def __init__(self, actions: Sequence[Action]) -> None:
         super().__init__()
@@ -121,7 +129,11 @@ class MixedPolicy(Policy):
         return next((part.temperature for part in self.parts if part.temperature is not None), None)
 
     def part_for(self, state: int) -> Policy:
-        """Return the part that acts in a state."""
+        """Return the part that acts in a state.
+
+        Raises:
+            ConfigurationError: No part serves the state.
+        """
         for part in self.parts:
             if part.serves(state):
                 return part

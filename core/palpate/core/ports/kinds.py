@@ -48,7 +48,11 @@ def register_stage(kind: str, stage: type[Any]) -> None:
 
 
 def require_names(field: str, names: Sequence[str], *, printable: bool = True) -> None:
-    """Refuse an empty list of names, duplicates, and names that cannot be printed."""
+    """Refuse an empty list of names, duplicates, and names that cannot be printed.
+
+    Raises:
+        ConfigurationError: The first invalid name.
+    """
     if not names:
         raise ConfigurationError(field, names, "a list of at least one")
     for number, name in enumerate(names):
@@ -58,6 +62,10 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
 
 
 def require_floor(field: str, floor: float, start: float, name: str) -> None:
-    """Refuse a floor above the start value that decays to it."""
+    """Refuse a floor above the start value that decays to it.
+
+    Raises:
+        ConfigurationError: The floor is above.
+    """
     if floor > start:
         raise ConfigurationError(field, floor, f"a number from 0 to {name}, {start:g}")

@@ -51,7 +51,11 @@ class FaultLatch:
         self.cause = ""
 
     def require_free(self) -> None:
-        """Refuse to start while a fault is latched."""
+        """Refuse to start while a fault is latched.
+
+        Raises:
+            FaultLatchedError: A trip or fault has not been acknowledged.
+        """
         if self.cause:
             raise FaultLatchedError(_NAME, self.cause, self.remedy)
 

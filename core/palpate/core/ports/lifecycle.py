@@ -106,11 +106,19 @@ class ManagedDevice(ActiveInside):
         self._move(LifeRequest.ACTIVATE, self._on_activate)
 
     def deactivate(self) -> None:
-        """Undo ``activate``."""
+        """Undo ``activate``.
+
+        Raises:
+            LifecycleError: The device is not active.
+        """
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person decides this."""
+        """Clear a latched fault; only a person decides this.
+
+        Raises:
+            LifecycleError: There is no fault.
+        """
         cause, self._fault = self._fault, None
         try:
             self._move(LifeRequest.ACKNOWLEDGE, self._on_acknowledge)

@@ -140,6 +140,13 @@ class Rig(Protocol):
         """Return what else stopped the arm since the last :meth:`prepare`; empty if nothing did."""
         return ""
 
+    def device_behind(self, sample: str) -> str:
+        """Return the name of the device that provides ``force`` or ``joint`` samples; empty if there is none.
+
+        Recent errors of its connection follow after ": ", if there were any.
+        """
+        return ""
+
     @property
     @abstractmethod
     def clock_ticks(self) -> int:

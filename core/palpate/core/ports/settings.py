@@ -120,10 +120,18 @@ class Settings:
         self.check()
 
     def check(self) -> None:
-        """Refuse settings that contradict each other."""
+        """Refuse settings that contradict each other.
+
+        Raises:
+            ConfigurationError: One of these settings.
+        """
 
     def require(self, name: str, holds: bool, accepted: str) -> None:
-        """Refuse the value of a field unless a condition holds."""
+        """Refuse the value of a field unless a condition holds.
+
+        Raises:
+            ConfigurationError: States the field, its value and the accepted values.
+        """
         if not holds:
             raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
 
@@ -188,7 +196,11 @@ def table_beside(base: Any) -> type[Settings] | None:
 
 
 def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], others: Sequence[str] = ()) -> None:
-    """Refuse an object with a missing or an unknown key."""
+    """Refuse an object with a missing or an unknown key.
+
+    Raises:
+        ConfigurationError: Lists the accepted keys.
+    """
     missing = [key for key in needed if key not in given]
     unknown = [key for key in given if key not in (*needed, *others)]
     if missing or unknown:

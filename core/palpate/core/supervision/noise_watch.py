@@ -107,7 +107,7 @@ class NoiseWatch:
             if noise > 0.0 and not found <= self._most_ratio * noise:
                 ratio, limit = found / noise, self._most_ratio
                 text = f"{name} shows {ratio:.1f} times the sensor's own noise while nothing moves, limit {limit:g}"
-                return Trip(TripReason.SENSOR_NOISE, snapshot.tick, text)
+                return Trip(TripReason.SENSOR_NOISE, snapshot.tick, text, "force")
         self._band = _bands([min(pair) for pair in zip(shown, self._noise, strict=True)])
         return None
 
@@ -115,7 +115,7 @@ class NoiseWatch:
         most = self._longest + 1
         name, unit = CHANNELS[place], "N" if place < _FORCES else "N m"
         text = f"{name} stayed within {self._band[place]:.3g} {unit} for {most} new samples: it lacks its own noise"
-        return Trip(TripReason.CHANNEL_FLAT, tick, text)
+        return Trip(TripReason.CHANNEL_FLAT, tick, text, "force")
 
     def _recurs(self, tick: int, lag: int) -> Trip | None:
         last, self._lag = self._lag, lag
@@ -125,7 +125,7 @@ class NoiseWatch:
         if found <= most:
             return None
         text = f"{found} new force samples in a row came before in the same order, {lag} samples ago; limit {most}"
-        return Trip(TripReason.SAMPLES_RECUR, tick, text)
+        return Trip(TripReason.SAMPLES_RECUR, tick, text, "force")
 
 
 def _deviation(values: Sequence[float]) -> float:

@@ -269,10 +269,10 @@ class SampleWatch:
         age_ns, most_ns = now_ns - wrench.source_time_ns, self._force_age_ns
         # A sample from the future is as bad: the clocks disagree, so its age is meaningless.
         if not -most_ns <= age_ns <= most_ns:
-            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns)
+            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns, "force")
         age_ns, most_ns = now_ns - joints.source_time_ns, self._joint_age_ns
         if not -most_ns <= age_ns <= most_ns:
-            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the joint sample", age_ns, most_ns)
+            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the joint sample", age_ns, most_ns, "joint")
         last_wrench, last_joints = self._sequences
         if wrench.sequence != last_wrench:
             last_values, self._values = self._values, (wrench.force_N, wrench.torque_Nm)
@@ -296,24 +296,28 @@ class SampleWatch:
             return None
         name = "force" if repeats == self._wrench_repeats else "joint"
         text = f"no new {name} sample for {repeats} ticks, limit {most} ticks"
-        return Trip(TripReason.SAMPLE_REPEATED, tick, text)
+        return Trip(TripReason.SAMPLE_REPEATED, tick, text, name)
 
     def _frozen(self, tick: int) -> Trip:
         found, most = self._equal, self._most_equal
         text = f"{found} new force samples in a row are equal to the one before in every bit, limit {most}"
-        return Trip(TripReason.SAMPLE_FROZEN, tick, text)
+        return Trip(TripReason.SAMPLE_FROZEN, tick, text, "force")
 
     def _not_as_agreed(self, tick: int, wrench: WrenchSample) -> Trip:
         text = f"{_wrench_text(wrench)}, agreed were raw ones in {self._frame!r}"
-        return Trip(TripReason.WRENCH_CONTRACT, tick, text)
+        return Trip(TripReason.WRENCH_CONTRACT, tick, text, "force")
 
     @staticmethod
     def _not_valid(tick: int, name: str, validity: Validity) -> Trip:
-        return Trip(TripReason.SAMPLE_INVALID, tick, f"the {name} sample is {validity.value}")
+        return Trip(TripReason.SAMPLE_INVALID, tick, f"the {name} sample is {validity.value}", name)
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Refuse a wrench of another kind or frame before anything moves."""
+    """Refuse a wrench of another kind or frame before anything moves.
+
+    Raises:
+        DeviceError: The wrench has another kind or frame.
+    """
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task needs raw ones in {frame!r}")
 
@@ -322,9 +326,9 @@ def _wrench_text(wrench: WrenchSample) -> str:
     return f"wrenches are {wrench.kind.value} ones in the frame {wrench.frame!r}"
 
 
-def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int) -> Trip:
+def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int, sample: str = "") -> Trip:
     found, limit = found_ns / _NS_PER_MS, limit_ns / _NS_PER_MS
-    return Trip(reason, tick, f"{what} {found:.1f} ms, limit {limit:g} ms")
+    return Trip(reason, tick, f"{what} {found:.1f} ms, limit {limit:g} ms", sample)
 
 
 class WorkspaceWatch:

@@ -43,11 +43,13 @@ class Trip:
 
     Attributes:
         text: The finding and the limit, in plain words with units.
+        sample: Source of samples that may be wrong, ``force`` or ``joint``; empty for another cause.
     """
 
     reason: TripReason
     tick: int
     text: str
+    sample: str = ""
 
     def __str__(self) -> str:
         return f"{self.reason.name}: {self.text}"

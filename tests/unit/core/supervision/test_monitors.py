@@ -92,6 +92,7 @@ class TestLimits:
         assert done.intervention.reason is trip.reason is reason
         assert trip.tick == 5
         assert said in trip.text
+        assert trip.sample == {"wrench": "force", "joints": "joint"}.get(next(iter(bad)), "")
 
     def test_force_before_taring_counts_from_start(self):
         bench = Bench(SupervisionConfig(max_force_N=20.0))
@@ -185,7 +186,7 @@ class TestOverTicks:
         bench.clean(14, **{which: {"sequence": 15}})
         trip = bench.trip(**{which: {"sequence": 15}})
         name = "force" if which == "wrench" else "joint"
-        assert (trip.reason, trip.tick) == (TripReason.SAMPLE_REPEATED, 30)
+        assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_REPEATED, 30, name)
         assert trip.text == f"no new {name} sample for 15 ticks, limit 14 ticks"
 
     def test_sensor_that_counts_on_and_never_changes_is_frozen(self):
@@ -195,7 +196,7 @@ class TestOverTicks:
         number = bench.snapshots[-1].wrench.sequence
         bench.clean(3, torque_Nm=(0, 0, 1e-15), wrench={"sequence": number})  # no news, counted elsewhere
         trip = bench.trip(torque_Nm=(0, 0, 1e-15))
-        assert (trip.reason, trip.tick) == (TripReason.SAMPLE_FROZEN, 15)
+        assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_FROZEN, 15, "force")
         assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
 
     def test_joint_that_runs_away_trips(self):

@@ -79,7 +79,11 @@ class Condition:
         return run_toml(self.config, "train" if self.learns else "run", trials=self.trials, policy=self.what)
 
     def require_possible(self) -> None:
-        """Refuse now what would be refused in the night."""
+        """Refuse now what would be refused in the night.
+
+        Raises:
+            ConfigurationError: A setting is refused, the arm does not reach, or the policy does not fit.
+        """
         run = Run(self.config)
         run.chosen("random" if self.learns else self.what)
         if self.learns and (perception := configured_perception(self.config)) is not None:
@@ -183,7 +187,11 @@ class Study:
 
     @classmethod
     def read(cls, path: Path) -> Study:
-        """Return the study in a TOML file."""
+        """Return the study in a TOML file.
+
+        Raises:
+            ConfigurationError: Something in it cannot be used.
+        """
         table = read_toml(path, "study file")
         if not table:
             raise ConfigurationError("study file", str(path), f"one that is not empty, with a table {_TABLES[0]}")

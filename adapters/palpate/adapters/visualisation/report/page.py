@@ -75,7 +75,11 @@ def html_of(page: Page, version: str) -> str:
 
 
 def require_free(path: Path) -> None:
-    """Check that the page would not replace a file of another origin."""
+    """Check that the page would not replace a file of another origin.
+
+    Raises:
+        OutputError: Such a file exists.
+    """
     if not os.path.lexists(path):
         return
     if _GENERATOR not in path.read_bytes():

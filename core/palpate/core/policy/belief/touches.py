@@ -105,7 +105,11 @@ class TouchedTrial:
 
     @classmethod
     def from_dict(cls, where: str, data: Any) -> TouchedTrial:
-        """Read the result of :meth:`to_dict`."""
+        """Read the result of :meth:`to_dict`.
+
+        Raises:
+            ConfigurationError: The data have another form.
+        """
         accepted = (
             "the hole as two whole numbers, each touch as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
             " 100 N m, the pressing force in mN up to 1 kN"

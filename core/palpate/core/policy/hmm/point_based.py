@@ -23,7 +23,11 @@ IMPOSSIBLE: Final = 1e-7
 
 
 def require_room(where: str, states: int, actions: int) -> None:
-    """Reject a model that is too large before it is built."""
+    """Reject a model that is too large before it is built.
+
+    Raises:
+        ConfigurationError: The model has too many states.
+    """
     if 8 * actions * states * states > _MOST_BYTES:
         most = int((_MOST_BYTES / (8 * actions)) ** 0.5)
         accepted = (
