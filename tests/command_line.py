@@ -146,13 +146,7 @@ def wait_until(condition, process, patience_s=PATIENCE_S):
 
 
 def shared_folder(factory, name, make):
-    """A folder that is made once and read by the tests of all workers of pytest-xdist.
-
-    Args:
-        factory: The session's.
-        name: The folder's name, one for each thing made.
-        make: Makes the folder at the path it is given; nothing may be in another folder's name there.
-    """
+    """A folder that is made once and read by the tests of all workers of pytest-xdist."""
     base = factory.getbasetemp()
     root = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     folder, lock, failed = root / name, root / f"{name}.lock", root / f"{name}.failed"

@@ -28,12 +28,7 @@ MAX_AGE_NS = 5 * TICK_NS
 
 
 class FakeDevice(ManagedDevice):
-    """What the three fake devices have in common.
-
-    Attributes:
-        disconnected: Set it to make every conversation with the device fail.
-        is_open: Whether the device holds its imagined connection.
-    """
+    """What the three fake devices have in common."""
 
     def __init__(self, name, clock):
         super().__init__(name)
@@ -58,11 +53,7 @@ class FakeDevice(ManagedDevice):
 
 
 class FakeSensor(FakeDevice, Generic[SampleT]):
-    """A sensor that takes a sample when it is read at a time at which it has none yet.
-
-    Attributes:
-        silent: Set it to make the device deliver nothing new.
-    """
+    """A sensor that takes a sample when it is read at a time at which it has none yet."""
 
     def __init__(self, name, clock, max_age_ns):
         super().__init__(name, clock)
@@ -75,12 +66,7 @@ class FakeSensor(FakeDevice, Generic[SampleT]):
         """A new sample."""
 
     def read(self):
-        """Newest sample.
-
-        Raises:
-            LifecycleError: The sensor is not active.
-            DeviceError: The device is disconnected, or has been silent from the start.
-        """
+        """Newest sample."""
         self._require_active("read()")
         self._require_connection()
         now_ns, last = self.clock.now_ns(), self._sample
@@ -94,17 +80,7 @@ class FakeSensor(FakeDevice, Generic[SampleT]):
 
 
 class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
-    """A force sensor that reports the load it is given.
-
-    Args:
-        max_age_ns: Age above which a sample comes back ``STALE``.
-
-    Attributes:
-        load_N: Force on the tool, (3,), in the sensor frame.
-        load_Nm: Torque on the tool, (3,), in the sensor frame.
-        kind: Written on every sample.
-        saturated: Set it to mark new samples ``SATURATED``.
-    """
+    """A force sensor that reports the load it is given."""
 
     def __init__(self, clock, *, max_age_ns=MAX_AGE_NS):
         super().__init__("fake force sensor", clock, max_age_ns)
@@ -119,12 +95,7 @@ class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
 
 
 class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
-    """An encoder that reports given joint angles.
-
-    Args:
-        position_rad: Where the joints stand now, for example ``FakeArm(...).position_rad``.
-        max_age_ns: Age above which a sample comes back ``STALE``.
-    """
+    """An encoder that reports given joint angles."""
 
     def __init__(self, clock, position_rad, *, max_age_ns=MAX_AGE_NS):
         super().__init__("fake joint encoder", clock, max_age_ns)
@@ -135,14 +106,7 @@ class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
 
 
 class FakeArm(FakeDevice, ArmCommand):
-    """A perfect arm: it stands at the newest set-point as soon as time has gone on.
-
-    Args:
-        home_rad: Where it stands at first, (n,).
-        lower_rad: Lower position limits, (n,).
-        upper_rad: Upper position limits, (n,).
-        max_step_rad: How far a joint may move by one command.
-    """
+    """A perfect arm: it stands at the newest set-point as soon as time has gone on."""
 
     def __init__(self, clock, home_rad, *, lower_rad, upper_rad, max_step_rad):
         super().__init__("fake arm", clock)
@@ -164,14 +128,7 @@ class FakeArm(FakeDevice, ArmCommand):
         self._here_rad = self._target_rad = position_rad
 
     def send(self, command):
-        """Move to the set-points, within the velocity limit and then within the position limits.
-
-        Raises:
-            LifecycleError: The arm is not active.
-            FaultLatchedError: A fault waits to be acknowledged.
-            DeviceError: The arm is disconnected.
-            CommandError: The number of joints is wrong.
-        """
+        """Move to the set-points, within the velocity limit and then within the position limits."""
         self._require_active("send()")
         self._require_connection()
         here_rad, asked_rad, stopped = self.position_rad(), command.position_rad, self._stopped

@@ -187,11 +187,7 @@ class VirtualNetwork:
 
 
 class Cable:
-    """Between an adapter and its device: cut and joined by name, with time to notice.
-
-    Args:
-        noticed_s: After so long an adapter that hears nothing must say so.
-    """
+    """Between an adapter and its device: cut and joined by name, with time to notice."""
 
     def __init__(self, clock, wire, noticed_s):
         self._clock, self._wire, self._noticed_s = clock, wire, noticed_s

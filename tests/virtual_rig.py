@@ -67,11 +67,7 @@ class VirtualCell(EmulatedCell):
 
 
 class VirtualRig(DeviceRig):
-    """What ``palpate run --rig`` has of such a rig, the arm's process a thread.
-
-    Args:
-        phase: Of the cell's ticks, 0 to 1 of a control period.
-    """
+    """What ``palpate run --rig`` has of such a rig, the arm's process a thread."""
 
     def __init__(self, config, ready, arm, force, hidden, *, phase=0.0, late_ns=lambda tick: 0):
         self.desk, self.latch = VirtualDesk(), FaultLatch()

@@ -18,14 +18,7 @@ _BOOT_NS = 1_700_000_000 * 10**9
 
 
 class VirtualDomain:
-    """The robot, joints that stand at their set-points, and the network between it and its links.
-
-    Attributes:
-        network: What becomes of a message; None loses it.
-        is_plugged: Messages and commands get through.
-        publishers: How many send each topic.
-        seen: What the topic is found to carry, and the commands' subscribers to want.
-    """
+    """The robot, joints that stand at their set-points, and the network between it and its links."""
 
     def __init__(self, clock=None, robot=None, **settings):
         self.idl = pytest.importorskip("palpate.simulation.emulators.ros2.idl", reason="needs the extra ros2")

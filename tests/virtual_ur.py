@@ -10,11 +10,7 @@ GONE = "the connection is broken: unplugged"
 
 
 class VirtualUr(UrLink):
-    """The controller, an arm that stands at its set-points, and what a client would make of both.
-
-    Args:
-        controller: One whose arm somebody else moves; None for one of its own.
-    """
+    """The controller, an arm that stands at its set-points, and what a client would make of both."""
 
     def __init__(self, clock=None, controller=None, **settings):
         self.host = "controller"

@@ -53,16 +53,7 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True)
 class FaultRun:
-    """The result of a trial with a fault.
-
-    Attributes:
-        delivered: Whether the fault struck; a trial may end before.
-        ticks_to_stop: Ticks from the delivery to the stop; None when the trial ended in the ordinary way.
-        cause: Reason of the stop; empty when there was none.
-        latched: Whether no further trial may begin until somebody acknowledges.
-        safe_stop: Whether the arm was stopped at the end.
-        peak_force_N: Largest true force.
-    """
+    """The result of a trial with a fault."""
 
     fault: Fault
     phase: str
@@ -93,11 +84,7 @@ class _Course(LoopObserver):
 
 
 class Bench:
-    """A simulated rig for trial after trial with faults.
-
-    Args:
-        supervised: False lets every command through.
-    """
+    """A simulated rig for trial after trial with faults."""
 
     def __init__(self, config, rig, policy, *, supervised=True):
         self.config, self._rig, self._supervised = config, rig, supervised
@@ -181,14 +168,7 @@ def _cause(supervisor, error, task):
 
 
 def _verdict(fault, ticks, lived, *, damage, harmless):
-    """Judge a trial in which the fault struck.
-
-    Args:
-        ticks: From the delivery to the stop; None if there was none.
-        lived: Ticks from the delivery to the trial's end.
-        damage: Whether a limit of the hardware was exceeded; a stop in time still counts as detected.
-        harmless: Whether the true force stayed below the task's limit.
-    """
+    """Judge a trial in which the fault struck."""
     in_time = None if fault.silent_ticks is None else fault.silent_ticks + _LATE_TICKS
     if ticks is not None:
         return Verdict.FAILED if in_time is not None and ticks > in_time else Verdict.DETECTED

@@ -203,11 +203,7 @@ class CommandFault:
         self._under_way = deque()
 
     def strike(self, command, moment, held_rad):
-        """Return what arrives instead of a command.
-
-        Args:
-            held_rad: Position that the arm applied last; None before its first command.
-        """
+        """Return what arrives instead of a command."""
         plan = self._plan
         match plan.kind:
             case "drop":
@@ -234,11 +230,7 @@ class CommandFault:
 
 
 class FaultyArm(DeviceDecorator, ArmCommand):
-    """An arm with faults. A stop always reaches it, and nothing that was under way arrives after one.
-
-    Attributes:
-        stopped: Whether it was stopped.
-    """
+    """An arm with faults. A stop always reaches it, and nothing that was under way arrives after one."""
 
     def __init__(self, arm, clock, plans, notify=None):
         super().__init__(arm)

@@ -60,13 +60,7 @@ def ready_pose(arm):
 
 
 class Bench:
-    """One work cell and what it takes to press, slide and push in it. A context manager.
-
-    Attributes:
-        rig: The cell and its ports.
-        measurement: The core's view of the newest tick.
-        press_N: Pressing force.
-    """
+    """One work cell and what it takes to press, slide and push in it. A context manager."""
 
     def __init__(self, config):
         arm, goal, ready = arm_named(config.arm), goal_in_base(config.task.goal), ready_pose(config.arm)

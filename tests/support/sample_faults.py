@@ -150,12 +150,7 @@ class Disconnect(SampleFault):
 
 
 class Struck(NamedTuple):
-    """Inputs of a change of values, in addition to the value itself.
-
-    Attributes:
-        held: Values of the last sample before the fault.
-        lasted_ns: Time since the fault began.
-    """
+    """Inputs of a change of values, in addition to the value itself."""
 
     plan: object
     rng: np.random.Generator

@@ -10,11 +10,7 @@ class TooLateError(AssertionError):
 
 
 def wait_for(condition, within_s=10.0):
-    """Wait until something has come about.
-
-    Raises:
-        TooLateError: It has not, in time.
-    """
+    """Wait until something has come about."""
     deadline_s = time.monotonic() + within_s
     while not condition():
         if time.monotonic() > deadline_s:

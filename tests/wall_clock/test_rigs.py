@@ -68,11 +68,7 @@ LATE = re.compile("fault|silent|no set-point for|no new|age|gap|late|a force of 
 
 
 def require_in_time(complaint):
-    """Nothing that a host may bring about which came late.
-
-    Raises:
-        TooLateError: The last line says so.
-    """
+    """Nothing that a host may bring about which came late."""
     assert "Traceback" not in complaint
     if LATE.search((complaint.strip().splitlines() or [""])[-1]):
         raise TooLateError(complaint)
@@ -101,11 +97,7 @@ def running(rig, out, policy, terminal=None):
 
 
 def require_equal(out, last):
-    """What was recorded over real wires, to the cut, comes out of the core again, bit for bit.
-
-    Returns:
-        What the replay printed.
-    """
+    """What was recorded over real wires, to the cut, comes out of the core again, bit for bit."""
     trials = len(logs(out))
     replayed = CommandLine().succeed("replay", out, "--jobs", 1)
     assert f"{trials} of {trials} equal in every bit" in replayed, last

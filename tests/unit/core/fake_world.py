@@ -175,12 +175,7 @@ def _plus(a, b):
 
 @dataclass
 class FollowTorque(Policy):
-    """Steps where the torque about the tip points: -x torque means +y, +y torque means +x.
-
-    Attributes:
-        learned: Every transition, in order.
-        ended: What each trial came to.
-    """
+    """Steps where the torque about the tip points: -x torque means +y, +y torque means +x."""
 
     learned: list[Transition] = field(default_factory=list)
     ended: list[Hindsight] = field(default_factory=list)

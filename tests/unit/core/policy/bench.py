@@ -48,11 +48,7 @@ def refuse(field, make, *args, **settings):
 
 @dataclass
 class Diary(Policy):
-    """Notes everything that it is given, in order; takes given actions in turn, None a step of no set.
-
-    Attributes:
-        served: The states that it serves; None for all.
-    """
+    """Notes everything that it is given, in order; takes given actions in turn, None a step of no set."""
 
     indices: Sequence[int | None] = (0,)
     actions: Sequence[Action] = EIGHT

@@ -32,15 +32,7 @@ def supervisor(config=None, arm="zebra-zero", *, noisy=False, **more):
 
 
 class Bench:
-    """Ticks through a supervisor.
-
-    Attributes:
-        supervisor: Under test.
-        home_rad: The ready pose.
-        snapshots: All that it has seen.
-        results: All that it has given back.
-        applied: What the arm did of the last command.
-    """
+    """Ticks through a supervisor."""
 
     def __init__(self, config=None, arm="zebra-zero", **more):
         self.supervisor = supervisor(config, arm, **more)

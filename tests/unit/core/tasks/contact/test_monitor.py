@@ -16,12 +16,7 @@ STIFFNESS = 5e3
 
 
 class Bench:
-    """A monitor over a tool at one place, whose force is as given.
-
-    Attributes:
-        x_m, z_m: Place of the flange, by the encoders.
-        reference_m: Commanded tip.
-    """
+    """A monitor over a tool at one place, whose force is as given."""
 
     def __init__(self, task=TASK):
         self.state, self.x_m, self.z_m = TrialState(), 0.0, 1e-3

@@ -17,12 +17,7 @@ Sensor = Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
 @dataclass
 class Pressed:
-    """A flange that dithers over a tip that does not move, and what the sensor shows of it.
-
-    Attributes:
-        step_m: Standard deviation of the encoders' places.
-        late_ticks: By how much the force is older than its time stamp.
-    """
+    """A flange that dithers over a tip that does not move, and what the sensor shows of it."""
 
     sensor: Sensor = lambda force, rng: force
     noise_N: float = 0.1

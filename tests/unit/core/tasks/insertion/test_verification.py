@@ -22,14 +22,7 @@ NOISE = np.array([0.1, 0.1, 0.1, 0.004, 0.004, 0.004])
 
 
 class Trial:
-    """A trial whose sensor lies from some ticks into a phase on.
-
-    Attributes:
-        report: What the core says.
-        task: The core.
-        peak_N: The largest force that there really was.
-        lied: Whether it came to that.
-    """
+    """A trial whose sensor lies from some ticks into a phase on."""
 
     def __init__(self, world, lie=None, phase=Phase.DONE, config=None):
         self.task = build_task(FollowTorque(), config)

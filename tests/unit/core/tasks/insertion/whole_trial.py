@@ -13,14 +13,7 @@ EAST = (0.5e-3, 0.0)
 
 
 class Trial:
-    """One trial, run to its end, with a look at every tick.
-
-    Attributes:
-        report: What the core says.
-        snapshots, commands, phases, tips, forces: What happened, tick by tick; phases after the step, forces as the
-            contact really was.
-        world, policy, task: The parts.
-    """
+    """One trial, run to its end, with a look at every tick."""
 
     def __init__(self, world, policy=None, start_m=START, config=None, *, on_step=None, task=None, index=0):
         self.world, self.policy = world, policy or FollowTorque()
