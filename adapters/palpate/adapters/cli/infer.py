@@ -32,20 +32,20 @@ from palpate.core.ports import Settings
 class InferOptions(Settings):
     """Infer an automaton from symbol strings, with an Elman network and dynamic state partitioning.
 
-    Strings are a text file with one string a line (palpate explore --strings writes such), or logs of insertion trials,
-    or folders with logs: there, each trial that ended in the hole is a string. Strings with labels give an acceptor,
-    others a machine that says what may come next.
+    The strings come from a text file with one string per line, such as from palpate explore --strings, or from logs of
+    insertion trials. Each trial that ended in the hole gives a string. Strings with labels give an acceptor; strings
+    without labels give a machine whose outputs are the possible next symbols.
     """
 
     files: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """A text file; or logs, and folders with logs; with --show or --compare automata, JSON files."""
+    """A text file, or logs and folders with logs. With --show or --compare: automaton files (JSON)."""
     out: str = ""
-    """New or empty folder for automaton, network and report; with --show a new file for Graphviz, .dot."""
+    """New or empty folder for the automaton, the network and a report. With --show: a new Graphviz file (.dot)."""
     show: bool = False
-    """Instead: print an automaton, or write it to --out."""
+    """Print an automaton instead, or write it to --out."""
     compare: bool = False
-    """Instead: compare two automata; exit code 0 if they answer every word alike, else 1 and the shortest word on
-    which they differ."""
+    """Compare two automata instead. Exit code 0: equal outputs for every word; 1: not equal, and the shortest word with
+    different outputs is printed."""
     settings: Annotated[InferenceSettings, tyro.conf.arg(name="")] = field(default_factory=InferenceSettings)
 
 

@@ -24,71 +24,72 @@ class InfoOptions(Settings):
     """Summarise logs: configuration, timing, completeness, outcome."""
 
     files: Files = ()
-    """Logs, or folders with logs in or below them; a page for one, a table for several."""
+    """Logs, or folders that contain logs. One log gives a page, several give a table."""
     json: bool = False
-    """Everything about every log, as a JSON list."""
+    """Print all details of every log as a JSON list."""
 
 
 @dataclass(frozen=True)
 class PlotOptions(Settings):
-    """Draw a trial over time: forces, torques, position, states, actions, events."""
+    """Plot a trial over time: forces, torques, position, states, actions, events."""
 
     file: Annotated[str, tyro.conf.Positional]
-    """The log."""
+    """Log."""
     out: str = ""
-    """The figure, a new .png, .svg or .pdf file; NAME.png next to the log if not given."""
+    """New .png, .svg or .pdf file for the figure. Default: NAME.png next to the log."""
 
 
 @dataclass(frozen=True)
 class ScoreOptions(Settings):
-    """Score trials by the sheet of the AI for Industry Challenge, March 2026: 100 points at most.
+    """Score trials by the score sheet of the AI for Industry Challenge, March 2026, with up to 100 points.
 
-    75 for the insertion, 38 to 50 for a part of it, up to 25 near the hole; up to 6 for little jerk, 12 for 5 s and 6
-    for a short path; 12 less after more than 1 s above 20 N. Contact with what is off limits is not known.
+    An insertion gives 75 points, a partial insertion 38 to 50, and a position near the hole up to 25. Low jerk gives up
+    to 6 points, a short time up to 12 (within 5 s), and a short path up to 6. More than 1 s above 20 N costs 12 points.
+    Contact with forbidden objects is not detected.
     """
 
     files: Files = ()
-    """Logs, or folders with logs in or below them."""
+    """Logs, or folders that contain logs."""
     json: bool = False
-    """Points, jerk, path and times, as a JSON list."""
+    """Print points, jerk, path and times as a JSON list."""
 
 
 @dataclass(frozen=True)
 class ExportOptions(Settings):
-    """Write logs as CSV, which keeps every bit, or as bags of ROS 2. Rerun and Foxglove open the logs themselves."""
+    """Export logs as lossless CSV or as ROS 2 bags. Rerun and Foxglove open logs directly."""
 
     files: Files = ()
-    """Logs, or folders with logs in or below them."""
+    """Logs, or folders that contain logs."""
     to: Annotated[str, OneOf("csv", "rosbag2")] = "csv"
     """Format."""
     out: str = ""
-    """Folder for the result; it must be new or empty."""
+    """New or empty folder for the result."""
 
 
 @dataclass(frozen=True)
 class ImportOptions(Settings):
-    """Write a bag of ROS 2 (MCAP or SQLite) as a log: its JointState and WrenchStamped messages at the control rate."""
+    """Convert JointState and WrenchStamped messages of a ROS 2 bag (MCAP or SQLite) to a log at the control rate."""
 
     bag: Annotated[str, tyro.conf.Positional]
     """Folder of the bag."""
     job: str = ""
-    """Job file: part, tool, arm and place. If not given: the paper's peg."""
+    """Job file: part, tool, arm and place. Default: the paper's peg."""
     arm: str = ""
-    """Arm by name. If not given: that of the job."""
+    """Name of the arm. Default: the arm of the job."""
     joints: tuple[str, ...] = ()
-    """Names of the joints in the messages, base first. If not given: those of the model."""
+    """Names of the joints in the messages, base first. Default: the names in the model."""
     joint_states: str = ""
-    """Topic of the joint angles. If not given: the only one of its type."""
+    """Topic of the joint angles. Default: the only topic of its type."""
     wrench: str = ""
-    """Topic of the wrenches. If not given: the only one of its type."""
+    """Topic of the wrenches. Default: the only topic of its type."""
     reverse_wrench: bool = False
-    """The wrenches are what the tool exerts on the world."""
+    """Reverse the signs: the bag has the wrench that the tool exerts on its surroundings."""
     out: str = ""
-    """The log, a new file. If not given: NAME.mcap here."""
+    """New file for the log. Default: NAME.mcap in the current folder."""
 
 
 def info(options: InfoOptions) -> int:
-    """Print the content of logs; return 0, or 2 if one of them is damaged or cannot be used."""
+    """Print the content of logs; return 0, or 2 if a log is damaged or unusable."""
     files = _logs(options.files, "info")
     from palpate.adapters.log import describe, finite, info_of, read_log, table
 
@@ -110,7 +111,7 @@ def info(options: InfoOptions) -> int:
 
 
 def plot(options: PlotOptions) -> int:
-    """Draw a trial over time."""
+    """Plot a trial over time."""
     from palpate.adapters.files import new_file, require_no_file
     from palpate.adapters.log import figure_kind, read_log, timeline
 
@@ -156,7 +157,7 @@ def export(options: ExportOptions) -> int:
 
 
 def import_bag(options: ImportOptions) -> int:
-    """Write a bag as a log."""
+    """Convert a bag to a log."""
     from palpate.adapters.config import configured
     from palpate.adapters.experiments import plain_perception, ready_pose
     from palpate.adapters.files import new_file, require_no_file
@@ -175,7 +176,7 @@ def import_bag(options: ImportOptions) -> int:
 
 
 def print_damage(log: "TrialLog") -> None:
-    """Print the damage of a log that can still be used; nothing for an intact one."""
+    """Print the damage of a usable log; print nothing for an intact one."""
     if log.damage or log.missing:
         sys.stderr.write(f"palpate: {log.path}: {log.damage or log.missing}\n")
 

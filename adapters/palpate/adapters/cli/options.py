@@ -1,7 +1,7 @@
 """Command-line options of the commands that load the simulator.
 
-Nothing here loads it, so that ``--help`` and wrong words are answered at once. Options of other commands are next to
-these.
+This module does not load it, so that ``--help`` and invalid arguments get an immediate response. Other commands define
+their options in their own modules.
 """
 
 from copy import copy
@@ -19,27 +19,27 @@ Jobs: TypeAlias = Annotated[int, Range(0, 1024)]
 
 @dataclass(frozen=True)
 class RunSettings(Settings):
-    """What every command takes that runs trials.
+    """Options of every command that runs trials.
 
     Attributes:
         run: The configuration that follows from files, presets and flags.
     """
 
     job: str = ""
-    """Job file: part, tool, arm, place and limits; all other settings follow. Without one: the paper's peg."""
+    """Job file: part, tool, arm, place and limits. All other settings are derived from it. Default: the paper's peg."""
     scenario: Annotated[str, OneOf("", *SCENARIOS)] = ""
-    """Conditions of the simulated trials: job, paper, blind, or blind with one condition more, such as blind-tilt-4.
-    If not given: job with --job, else paper."""
+    """Conditions of the simulated trials: job, paper, blind, or blind with an additional condition, such as
+    blind-tilt-4. Default: job with --job, else paper."""
     task: str = ""
-    """Task: insertion, insertion-6dof, or one of another package. If not given: insertion."""
+    """Task: insertion, insertion-6dof, or a task of a plug-in package. Default: insertion."""
     arm: str = ""
-    """Arm by name, such as ur5e; one of your own is a table [arm] in the job."""
+    """Name of the arm, such as ur5e. To use your own arm, add a table [arm] to the job file."""
     learner: Annotated[str, OneOf("", *LEARNERS)] = ""
-    """What learns. If not given: what trained the policy file, else q-learning."""
+    """Learner. Default: the learner of the policy file, else q-learning."""
     seed: Annotated[int, Range(-1, 2**63 - 1, text=f"a whole number from 0 to {2**63 - 1}")] = -1
-    """Every random stream of every trial follows from it. If not given: 0."""
+    """Seed of all random streams. Default: 0."""
     config: str = ""
-    """TOML file with settings, such as a run.toml; it wins over the job, and flags over it."""
+    """TOML file with settings, such as a run.toml. It overrides the job file; flags override both."""
     run: RunConfig = field(default_factory=RunConfig, init=False)
 
     def with_run(self, run: RunConfig) -> Self:
@@ -51,12 +51,12 @@ class RunSettings(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class LiveSettings(Settings):
-    """What every command takes that can be watched."""
+    """Options of every command with a live view."""
 
     live: bool = False
-    """Show trials in Rerun while they run: pip install 'palpate[rerun]'. Each tick then takes longer."""
+    """Show running trials in Rerun; each tick then takes longer. Install it with: pip install 'palpate[rerun]'."""
     live_port: Annotated[int, Range(0, 65535)] = 0
-    """Port of this computer at which the viewer connects; 0 for Rerun's usual one, 9876."""
+    """Port on this computer to which the viewer connects; 0 uses Rerun's default, 9876."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,12 +64,12 @@ class AcknowledgeSettings(Settings):
     """Options of every command that moves a rig."""
 
     accept_kinematics: bool = False
-    """Move an arm by its nominal model, which is up to 10 mm off where the arm now is. Its own calibration in the rig
-    file makes this needless."""
+    """Allow motion with the arm's nominal model, which may be off by up to 10 mm. A rig file with the arm's own
+    calibration does not need this."""
 
     acknowledge: str = ""
-    """Let a rig move after a fault: "NUMBER NAME: why", with the number of the fault, your name and why it is safe.
-    Clears that fault only, once, and not while a device still reports it."""
+    """Allow a rig to move after a fault: "NUMBER NAME: why", with the fault's number, your name, and the reason why it
+    is safe. This clears only that fault, once, and only if no device still reports it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,50 +77,51 @@ class MotionSettings(AcknowledgeSettings):
     """Options of the commands that run trials on a rig."""
 
     rig: str = ""
-    """Rig file: its devices instead of the simulator."""
+    """Rig file; use its devices instead of the simulator."""
     confirm: str = ""
-    """With --rig and without a terminal: the name of the rig, so that its arm may move. At a terminal a person is
-    asked once; an emulated rig needs neither."""
+    """Name of the rig, to allow motion with --rig if there is no terminal. At a terminal, palpate asks once. An
+    emulated rig needs no confirmation."""
 
 
 @dataclass(frozen=True)
 class TrainOptions(MotionSettings, LiveSettings, RunSettings):
-    """Learn an insertion from scratch, and leave a folder with everything about it."""
+    """Train a policy for an insertion, and save the policy, logs and results in a folder."""
 
     trials: Trials = 350
     """Number of trials."""
     out: str = ""
-    """Folder for the results; runs/SCENARIO if not given. It must not hold a run already."""
+    """Folder for the results. It must not contain a run. Default: runs/SCENARIO."""
     policy: str = "q-learning"
-    """q-learning, for what --learner names from scratch; a policy file to go on learning from (exploration begins
-    again); or a learner of another package's, package.module:Name or the name of its entry point."""
+    """q-learning: train the learner of --learner from scratch. A policy file: continue its training, with exploration
+    as at the start. package.module:Name or the name of an entry point: train a learner of a plug-in package."""
     resume: bool = False
-    """Resume the run in --out where it stopped, with its settings and the same random streams."""
+    """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
-    """Run no trials; fit the learner belief to recorded trials of any policy, with the settings of the first log. Logs,
-    folders with logs, or patterns in quotes, the newest last."""
+    """Fit the learner belief to recorded trials of any policy, without running trials. Takes logs, folders with logs,
+    or patterns in quotes, the newest last; uses the settings of the first log."""
 
 
 @dataclass(frozen=True)
 class RunOptions(MotionSettings, LiveSettings, RunSettings):
-    """Run a trained policy, or a baseline, without learning."""
+    """Run a trained policy or a baseline without learning."""
 
     policy: str = ""
-    """A policy file; oracle, torque, spiral-10, spiral-5, random; or a policy of a third-party package,
+    """Policy file; baseline: oracle, torque, spiral-10, spiral-5 or random; or policy of a plug-in package:
     package.module:Name or the name of its entry point."""
     trials: Trials = 50
     """Number of trials."""
     dry: bool = False
-    """With --rig: read, decide and log, and send the arm no command; each trial ends soon after the tare."""
+    """With --rig: read, decide and log without sending commands to the arm. Each trial ends soon after the tare."""
     out: str = ""
-    """Folder for the results; runs/SCENARIO-run-001 or the next number if not given. It must not hold a run yet."""
+    """Folder for the results. It must not contain a run. Default: runs/SCENARIO-run-001 or the next free number."""
     claim: str = ""
-    """Claim about the policy, "success >= 0.99": the exact 95 % interval proves or refutes it, or is inconclusive.
-    Exit code 0 then means proved."""
+    """Claim about the policy, such as "success >= 0.99". The exact 95 % interval proves it, refutes it or is
+    inconclusive. The exit code is 0 only for a proved claim."""
     jobs: Jobs = 1
-    """Processes in the simulator; 0 takes one per core. With more than one, every 10 trials use a new policy object."""
+    """Number of simulator processes; 0 uses one per core. With more than one, each block of 10 trials uses a new policy
+    object."""
     view: bool = False
-    """Show the simulator in MuJoCo's viewer, in real time; closing the window ends the run."""
+    """Show the simulation in MuJoCo's viewer in real time. Closing the window ends the run."""
 
 
 @dataclass(frozen=True)
@@ -128,144 +129,145 @@ class CompareOptions(RunSettings):
     """Compare hand-written strategies and trained policies on the same trials."""
 
     policy: tuple[str, ...] = ()
-    """Policy files, or package.module:Name, to compare with the baselines."""
+    """Policies to compare with the baselines: policy files or package.module:Name."""
     trials: Trials = 50
-    """Trials of each."""
+    """Number of trials per policy."""
     out: str = ""
-    """Folder for the table; runs/SCENARIO-compare if not given. It must not hold a run already."""
+    """Folder for the table. It must not contain a run. Default: runs/SCENARIO-compare."""
 
 
 @dataclass(frozen=True)
 class PlanOptions(Settings):
-    """Print what follows from a job, whether it is feasible, and which task and policy suit it best. Nothing moves.
+    """Check whether a job is feasible, and print its derived settings and the best task and policy. Nothing moves.
 
-    With --trials it also simulates the job, each trial in another cell: hole anywhere in its circle, plate height, tilt
-    (from 0), friction (from 0.1 to the highest), noise (0.8 to 1.25) and stiffness (0.9 to 1.1) evenly from their
-    ranges, headings and yaw too. Every 10 trials begin with a new policy object; the first of a learner's 10 is its
-    training and does not count.
+    With --trials it also simulates the job. Each trial uses another cell, drawn from uniform distributions: the hole in
+    its circle, plate height, tilt (from 0), friction (from 0.1 to the maximum), noise (factor 0.8 to 1.25), stiffness
+    (factor 0.9 to 1.1), headings and yaw. Each block of 10 trials starts with a new policy object. The first trial of a
+    block trains a learner and does not count.
 
-    Exit code 0: feasible; 1: not; 2: the job or an option cannot be used.
+    Exit code 0: feasible; 1: not feasible; 2: the job or an option is invalid.
     """
 
     job: Annotated[str, tyro.conf.Positional]
     """Job file: part, tool, arm, place and limits."""
     task: Annotated[str, OneOf("", "insertion", "insertion-6dof")] = ""
-    """Task: insertion or insertion-6dof; the better one if not given."""
+    """Task: insertion or insertion-6dof. Default: the more suitable one."""
     arm: str = ""
-    """Arm instead of the job's, by name."""
+    """Name of an arm that replaces the arm of the job."""
     trials: Annotated[int, Range(0, 1_000_000)] = 0
-    """Number of simulated trials; 0 simulates none."""
+    """Number of simulated trials; 0 disables the simulation."""
     jobs: Jobs = 1
-    """Processes; 0 takes one per core. The result does not depend on it."""
+    """Number of processes; 0 uses one per core. The result does not depend on it."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
-    """Every random stream of the simulated trials follows from it."""
+    """Seed of all random streams of the simulated trials."""
     out: str = ""
-    """File for the picture of the trials; JOB-plan.png if not given. It must not exist yet."""
+    """New file for a figure of the trials. Default: JOB-plan.png."""
 
 
 @dataclass(frozen=True)
 class ReplayOptions(Settings):
-    """Feed recorded trials back through the core and compare every command and decision, bit by bit.
+    """Feed recorded trials back through the core and compare every command and decision bit by bit.
 
-    Exit code 0: all equal; 1: something differs; 2: a log or an option cannot be used. With --policy or --set it is
-    a what-if: 1 then says that the trial would have gone otherwise, and all that follows the first other command
+    Exit code 0: all equal; 1: something differs; 2: a log or an option is invalid. With --policy or --set the replay is
+    a what-if. Exit code 1 then means that the trial would have differed; everything after the first different command
     is marked counterfactual.
     """
 
     logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
-    """Logs, folders with logs in or below them, or patterns in quotes."""
+    """Logs, folders that contain logs, or patterns in quotes."""
     policy: str = ""
-    """What if: another policy; a policy file, oracle, torque, spiral-10, spiral-5, random, or
+    """What-if: use another policy: a policy file, oracle, torque, spiral-10, spiral-5, random, or
     package.module:Name."""
     set: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
-    """What if: a setting, as in --set task.max_force_N=20; may be given several times."""
+    """What-if: change a setting, as in --set task.max_force_N=20. May be repeated."""
     continue_in_mujoco: bool = False
-    """What if: let the simulator go on from the first other command (for logs that came from it)."""
+    """What-if: continue in the simulator from the first different command; only for logs of simulated trials."""
     out: str = ""
-    """Folder for the logs of a what-if; it must not be there yet."""
+    """New folder for the logs of a what-if."""
     strict: bool = False
-    """Let a log from another processor fail when its last bits differ."""
+    """Fail if the last bits of a log from another processor differ."""
     jobs: Jobs = 0
-    """Processes; 0 takes at most one per core, and one for every thirty logs: their start takes as long as these."""
+    """Number of processes; 0 uses one per thirty logs, at most one per core."""
     verbose: bool = False
-    """A line for every log, also where there are many."""
+    """Print a line for every log, even if there are many."""
 
 
 @dataclass(frozen=True)
 class CheckOptions(Settings):
-    """Try the contract of a port on an adapter of your own, clause by clause.
+    """Test your own adapter against the contract of its port, clause by clause.
 
-    Exit code 0: every clause that applies is kept; 1: one is broken; 2: the name leads to nothing that can be tried.
+    Exit code 0: every applicable clause holds; 1: a clause is violated; 2: the name is not a contract suite.
     """
 
     suite: Annotated[str, tyro.conf.Positional]
-    """Contract suite, package.module:Name."""
+    """Contract suite: package.module:Name."""
     moves: bool = False
-    """Send commands to the arm, too fast ones among them: for a simulated arm."""
+    """Send commands to the arm, some of them too fast. For simulated arms only."""
 
 
 @dataclass(frozen=True)
 class DoctorOptions(AcknowledgeSettings):
-    """Open each device of a rig, measure rate, age and noise, and say what to do about what is wrong.
+    """Open each device of a rig, measure its rate, age and noise, and print remedies for problems.
 
-    Nothing moves and no servo is switched on, except with --move. End other programs that use the devices first.
+    Nothing moves and no servo is switched on, except with --move. First close other programs that use the devices.
 
-    Exit code 0: all well; 1: something is wrong; 2: the rig file or an option cannot be used.
+    Exit code 0: no problem; 1: a problem was found; 2: the rig file or an option is invalid.
     """
 
     rig: str = ""
-    """Rig file: names the devices."""
+    """Rig file with the devices."""
     seconds: Annotated[float, Range(0.2, 600.0)] = 3.0
-    """How long to measure at each device."""
+    """Duration of the measurement at each device."""
     push: bool = False
-    """Ask a person to push the tool, and check the signs of the wrench."""
+    """Ask you to push the tool, and check the signs of the wrench."""
     move: bool = False
-    """Switch the arm on, move each joint by 0.001 rad and back, the last one first, and check that it follows."""
+    """Switch on the arm, move each joint by 0.001 rad and back, starting with the last, and check that it follows."""
     arm: str = ""
-    """Kinematic model of the arm instead of the rig file's; names as palpate run takes them."""
+    """Name of an arm whose kinematic model replaces that of the rig file."""
 
 
 @dataclass(frozen=True)
 class CalibrateOptions(AcknowledgeSettings, RunSettings):
-    """Measure what a new rig lacks, in steps that a person confirms, and write it into the rig file.
+    """Measure the parameters of a new rig in steps that you confirm, and write them to the rig file.
 
-    Nothing else in the file changes. The arm moves at 5 mm/s at most, and stops where the force changes by 10 N. Every
-    run on the rig uses what was found.
+    Nothing else in the file changes. The arm moves at up to 5 mm/s and stops when the force changes by 10 N. Every run
+    on the rig uses the results.
 
-    Exit code 0: all done; 1: a step failed, or its data do not determine what is asked; 2: a wrong option or file.
+    Exit code 0: all steps succeeded; 1: a step failed, or its data were insufficient; 2: an option or file is invalid.
     """
 
     rig: str = ""
-    """Rig file: names the devices, and takes the results."""
+    """Rig file with the devices; the results are added to it."""
     steps: tuple[str, ...] = ("payload", "plate", "hole")
-    """payload: weight, centre of mass and mounting angle; plate: height and stiffness; hole: its place."""
+    """Steps: payload (weight, centre of mass and mounting angle), plate (height and stiffness), hole (position)."""
     yes: bool = False
-    """Do not ask; for emulated rigs only."""
+    """Skip the confirmations; for emulated rigs only."""
 
 
 @dataclass(frozen=True)
 class EmulateOptions(EmulationConfig, RunSettings):
-    """Serve the cell of a job behind emulated wires, until Ctrl-C.
+    """Emulate the devices of a job's work cell until Ctrl-C.
 
-    MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T and to a
-    controller of Universal Robots. The cell is that of the first trial.
+    MuJoCo simulates the arm. Serial and CAN devices are on pseudo-terminals; a Net F/T and a controller of Universal
+    Robots are on local sockets. The cell is that of the first trial.
 
-    Prints a rig file; `palpate run --rig FILE` then drives the cell as it would drive the devices themselves.
+    The command prints a rig file. `palpate run --rig FILE` then controls the cell like real devices.
     """
 
     rig_file: str = ""
-    """Write the rig file here, and its job next to it; files that palpate emulate wrote are replaced unless changed."""
+    """File for the rig file; its job file is written next to it. Files from an earlier palpate emulate are replaced
+    unless you edited them."""
     event: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
-    """Rehearse a fault: 12s:protective-stop, 12 s after the arm first moves; start+12s:NAME, 12 s after the start.
-    Others: emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be given several times."""
+    """Fault to trigger: 12s:NAME (12 s after the arm first moves) or start+12s:NAME (12 s after the start). Names:
+    protective-stop, emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be repeated."""
     priority: Annotated[int, Range(0, 99)] = 0
-    """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
-    them up, which real devices would not know either. 0 requests none; a refusal is reported."""
+    """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99, so that other programs do not delay them. 0
+    requests none. A refused request is reported."""
 
 
 @dataclass(frozen=True)
 class StudyOptions(Settings):
-    """Run every combination of settings, policies and seeds of a TOML file, each in a folder of its own.
+    """Run every combination of settings, policies and seeds of a TOML file, each in a separate folder.
 
     The file:
 
@@ -273,7 +275,7 @@ class StudyOptions(Settings):
       trials = 150
       seeds = [0, 1, 2]                      # or their number
       policies = ["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are
-      job = "my-part.toml"                   # job file, from the folder of this file; without it the paper's peg
+      job = "my-part.toml"                   # job file, relative to this file; default: the paper's peg
 
       [base]                                 # settings of all conditions, as in a run.toml
       scenario = "paper"
@@ -281,55 +283,56 @@ class StudyOptions(Settings):
       [grid]                                 # a list of values for each setting: all combinations
       "task.start_uncertainty_mm" = [1.0, 2.0]
 
-    Several [[grid]] tables are run one after the other. Trials are not recorded unless the file sets recording.enabled.
+    Several [[grid]] tables run one after another. Trials are recorded only if the file sets recording.enabled.
 
     The same command continues where it stopped. Results depend neither on the number of workers nor on their order.
 
-    Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option cannot be used; 130:
+    Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option is invalid; 130:
     ended by Ctrl-C.
     """
 
     file: Annotated[str, tyro.conf.Positional]
-    """The study file (TOML)."""
+    """Study file (TOML)."""
     out: str = ""
-    """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
+    """Folder for the study. Default: runs/NAME-OF-THE-FILE."""
     jobs: Jobs = 0
-    """Processes; 0 takes one per core."""
+    """Number of processes; 0 uses one per core."""
     scheduler: str = ""
     """Dask scheduler that runs the conditions: tcp:// on loopback, tls://, or local to start one with --jobs workers.
-    Workers need this palpate and the folder of the study: pip install 'palpate[cluster]'."""
+    Workers need the same palpate and the study's folder. Install Dask with: pip install 'palpate[cluster]'."""
 
 
 @dataclass(frozen=True)
 class ExploreOptions(Settings):
-    """Learn to find the goal of a grid world with an ambiguous sensor, and compare with the optimum.
+    """Train a learner to find the goal of a grid world with an ambiguous sensor, and compare it with the optimum.
 
-    Prints, for each run, the mean number of steps in its last 100 trials, and what is possible at all: the
-    optimum with full information and the belief-state optimum.
+    Prints the mean number of steps in the last 100 trials of each run, and two lower bounds: the optimum with full
+    information and the belief-state optimum.
     """
 
     map: str = "1"
-    """1, 2 or twin: the scenarios; eight regions such as ABC/C.E/BDF; or a text file with rows of letters, # for a
-    wall and a dot for the goal."""
+    """Scenario 1, 2 or twin; eight regions such as ABC/C.E/BDF; or a text file with rows of letters, in which # is a
+    wall and a dot is the goal."""
     size: int = 7
-    """Length of a side in cells, odd; a text file has its own."""
+    """Side length in cells, an odd number. A text file defines its own size."""
     state: str = "symbols"
-    """symbols: a state is a symbol; last-2, last-3: the last symbols; or an automaton file (.json)."""
+    """State of the learner: symbols (the last symbol), last-2 or last-3 (the last symbols), or an automaton file
+    (.json)."""
     learning: Annotated[GridLearning, tyro.conf.arg(name="")] = field(default_factory=GridLearning)
     trials: Trials = TRIALS
-    """Trials of each run."""
+    """Number of trials per run."""
     seeds: Annotated[int, Range(1, 100_000)] = 3
     """Number of independent runs."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    """Seed of the first; the others follow."""
+    """Seed of the first run; later runs use the next numbers."""
     out: str = ""
-    """Folder for every trial, the policies, summary and learning curve; it must not be there yet, or be empty."""
+    """New or empty folder for the trials, policies, summary and learning curve."""
     figure: str = ""
-    """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton from random walks; a file,
-    .svg, .png or .pdf."""
+    """Draw the paper's figure 3 instead, for both scenarios with symbols and with an automaton inferred from random
+    walks. Takes a new .svg, .png or .pdf file."""
     strings: str = ""
-    """Instead: write the symbols of random walks to this file, one walk a line."""
+    """Write the symbols of random walks to this file instead, one walk per line."""
     walks: int = 1000
     """Number of random walks, for --strings and for inference."""
     longest: int = 30
-    """Walks with more steps are left out."""
+    """Maximum number of steps in a walk; longer walks are omitted."""

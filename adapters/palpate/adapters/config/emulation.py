@@ -17,15 +17,15 @@ _OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 
 @dataclass(frozen=True)
 class EmulationConfig(Settings):
-    """Devices of an emulated rig, and their settings that a rig file does not have."""
+    """Devices of an emulated rig, with settings that a rig file does not contain."""
 
     wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR, ROS2)] = ""
-    """Wires of the arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (CAN drives), ur-rtde (a controller of
-    Universal Robots, at the first free address from 127.0.0.1 on) or ros2 (in a free domain on the loopback). If not
-    given: those of the arm, or cia402."""
+    """Interface of the arm: zebra-nmc (the Zebra Zero's serial bus), cia402 (CAN drives), ur-rtde (a controller of
+    Universal Robots, at the first free address from 127.0.0.1 on) or ros2 (a free domain on loopback). Default: the
+    arm's own interface, else cia402."""
     force: Annotated[str, OneOf("", JR3, ATI, UR, ROS2)] = ""
-    """Force sensor: jr3-can, ati-netft, ur-rtde, the one in the flange behind wires ur-rtde, or ros2 behind wires ros2.
-    If not given: ati-netft with wires ur-rtde, ros2 with wires ros2, otherwise jr3-can."""
+    """Force sensor: jr3-can, ati-netft, ur-rtde (in the flange; needs wires ur-rtde) or ros2 (needs wires ros2).
+    Default: ati-netft with wires ur-rtde, ros2 with wires ros2, else jr3-can."""
     baud: int = 230_400
     """Line rate of the arm's serial bus."""
     divider: Annotated[int, Range(1, 14)] = 2
@@ -33,8 +33,8 @@ class EmulationConfig(Settings):
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
     """Seconds of devices, loop and physics in a second: below 1 where this computer does not keep time."""
     hide: bool = False
-    """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
-    other than the rig file has them, drawn from the seed: palpate rig calibrate has to find them."""
+    """Draw the tool's weight, the sensor's mounting, the plate's height, the hole's position and the gripper's
+    stiffness from the seed, so that they differ from the rig file. Use it to practise palpate rig calibrate."""
 
     def wired(self, arm: ArmDescription) -> Self:
         """Return these settings with the wires of this arm filled in.

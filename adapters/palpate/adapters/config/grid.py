@@ -35,7 +35,7 @@ automaton's states needs half as many trials as from 0."""
 
 @dataclass(frozen=True)
 class GridLearning(Settings):
-    """Settings of the learner. Each action costs 1, and exploration is Boltzmann's, as in the insertion task."""
+    """Settings of the learner. Each action costs 1, and exploration is Boltzmann, as in the insertion task."""
 
     learner: Annotated[str, OneOf(*LEARNERS)] = "q"
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
@@ -45,13 +45,13 @@ class GridLearning(Settings):
     temperature: Temperature = 0.5
     """Exploration temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.995
-    """Its factor from one trial to the next."""
+    """Factor of the exploration temperature from one trial to the next."""
     temperature_floor: Temperature = 0.1
-    """Its lowest value."""
+    """Minimum exploration temperature."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
-    """Lambda of sarsa."""
+    """Trace decay lambda of sarsa."""
     step_limit: Annotated[int, Range(1, 1_000_000)] = STEP_LIMIT
-    """Steps after which a trial ends without the goal."""
+    """Maximum number of steps in a trial."""
     reach: Annotated[int, Range(1, 200)] = 10
     """Largest displacement from the goal along x or y that the learner hmm considers, in cells."""
 
