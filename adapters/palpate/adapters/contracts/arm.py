@@ -294,11 +294,7 @@ def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:
 
 
 def _where(rig: ArmCommandRig) -> JointVector:
-    """Where the joints stand, in whatever state the adapter is.
-
-    Raises:
-        ClauseNotApplicable: It cannot be read.
-    """
+    """Where the joints stand, in whatever state the adapter is."""
     position_rad = knob(rig.position_rad, "position_rad")
     try:
         return position_rad()

@@ -314,11 +314,7 @@ def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
 
 
 def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
-    """Refuse a contact model of another tool, unless it is requested as a starting point.
-
-    Raises:
-        ConfigurationError: The pegs of the run and of the policy file differ.
-    """
+    """Refuse a contact model of another tool, unless it is requested as a starting point."""
     learned = tool_in(document)
     if learned is None or config.learning.belief.other_tool:
         return

@@ -137,11 +137,7 @@ class Ros2Link:
 
 
 def _open_domain(network: Ros2Network) -> None:
-    """Open the domain in this process unless it is open.
-
-    Raises:
-        SettingError: The domain is open with another address or other peers.
-    """
+    """Open the domain in this process unless it is open."""
     from cyclonedds.core import DDSException
     from cyclonedds.domain import Domain
 
