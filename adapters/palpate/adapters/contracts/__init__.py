@@ -1,14 +1,14 @@
 """The contracts of the four ports, of policies and of learners, as test suites that ship with the package.
 
-What types cannot express about a port is checked here, clause by clause, on every adapter: ours, a simulator and a
-third-party driver. A suite needs a *rig*: the adapter plus the knobs by which a test acts on the world behind it::
+The suites check, clause by clause, what types cannot express about a port. They apply to built-in adapters, simulators
+and third-party drivers. A suite needs a *rig*: the adapter and the controls that a test uses to act on its world::
 
     class TestMySensor(ForceSensorContract):
         def make(self) -> ForceSensorRig:
             world = MyEmulator()
             return ForceSensorRig(device=MySensor(world), clock=world.clock, advance=world.advance, ...)
 
-pytest runs such a class as it is.
+pytest runs such a class directly.
 """
 
 import lazy_loader

@@ -27,18 +27,18 @@ from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Join
 _HANG_NS: Final = 500_000_000
 _JOIN_S: Final = 0.01
 _MANY_STEPS: Final = 1500
-"""A limit that is further away is left alone unless it is the nearest."""
+"""Maximum number of steps to a limit that is tested; the nearest limit is always tested."""
 
 
 class ArmCommandContract(DeviceContract[ArmCommandRig]):
-    """Every arm keeps these clauses; a subclass makes the rig. All commands go through :meth:`_send`."""
+    """Clauses for every arm; a subclass makes the rig. All commands go through :meth:`_send`."""
 
     _rest_rad: JointVector = ()
-    """Where the arm is to be; empty where it was not seen yet."""
+    """Expected pose of the stationary arm; empty if it is not known yet."""
     _poses: int = 0
-    """How many poses it was sent to."""
+    """Number of poses sent."""
     _halted: bool = True
-    """A command was under way when the arm was last halted, or nothing is known yet."""
+    """Whether a command was in progress at the last halt, or the pose is not known yet."""
     _stopped: bool = False
 
     @override
@@ -61,7 +61,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         self._stopped = False
 
     def work(self, rig: ArmCommandRig) -> None:
-        """A small move leads where it says; a stopped arm does not move and says so."""
+        """Require that a small move reaches its target, or that a stopped arm does not move and reports STOPPED."""
         asked_rad = self._next_pose(rig)
         if asked_rad == self._rest_rad:
             asked_rad = self._next_pose(rig)
@@ -76,17 +76,17 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         self.rest(rig)
 
     def start_work(self, rig: ArmCommandRig) -> None:
-        """A small move under way."""
+        """Start a small move."""
         self._send(rig, self._next_pose(rig))
         self._halted = not self._stopped
 
     def disturb(self, rig: ArmCommandRig) -> None:
-        """A stop, which an active arm remembers."""
+        """Stop the arm; an active arm stays stopped."""
         rig.device.stop()
         self._stopped = self._stopped or rig.device.life is Life.ACTIVE
 
     def rest(self, rig: ArmCommandRig) -> None:
-        """The arm stands where it was last sent, or near where it was when a command was halted."""
+        """Require that the arm is at its last target, or close to the place where a command was halted."""
         with suppress(ClauseNotApplicable):
             knob(rig.position_rad, "position_rad")
             rig.advance(rig.settle_ticks if self._halted else 0)
@@ -97,19 +97,19 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 self._rest_rad, self._halted = here_rad, False
 
     def _next_pose(self, rig: ArmCommandRig) -> JointVector:
-        """Home but for one joint, which stands aside; each time another joint or another side."""
+        """Return the home pose with one joint moved; each call uses the next joint and the other direction."""
         self._poses += 1
         joint = self._poses % len(rig.home_rad)
         return _shifted(rig.home_rad, rig.step_rad if self._poses % 2 else -rig.step_rad, joint)
 
     def _send(self, rig: ArmCommandRig, asked_rad: JointVector) -> AppliedCommand:
-        """The one way by which clauses command the arm."""
+        """Send a command; all clauses use this method."""
         if not self.may_command:
             raise ClauseNotApplicable("it sends commands to the arm")
         return rig.device.send(JointCommand(asked_rad))
 
     def _go(self, rig: ArmCommandRig, end_rad: JointVector) -> AppliedCommand:
-        """Lead the arm to a pose, step by step, a tick each; what became of the last step."""
+        """Move the arm to a pose in steps of one tick; return the result of the last command."""
         begin_rad = rig.home_rad if rig.position_rad is None else _where(rig)
         applied = AppliedCommand(begin_rad)
         for asked_rad in ramp(begin_rad, end_rad, rig.step_rad):
@@ -118,7 +118,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         return applied
 
     def test_turned_by_hand_it_stays_where_it_is_activated(self) -> None:
-        """Turned by hand while it is not active, the arm stays there when activated."""
+        """An arm that was turned by hand while it was not active stays there when it is activated."""
         with self.rig(Life.ACTIVE) as rig:
             turn = knob(rig.turn_by_hand, "turn_by_hand")
             self.use(rig)
@@ -131,7 +131,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             _require_at("turned by hand", _where(rig), there_rad, rig.tolerance_rad)
 
     def test_position_limit_is_applied_and_told(self) -> None:
-        """Told to go beyond a joint limit, the arm goes up to it, never further, and says POSITION_LIMIT."""
+        """When commanded beyond a joint limit, the arm stops at the limit and reports POSITION_LIMIT."""
         with self.rig(Life.CONSTRUCTED) as rig:
             limits = _limits_in_reach(rig)
         for joint, limit_rad, beyond_rad in limits:
@@ -140,7 +140,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
 
     def _check_limit(self, rig: ArmCommandRig, joint: int, limit_rad: float, beyond_rad: float) -> None:
         clause, end = "position limit", tuple(beyond_rad if i == joint else q for i, q in enumerate(rig.home_rad))
-        # Never a jump: an arm that does not keep its limits would make it.
+        # The target moves in small steps, because an arm without limits would jump to it.
         for asked in chain(ramp(rig.home_rad, end, rig.step_rad), repeat(end, rig.limit_ticks)):
             applied = self._send(rig, asked)
             _require_within(clause, rig, applied.position_rad, 0.0)
@@ -148,7 +148,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 at_limit = abs(applied.position_rad[joint] - limit_rad) <= rig.tolerance_rad
                 if at_limit and applied.reason is CommandReason.POSITION_LIMIT:
                     break
-                # On its way to the limit the arm may be held back by the velocity limit.
+                # The velocity limit may delay the arm on its path to the position limit.
                 require(clause, applied.reason is not CommandReason.AS_ASKED, f"{applied}", "another reason")
             rig.advance(1)
         else:
@@ -162,7 +162,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         _require_at("away from the limit", applied.position_rad, back_rad, rig.tolerance_rad)
 
     def test_velocity_limit_is_applied_and_told(self) -> None:
-        """A step of a joint that is too fast is shortened, however often a tick it is asked, and ``send`` says so."""
+        """A joint step that is too fast is shortened, even if sent several times per tick, and ``send`` reports it."""
         with self.rig(Life.CONSTRUCTED) as rig:
             ends = _fast_steps(rig)
         for end in ends:
@@ -188,10 +188,10 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 self.rest(rig)
 
     def test_newest_command_wins(self) -> None:
-        """Of many commands in one tick the last one counts; the others leave no backlog."""
+        """If several commands arrive in one tick, only the last one is executed, and no backlog remains."""
         with self.rig(Life.ACTIVE) as rig:
             knob(rig.position_rad, "position_rad")
-            # More commands than ticks to settle: a queue could not hide by working itself off.
+            # There are more commands than ticks to settle, so that a queue cannot be empty at the first check.
             for _ in range(rig.settle_ticks + 5):
                 self._send(rig, _shifted(rig.home_rad, rig.step_rad))
             applied = self._send(rig, _shifted(rig.home_rad, -rig.step_rad))
@@ -200,7 +200,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 _require_at("newest command", _where(rig), applied.position_rad, rig.tolerance_rad)
 
     def test_stop_works_in_every_state(self) -> None:
-        """``stop`` raises nothing, opens nothing and returns in time in every state, twice, and without a cable."""
+        """``stop`` raises no error, opens nothing and returns in time: in every state, twice, and without a cable."""
         for life, cut in (*((life, False) for life in Life), (Life.ACTIVE, True)):
             with self.rig(Life.CONSTRUCTED) as rig:
                 if (life is Life.FAULTED and rig.provoke_fault is None) or (cut and rig.disconnect is None):
@@ -222,7 +222,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 require("stop", not opened, "a resource that it opened", "stop() to open nothing")
 
     def test_stop_works_from_another_thread(self) -> None:
-        """``stop`` works from any thread, and counts once it has returned."""
+        """``stop`` works from any thread and is effective once it has returned."""
         with self.rig(Life.ACTIVE) as rig:
             returned: list[Exception | None] = []
 
@@ -238,14 +238,14 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 thread.join(_JOIN_S)
                 if not thread.is_alive():
                     break
-                # What it waits for may come with time only.
+                # The stop may have to wait for simulated time.
                 rig.advance(1)
             require("another thread", returned == [None], f"{returned}", "stop() to return")
             asked_rad = _shifted(rig.home_rad, rig.step_rad)
             _require_stopped(self._send(rig, asked_rad), asked_rad)
 
     def test_after_stop_the_arm_holds_still(self) -> None:
-        """After ``stop`` the arm holds where it then is, for long, and ``send`` says STOPPED and applies nothing."""
+        """After ``stop`` the arm holds its position, and ``send`` reports STOPPED and applies nothing."""
         with self.rig(Life.ACTIVE) as rig:
             self.work(rig)
             self.start_work(rig)
@@ -266,7 +266,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
 
 
 def _limits_in_reach(rig: ArmCommandRig) -> list[tuple[int, float, float]]:
-    """Joint, limit and an angle beyond it, the nearest first and all others that may be tried besides."""
+    """Return the limits to test, the nearest first: joint, limit, and an angle beyond it."""
     limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
     rooms = sorted(
         (abs(limit_rad - q), joint, limit_rad, outward)
@@ -282,7 +282,7 @@ def _limits_in_reach(rig: ArmCommandRig) -> list[tuple[int, float, float]]:
 
 
 def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:
-    """Where the fast step leads, of each joint that has room for it to a side."""
+    """Return the poses after a step that is too fast, for each joint and direction with enough room."""
     ends = [
         _shifted(rig.home_rad, step, joint)
         for joint, (q, lower, upper) in enumerate(zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True))
@@ -294,7 +294,7 @@ def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:
 
 
 def _where(rig: ArmCommandRig) -> JointVector:
-    """Where the joints stand, in whatever state the adapter is."""
+    """Return the joint angles in any state of the adapter."""
     position_rad = knob(rig.position_rad, "position_rad")
     try:
         return position_rad()
@@ -303,12 +303,12 @@ def _where(rig: ArmCommandRig) -> JointVector:
 
 
 def _far(one_rad: JointVector, other_rad: JointVector) -> float:
-    """The largest distance of a joint between two poses."""
+    """Return the largest joint distance between two poses."""
     return max((abs(a - b) for a, b in zip(one_rad, other_rad, strict=True)), default=0.0)
 
 
 def _shifted(angles: JointVector, shift_rad: float, joint: int | None = None) -> JointVector:
-    """The angles with one joint, or all of them, moved by ``shift_rad``."""
+    """Return the angles with one joint, or all joints, moved by ``shift_rad``."""
     return tuple(q + shift_rad if joint in (None, i) else q for i, q in enumerate(angles))
 
 

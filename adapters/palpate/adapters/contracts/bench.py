@@ -1,7 +1,7 @@
-"""Rigs: an adapter on the test bench with the knobs by which a clause acts on the world; how a clause fails.
+"""Rigs: an adapter on the test bench with the controls that a clause uses to act on the world, and clause failures.
 
-A knob that is None does not exist on this rig, and the clauses that need it are reported as not applicable: a simulator
-may be unable to fall silent, a real arm has nothing that provokes a fault.
+A control that is None does not exist on this rig. The clauses that need it are reported as not applicable. A simulator,
+for example, may be unable to stop sending, and a real arm has no control that provokes a fault.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,7 +30,7 @@ DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class ContractViolation(AssertionError):  # noqa: N818 - it reports a finding, like a failed assertion
-    """An adapter does not keep a clause of its port's contract."""
+    """An adapter violates a clause of its port's contract."""
 
     def __init__(self, clause: str, observed: str, wanted: str) -> None:
         self.observed, self.wanted = observed, wanted
@@ -38,24 +38,24 @@ class ContractViolation(AssertionError):  # noqa: N818 - it reports a finding, l
 
 
 class ClauseNotApplicable(SkipTest):
-    """The rig lacks a knob that the clause needs. pytest reports the clause as skipped."""
+    """The rig lacks a control that the clause needs. pytest reports the clause as skipped."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceRig(Generic[DeviceT]):
-    """What the rigs of the three device ports have in common.
+    """Common part of the rigs of the three device ports.
 
     Attributes:
-        clock: The clock whose time the adapter writes on its samples.
-        advance: Lets the world and time go on by a number of control ticks, in every state of the adapter.
-        is_open: Whether the adapter holds a connection or another resource now.
-        provoke_fault: Makes the active device fail, and returns when the adapter has latched it.
-        disconnect: Cuts the cable, in whatever state the adapter is.
-        reconnect: Plugs in again what ``disconnect`` cut.
-        dispose: Releases what the rig itself holds, after the adapter was closed.
-        call_budget_ns: Longest that a reading or a command may keep the loop waiting.
-        runs_by_itself: The world goes on between two calls, as real hardware does.
-        settle_ticks: Ticks after which a small move is done, or a reading follows what was changed.
+        clock: Clock of the time stamps on the adapter's samples.
+        advance: Advances the world and its time by a number of control ticks, in every state of the adapter.
+        is_open: Returns whether the adapter holds a connection or another resource.
+        provoke_fault: Makes the active device fail, and returns when the adapter has latched the fault.
+        disconnect: Cuts the cable, in any state of the adapter.
+        reconnect: Restores the connection that ``disconnect`` cut.
+        dispose: Releases the rig's own resources after the adapter was closed.
+        call_budget_ns: Maximum duration of a reading or a command.
+        runs_by_itself: Whether the world continues between two calls, as with real hardware.
+        settle_ticks: Ticks after which a small move is complete, or a reading reflects a change.
     """
 
     device: DeviceT
@@ -77,14 +77,14 @@ class DeviceRig(Generic[DeviceT]):
 
     @property
     def patience_ns(self) -> int:
-        """How long the adapter may take to notice that the device is gone."""
+        """Time within which the adapter must detect a lost device."""
         return 0
 
     def pass_time(self, duration_ns: int) -> None:
-        """Let more than ``duration_ns`` go by, one tick at a time.
+        """Advance by more than ``duration_ns``, one tick at a time.
 
         Raises:
-            ContractViolation: The rig's clock stands still.
+            ContractViolation: The rig's clock does not advance.
         """
         start_ns = self.clock.now_ns()
         while (before_ns := self.clock.now_ns()) <= start_ns + duration_ns:
@@ -94,11 +94,11 @@ class DeviceRig(Generic[DeviceT]):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorRig(DeviceRig[DeviceT]):
-    """What the rigs of the two sensor ports have in common.
+    """Common part of the rigs of the two sensor ports.
 
     Attributes:
-        max_age_ns: Greatest age of a sample that may still be called ``VALID``.
-        go_silent: The device stops delivering, without any error.
+        max_age_ns: Maximum age of a ``VALID`` sample.
+        go_silent: Makes the device stop sending without an error.
     """
 
     max_age_ns: int
@@ -115,17 +115,17 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     """A force sensor on the test bench.
 
     Attributes:
-        push_N: Makes the world exert this force (fx, fy, fz) on the tool, in the sensor frame, until the next call;
-            (0, 0, -10) is a surface that presses against the tool axis. Must work before ``configure`` too.
-        load_N: Force that is safe and well within range.
-        overload_N: Force that may be beyond its range and harms nothing here.
-        tolerance_N: Greatest error and noise of a settled reading.
-        kind: What the adapter declares to have taken out of the wrench.
-        twist_Nm: Makes the world exert this torque on the tool besides, as ``push_N`` does a force.
-        load_Nm: Torque that is safe and well within range.
-        overload_Nm: Torque that may be beyond its range and harms nothing here.
-        tolerance_Nm: Greatest error and noise of a settled reading.
-        frame: Frame of the components that the adapter declares.
+        push_N: Exerts a force (fx, fy, fz) on the tool, in the sensor frame, until the next call; (0, 0, -10) is a
+            surface that presses against the tool axis. It must also work before ``configure``.
+        load_N: Force that is safe and well within the range.
+        overload_N: Force that may exceed the range but causes no damage on this rig.
+        tolerance_N: Maximum error, including noise, of a settled reading.
+        kind: Compensation that the adapter declares for its wrench.
+        twist_Nm: Exerts an additional torque on the tool, in the same way as ``push_N``.
+        load_Nm: Torque that is safe and well within the range.
+        overload_Nm: Torque that may exceed the range but causes no damage on this rig.
+        tolerance_Nm: Maximum error, including noise, of a settled reading.
+        frame: Frame that the adapter declares for the components.
     """
 
     push_N: Callable[[float, float, float], None] | None = None
@@ -142,11 +142,11 @@ class ForceSensorRig(SensorRig[ForceSensor]):
 
 @dataclass(frozen=True, kw_only=True)
 class MovingRig(DeviceRig[DeviceT]):
-    """What the rigs of the two ports of an arm have in common.
+    """Common part of the rigs of the two ports of an arm.
 
     Attributes:
-        step_rad: A move within one tick that every joint is allowed, in both directions.
-        tolerance_rad: Greatest distance of an arm at rest from its command, or of an encoder from the joint; less than
+        step_rad: Motion within one tick that is permitted for every joint in both directions.
+        tolerance_rad: Maximum distance of a stationary arm from its command, or of an encoder from the joint; less than
             half of ``step_rad``.
     """
 
@@ -159,9 +159,9 @@ class JointEncoderRig(SensorRig[JointEncoder], MovingRig[JointEncoder]):
     """A joint encoder on the test bench.
 
     Attributes:
-        expected_rad: Where the joints really stand, (n,), if that is known.
-        arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one adapter serves
-            both ports.
+        expected_rad: True joint angles, (n,), if they are known.
+        arm: Arm that moves these joints, newly constructed; the same object as ``device`` if one adapter serves both
+            ports.
     """
 
     joints: int
@@ -179,15 +179,15 @@ class ArmCommandRig(MovingRig[ArmCommand]):
     """An arm on the test bench.
 
     Attributes:
-        home_rad: Where the arm stands at first, (n,), within the limits. A home close to a limit of one joint makes the
-            clause on position limits quick.
+        home_rad: Initial joint angles, (n,), within the limits. If one joint is close to a limit, the clause on
+            position limits is quick.
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
-        fast_step_rad: A move within one tick that is too fast; one joint has room for it at home.
-        position_rad: Where the joints really stand, (n,).
-        turn_by_hand: Brings the joints of the arm, which is not active, to these angles from outside.
-        stop_budget_ns: Longest that ``stop`` may take.
-        limit_ticks: Ticks that the arm may be behind on its way to the nearest position limit.
+        fast_step_rad: Motion within one tick that is too fast; at least one joint has room for it at home.
+        position_rad: Returns the true joint angles, (n,).
+        turn_by_hand: Moves the joints of the inactive arm to these angles from outside.
+        stop_budget_ns: Maximum duration of ``stop``.
+        limit_ticks: Maximum delay, in ticks, of the arm on its path to the nearest position limit.
     """
 
     home_rad: JointVector
@@ -201,10 +201,10 @@ class ArmCommandRig(MovingRig[ArmCommand]):
 
 
 def knob(value: T | None, name: str) -> T:
-    """Return an optional knob of the rig.
+    """Return an optional control of the rig.
 
     Raises:
-        ClauseNotApplicable: The rig has no such knob.
+        ClauseNotApplicable: The rig has no such control.
     """
     if value is None:
         raise ClauseNotApplicable(f"this rig has no {name}")
@@ -218,15 +218,15 @@ def require(clause: str, holds: bool, observed: str, wanted: str) -> None:
 
 
 def require_raises(clause: str, kind: type[Exception], action: Callable[[], object], wanted: str) -> None:
-    """Fail the clause unless ``action`` raises this kind of error; errors of other kinds pass."""
+    """Fail the clause unless ``action`` raises this kind of error; other errors propagate."""
     with suppress(kind):
         raise ContractViolation(clause, f"no error, but {action()!r}", wanted)
 
 
 def ramp(begin_rad: JointVector, end_rad: JointVector, step_rad: float) -> Iterator[JointVector]:
-    """The way from one pose to another in steps of at most ``step_rad`` a joint, all joints arriving together."""
+    """Yield a path to another pose in steps of at most ``step_rad`` per joint; all joints arrive together."""
     far = max((abs(e - b) for b, e in zip(begin_rad, end_rad, strict=True)), default=0.0)
-    # A way of one step is not two, whatever its floats say.
+    # A rounding error must not turn a path of one step into two.
     steps = ceil(far / step_rad - 1e-6)
     for k in range(1, steps):
         yield tuple(b + k / steps * (e - b) for b, e in zip(begin_rad, end_rad, strict=True))

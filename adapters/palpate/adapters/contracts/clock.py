@@ -20,7 +20,7 @@ class ClockRig:
     Attributes:
         tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
         step_ns: A sleep that is long compared with the tolerance.
-        deadlines: How many are tried, a step after the other.
+        deadlines: Number of successive deadlines to test.
     """
 
     clock: Clock
@@ -30,14 +30,14 @@ class ClockRig:
 
 
 class ClockContract(ABC):
-    """Every clock keeps these clauses; a subclass makes the rig."""
+    """Clauses for every clock; a subclass makes the rig."""
 
     @abstractmethod
     def make(self) -> ClockRig:
         """Return a new rig."""
 
     def test_time_is_integer_nanoseconds_and_never_goes_back(self) -> None:
-        """The time is an int in ns, and never goes back."""
+        """The time is an int in ns and never decreases."""
         clock = self.make().clock
         last_ns = clock.now_ns()
         for _ in range(_READS):
@@ -47,7 +47,7 @@ class ClockContract(ABC):
             last_ns = now_ns
 
     def test_past_deadline_returns_at_once(self) -> None:
-        """With a deadline in the past ``sleep_until`` returns at once and does not turn time back."""
+        """With a deadline in the past, ``sleep_until`` returns at once and does not set the time back."""
         rig = self.make()
         before_ns = rig.clock.now_ns()
         rig.clock.sleep_until(before_ns - rig.step_ns)
@@ -56,11 +56,11 @@ class ClockContract(ABC):
         require("past deadline", at_once, f"{passed_ns} ns went by", f"at most {2 * rig.tolerance_ns} ns")
 
     def test_absolute_deadlines_do_not_drift(self) -> None:
-        """Of many deadlines, each a step or a little after the one before, the last is met as well as the first."""
+        """In a long sequence of absolute deadlines, the last is met as accurately as the first."""
         rig = self.make()
         deadline_ns = rig.clock.now_ns()
         for count in range(1, rig.deadlines + 1):
-            # An odd number, for clocks that count in something coarser.
+            # An odd number of ns reveals clocks with a coarser unit.
             deadline_ns += rig.step_ns + 1 if count % 2 else rig.step_ns // 50
             rig.clock.sleep_until(deadline_ns)
             late_ns = rig.clock.now_ns() - deadline_ns
@@ -69,7 +69,7 @@ class ClockContract(ABC):
 
 
 class FakeClock(Clock):
-    """Virtual time: sleeping takes no time at all."""
+    """Clock in virtual time: sleeping returns at once."""
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns

@@ -16,23 +16,23 @@ from palpate.core.ports import Life
 RigT = TypeVar("RigT", bound=DeviceRig[Any])
 
 LONG_TICKS: Final = 300
-"""Ticks of rest after which temporary effects have ended."""
+"""Number of stationary ticks after which temporary effects have ended."""
 
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
 _THREAD_S: Final = 1.0
-"""Longest time for a thread to end after ``close``."""
+"""Time limit for a thread to end after ``close``."""
 
 
 class DeviceContract(ABC, Generic[RigT]):
-    """Clauses on the life of a device; the port's own suite adds the rest."""
+    """Clauses for the life cycle of a device; the suite of each port adds further clauses."""
 
     may_command: bool = True
-    """Whether commands may be sent to an arm, too fast ones among them: not to a real one."""
+    """Whether commands, including commands that are too fast, may be sent to the arm; False for a real arm."""
 
     @abstractmethod
     def make(self) -> RigT:
-        """Return a new rig, whose adapter was only constructed."""
+        """Return a new rig with an adapter that is only constructed."""
 
     def may_use(self) -> bool:
         """Whether the device may be used at all."""
@@ -40,14 +40,14 @@ class DeviceContract(ABC, Generic[RigT]):
 
     @abstractmethod
     def use(self, rig: RigT) -> object:
-        """Take one reading, or send one command to stay."""
+        """Take one reading, or send one command that holds the position."""
 
     @abstractmethod
     def work(self, rig: RigT) -> None:
-        """Fail the clause unless the active device does its work."""
+        """Fail the clause unless the active device works."""
 
     def start_work(self, rig: RigT) -> None:
-        """Start an activity in the active device, which the next request ends."""
+        """Start an activity in the active device that the next request interrupts."""
 
     def disturb(self, rig: RigT) -> None:
         """Cause events that are possible in any state."""
@@ -60,21 +60,21 @@ class DeviceContract(ABC, Generic[RigT]):
 
     @contextmanager
     def rig(self, life: Life) -> Iterator[RigT]:
-        """Yield a new rig whose adapter is in this state; it is released afterwards."""
+        """Yield a new rig with its adapter in this state, and release it afterwards."""
         rig = self.make()
         try:
             bring(rig, life)
             yield rig
         finally:
             for device in rig.all_devices:
-                # Closing has clauses of its own; a failure here must not hide what this one found.
+                # Other clauses test closing; a failure here must not hide the result of this clause.
                 with suppress(Exception):
                     if device.life is not Life.CLOSED:
                         device.close()
             rig.dispose()
 
     def test_only_configure_opens(self) -> None:
-        """Only ``configure`` opens the device; where it fails it raises DeviceError and leaves nothing open."""
+        """Only ``configure`` opens the device; if it fails, it raises DeviceError and leaves nothing open."""
         clause = "configuration"
         with self.rig(Life.CONSTRUCTED) as rig:
             is_open = knob(rig.is_open, "is_open")
@@ -91,14 +91,14 @@ class DeviceContract(ABC, Generic[RigT]):
                 _require_no_thread(clause, before)
 
     def test_life_follows_the_table(self) -> None:
-        """In any order of requests, work, faults and cut cables the state is that of the table, and work goes on."""
+        """After any sequence of requests, work, faults and cut cables, the state is correct and the device works."""
         with self.rig(Life.CONSTRUCTED) as rig:
             live = rig.runs_by_itself or not self.may_command
-        # Five of them find each unsafe adapter of the tests.
+        # Five life cycles detect every unsafe adapter in the tests.
         try_lives(self, 5 if live else 12)
 
     def test_lost_device_raises(self) -> None:
-        """With the cable cut, each use raises DeviceError, activated again too, and ``close`` works all the same."""
+        """With the cable cut, each use raises DeviceError, even after reactivation, and ``close`` still works."""
         with self.rig(Life.ACTIVE) as rig:
             clause, device = "lost device", rig.device
             cut = knob(rig.disconnect, "disconnect")
@@ -119,7 +119,7 @@ class DeviceContract(ABC, Generic[RigT]):
             require(clause, rig.is_open is None or not rig.is_open(), "a resource still open", "nothing open")
 
     def test_close_releases_everything(self) -> None:
-        """After ``close``, from whatever state, nothing is open and no thread of the adapter is left."""
+        """After ``close`` in any state, nothing is open and no thread of the adapter runs."""
         for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
             with self.rig(Life.CONSTRUCTED) as rig:
                 before = set(threading.enumerate())
@@ -133,16 +133,16 @@ class DeviceContract(ABC, Generic[RigT]):
                 _require_no_thread("release", before)
 
     def test_calls_do_not_block(self) -> None:
-        """A reading or a command keeps to the rig's budget for a call, with and without news."""
+        """A reading or a command stays within the rig's call budget, with or without a new sample."""
         with self.rig(Life.ACTIVE) as rig:
             self.require_quick("time of a call", rig)
 
     def require_quick(self, clause: str, rig: RigT) -> None:
-        """Fail the clause unless the median of some calls is within the budget, and none hangs."""
+        """Fail the clause unless the median duration of calls is within the budget, and no call hangs."""
         times_ns = []
         for call in range(2 * _CALLS):
             rig.advance(call % 2)
-            # An adapter can sleep through virtual time, and through real time while virtual time stands still.
+            # An adapter can block in virtual time, or in real time while virtual time does not advance.
             start_ns, wall_ns = rig.clock.now_ns(), perf_counter_ns()
             with suppress(DeviceError):
                 self.use(rig)
@@ -154,7 +154,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:
-    """Bring a freshly made rig's adapter to a state; an active one has had time for a first sample."""
+    """Bring the adapter of a new rig to a state; an active adapter gets time for a first sample."""
     provoke = knob(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
     if life is not Life.CONSTRUCTED:
         rig.device.configure()

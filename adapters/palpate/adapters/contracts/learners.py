@@ -1,6 +1,6 @@
 """The contracts of policies and learners, as test suites that ship with the package.
 
-A policy of your own passes them in three lines, :func:`third_party` as ``palpate train --policy`` wraps it::
+Three lines test your own policy; :func:`third_party` wraps it like ``palpate train --policy``::
 
     class TestDrift(LearnerContract):
         def make(self, *, frozen: bool = False) -> Learner:
@@ -34,9 +34,9 @@ from palpate.core.policy import (
 from palpate.core.ports import Vector3
 
 CONTEXT: Final = PolicyContext(("a", "b", "c", "d"), compass_actions(0.7e-3), Reach(3.5e-3, 0.05))
-"""The task of the practice trials: four states, by the heading of the torque, and the eight compass steps."""
+"""Task of the practice trials: four states, defined by the direction of the torque, and eight compass steps."""
 _ACTIONS: Final = 12
-"""Largest number of actions of a practice trial, which then ends in the hole."""
+"""Maximum number of actions in a practice trial, which then ends in the hole."""
 _FOUND_M: Final = 0.4e-3
 _CUE_NM: Final = 0.02
 _NOISE_NM: Final = 0.003
@@ -52,11 +52,11 @@ def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool =
 
 
 class Practice:
-    """Trials at a hole whose position the torque shows, with calls in the order of a task.
+    """Practice trials in which the torque points to the hole, with the calls in the order of a real task.
 
     Args:
         context: States and actions.
-        seed: Of the trials; policy and world draw from streams of their own.
+        seed: Seed of the trials; policy and world use separate random streams.
     """
 
     def __init__(self, context: PolicyContext, seed: int = 0) -> None:
@@ -107,11 +107,11 @@ class Practice:
 
 
 class PolicyContract(ABC):
-    """Every policy keeps these clauses; a subclass makes it."""
+    """Clauses for every policy; a subclass makes the policy."""
 
     context: ClassVar[PolicyContext] = CONTEXT
     practice_trials: ClassVar[int] = 4
-    """Number of trials of each clause; more if the first ones are random."""
+    """Number of trials per clause; increase it if the first trials of a learner are random."""
 
     @abstractmethod
     def make(self) -> Policy:
@@ -122,12 +122,12 @@ class PolicyContract(ABC):
         return Practice(self.context).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:
-        """Two fresh policies decide alike in equal trials: numbers come from the generator of the trial alone."""
+        """Two new policies make equal decisions in equal trials: the trial's generator is the only random source."""
         first, second = (self.practised(self.make()) for _ in range(2))
         require("equal seeds", first == second, "other decisions", "the same decisions with the same seeds")
 
     def test_decision_is_one_of_action_set_or_has_no_index(self) -> None:
-        """A decision is a finite step; with an index it is that action of the set."""
+        """A decision is a finite step; if it has an index, it is the action with that index."""
         actions: tuple[Action, ...] = self.context.actions
         for decision in self.practised(self.make()):
             named = decision.index is None or (
@@ -138,7 +138,7 @@ class PolicyContract(ABC):
 
 
 class LearnerContract(PolicyContract):
-    """Every learner keeps these clauses and those of a policy; a subclass makes it."""
+    """Clauses for every learner, in addition to those of a policy; a subclass makes the learner."""
 
     @abstractmethod
     def make(self, *, frozen: bool = False) -> Learner:
@@ -151,17 +151,17 @@ class LearnerContract(PolicyContract):
         return learner
 
     def test_trials_that_end_in_hole_are_counted(self) -> None:
-        """Each trial that ends in the hole is one more trial that it learned in."""
+        """Each trial that ends in the hole adds one to ``trials_learned``."""
         count = self.learned().trials_learned
         require("count", count == self.practice_trials, f"{count} trials", f"{self.practice_trials}")
 
     def test_equal_trials_give_equal_state(self) -> None:
-        """Two learners that had equal trials have the same state in every byte."""
+        """Two learners with equal trials have byte-identical states."""
         first, second = (_text(self.learned().get_state()) for _ in range(2))
         require("equal bytes", first == second, "another state", "the same bytes after the same trials")
 
     def test_frozen_learner_learns_nothing(self) -> None:
-        """A frozen learner has the same state after any trial."""
+        """The state of a frozen learner never changes."""
         learner = self.make(frozen=True)
         learner.set_state(self.learned().get_state())
         Practice(self.context).begin(learner, 0)
@@ -170,7 +170,7 @@ class LearnerContract(PolicyContract):
         require("frozen", _text(learner.get_state()) == before, "another state", "the state before the trials")
 
     def test_learner_resumes_from_its_state(self) -> None:
-        """A learner that is set to a state, as JSON keeps it, goes on as the one that gave it."""
+        """A learner restored from a state saved as JSON continues like the original learner."""
         learner, twin, practice = self.learned(), self.make(), Practice(self.context)
         trial = self.practice_trials
         practice.begin(learner, trial)
@@ -183,7 +183,7 @@ class LearnerContract(PolicyContract):
         require("state afterwards", same, "another one", "that of the learner that went on")
 
     def test_state_is_copy(self) -> None:
-        """Further trials change neither a state that was given nor one that was taken."""
+        """Further trials change neither the state that ``get_state`` returned nor the one passed to ``set_state``."""
         learner = self.make()
         self.practised(learner)
         given = learner.get_state()
@@ -195,7 +195,7 @@ class LearnerContract(PolicyContract):
         require("taken", _text(given) == before, "a state that changes", "a copy")
 
     def test_bad_state_is_refused_and_changes_nothing(self) -> None:
-        """A state that lacks a part, or has another thing in its place, raises one of palpate's errors."""
+        """A state with a missing or invalid part raises one of palpate's errors and changes nothing."""
         learner = self.learned()
         before = learner.get_state()
         for broken, fault in broken_states(before):

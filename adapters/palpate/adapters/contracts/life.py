@@ -1,6 +1,6 @@
-"""Lives of an adapter in any order of requests, against the table of :mod:`palpate.core.ports.lifecycle`.
+"""Random sequences of requests to an adapter, checked against the table of :mod:`palpate.core.ports.lifecycle`.
 
-The steps are drawn, the same each time.
+The seeds are fixed, so the sequences are the same in every run.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,19 +20,19 @@ _ONWARD: Final = {
     Life.FAULTED: LifeRequest.ACKNOWLEDGE,
     Life.CLOSED: LifeRequest.CLOSE,
 }
-"""The request that leads on to the next trial."""
+"""Request that leads to the next state of a normal life cycle."""
 _STEPS: Final = ("go on", "go on", "work", "refuse", "disturb", "wait", "fail", "replug")
 _LENGTH: Final = 40
 _RECENT: Final = 8
-"""Steps in a message."""
+"""Maximum number of steps listed in a message."""
 _PAUSE_TICKS: Final = 200
 
 
 def try_lives(suite: Any, lives: int) -> None:
-    """Live through a number of lives of a suite's adapter.
+    """Test a suite's adapter in a number of random life cycles.
 
     Raises:
-        ContractViolation: In one of them something differs from the table, or the adapter does not work.
+        ContractViolation: A state differs from the table, or the adapter does not work.
     """
     for seed in range(lives):
         random = Random(seed)
@@ -42,7 +42,7 @@ def try_lives(suite: Any, lives: int) -> None:
 
 
 class _Living:
-    """An adapter that was just constructed, and what must be true of it after each step."""
+    """One life cycle of a newly constructed adapter, with its expected state after each step."""
 
     def __init__(self, suite: Any, rig: Any) -> None:
         self._suite, self._rig = suite, rig
@@ -50,7 +50,7 @@ class _Living:
         self._usable = suite.may_use()
 
     def live(self, steps: Sequence[tuple[str, bool]]) -> None:
-        """Take the steps, then close the device; some end what is under way in the active device."""
+        """Take the steps, then close the device; some steps interrupt an activity of the active device."""
         self._look()
         for step, busy in (*steps, ("close", True), ("refuse", False)):
             self._step(step, busy)
@@ -76,13 +76,13 @@ class _Living:
         elif step in ("work", "refuse"):
             self._refuse()
         elif step == "wait":
-            # An active arm may stop by itself where commands stay away for long.
+            # An active arm may stop by itself if it receives no commands for long.
             rig.advance(1 if active else _PAUSE_TICKS)
         else:
             self._ask(_ONWARD[self._life])
 
     def _look(self) -> None:
-        """State and fault are those of the table, and nothing moves."""
+        """Require the state and fault of the table, and that nothing moves."""
         life, fault = self._rig.device.life, self._rig.device.fault
         self._require(life is self._life, str(life), str(self._life))
         if life is not Life.CLOSED:
@@ -100,7 +100,7 @@ class _Living:
         self._require(bool(self._cause), "a fault without a cause", "the cause of the fault in words")
 
     def _replug(self) -> None:
-        """Cut the cable and plug it in again; only a fault may come of that."""
+        """Cut the cable and reconnect it; the only permitted effect is a fault."""
         rig = self._rig
         self._try("cut", rig.disconnect)
         rig.pass_time(rig.patience_ns)
@@ -112,7 +112,7 @@ class _Living:
             self._faulted()
 
     def _refuse(self) -> None:
-        """Ask for all that the state does not allow."""
+        """Require an error for every request that the state does not allow."""
         device = self._rig.device
         refused = {r.value: getattr(device, r.value) for r in LifeRequest if (self._life, r) not in TRANSITIONS}
         if self._life is not Life.ACTIVE and self._usable:

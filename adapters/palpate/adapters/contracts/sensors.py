@@ -36,20 +36,20 @@ _SILENT_TICKS: Final = 30
 _PATIENCE_TICKS: Final = 200
 _MANY_TOLERANCES: Final = 8.0
 _PLAUSIBLE_RAD: Final = 4.0 * pi
-"""Limit of plausible joint angles, which angles in degrees soon exceed."""
+"""Maximum plausible joint angle; angles in degrees soon exceed it."""
 _NOTHING: Final = (0.0, 0.0, 0.0)
 _SHARES: Final = (0.5, -0.7, -0.9)
-"""Shares of the load, which distinguish every axis and sign."""
+"""Components of the load as shares, chosen to distinguish every axis and sign."""
 
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
 _Vector: TypeAlias = tuple[str, int, float, float]
-"""Name, length, what each number stays below, and how far two of the same world may differ by half."""
+"""Name, length, upper bound of each component, and half the maximum difference between two readings of equal load."""
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 
 class SampleContract(DeviceContract[SensorRigT]):
-    """Clauses on samples, whatever they measure."""
+    """Clauses for the samples of any sensor."""
 
     sample_type: ClassVar[type]
     _last: Any = None
@@ -66,7 +66,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         return rig.device.read()
 
     def work(self, rig: SensorRigT) -> None:
-        """A sample is sound, newer than any before it, and says the same of the same world."""
+        """Require a sample that is sound, newer than the last, and equal to it under the same load."""
         self._load(rig)
         rig.advance(rig.settle_ticks)
         sample = rig.device.read()
@@ -77,7 +77,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         self._last = sample
 
     def _load(self, rig: SensorRigT) -> None:
-        """Put a load on the sensor, if the rig can."""
+        """Apply a load to the sensor, if the rig can."""
 
     @abstractmethod
     def _vectors(self, rig: SensorRigT) -> tuple[_Vector, ...]:
@@ -89,7 +89,7 @@ class SampleContract(DeviceContract[SensorRigT]):
             require(clause, _near(found, wanted, 2.0 * tolerance), f"{name} = {found}", f"{wanted} as before")
 
     def test_every_sample_is_sound(self) -> None:
-        """Each sample is of its type, finite, young and stamped in order."""
+        """Each sample has the right type, is finite and recent, and has increasing stamps."""
         with self.rig(Life.ACTIVE) as rig:
             last = rig.device.read()
             for _ in range(_RUN_TICKS):
@@ -97,7 +97,7 @@ class SampleContract(DeviceContract[SensorRigT]):
                 sample, again = rig.device.read(), rig.device.read()
                 self._require_sound(rig, sample)
                 self._require_order(last, sample)
-                # Where the world goes on by itself, there may be news between two readings.
+                # If the world runs by itself, a new sample may arrive between two readings.
                 require("no news", rig.runs_by_itself or again == sample, f"{again} after {sample}", "the same again")
                 last = sample
 
@@ -125,7 +125,7 @@ class SampleContract(DeviceContract[SensorRigT]):
             require("sample", sound, f"{name} = {vector!r}", f"a tuple of {length} finite floats below {most:.3g}")
 
     def test_silence_is_marked(self) -> None:
-        """Once the newest sample is over age, reading raises DeviceError or gives it marked STALE, without waiting."""
+        """When the newest sample is too old, ``read`` raises DeviceError or marks it STALE, without waiting."""
         with self.rig(Life.ACTIVE) as rig:
             go_silent = knob(rig.go_silent, "go_silent")
             stale = rig.device.read()
@@ -145,7 +145,7 @@ class SampleContract(DeviceContract[SensorRigT]):
 
 
 class ForceSensorContract(SampleContract[ForceSensorRig]):
-    """Every force/torque sensor keeps these clauses; a subclass makes the rig."""
+    """Clauses for every force/torque sensor; a subclass makes the rig."""
 
     sample_type = WrenchSample
 
@@ -156,7 +156,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             rig.push_N(*(share * rig.load_N for share in _SHARES))
 
     def _vectors(self, rig: ForceSensorRig) -> tuple[_Vector, ...]:
-        # Without a knob the load on the tool is not known.
+        # If the rig cannot apply a load, the load on the tool is unknown.
         tolerance_N = rig.tolerance_N if rig.push_N else inf
         tolerance_Nm = rig.tolerance_Nm if rig.push_N and rig.twist_Nm else inf
         return ("force_N", 3, inf, tolerance_N), ("torque_Nm", 3, inf, tolerance_Nm)
@@ -167,7 +167,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
         require("sample", declared, f"{sample.kind}, frame {sample.frame!r}", f"{rig.kind}, frame {rig.frame!r}")
 
     def test_load_has_its_sign_axis_and_unit(self) -> None:
-        """A known load changes its own component by as many N or N m, sign included, and no other component.
+        """A known load changes its component by the same amount in N or N m with its sign, and no other component.
 
         A surface that presses on the tool tip, against the tool axis, makes Fz more negative.
         """
@@ -180,7 +180,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                     require("load", near, f"a change of {change}", f"{load} within {tolerance}")
 
     def test_what_is_beyond_the_range_is_marked(self) -> None:
-        """An overload is reported in full or marked, and leaves nothing behind."""
+        """An overload is reported in full or marked, and has no effect on later samples."""
         with self.rig(Life.ACTIVE) as rig:
             sides = [side for side in _sides(rig) if side[3]]
             if not sides:
@@ -196,7 +196,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                         require("range", told, f"a change of {change}, VALID", f"{load}, or another validity")
 
     def test_no_hidden_tare(self) -> None:
-        """A load that is there before ``configure`` is reported like a later one."""
+        """A load applied before ``configure`` is reported like one applied later."""
         with self.rig(Life.ACTIVE) as rig:
             _settled(rig, knob(rig.push_N, "push_N"), _NOTHING)
             self.work(rig)
@@ -205,12 +205,12 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             self._load(rig)
             bring(rig, Life.ACTIVE)
             rig.advance(rig.settle_ticks)
-            # Comparing two readings under the same load leaves the sensor its weight and offset.
+            # Comparing two readings under the same load allows for the sensor's weight and offset.
             self._require_same("tare", rig, later, rig.device.read())
 
 
 class JointEncoderContract(SampleContract[JointEncoderRig]):
-    """Every joint encoder keeps these clauses; a subclass makes the rig."""
+    """Clauses for every joint encoder; a subclass makes the rig."""
 
     sample_type = JointSample
 
@@ -218,12 +218,12 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
         return (("position_rad", rig.joints, _PLAUSIBLE_RAD, rig.tolerance_rad),)
 
     def test_angles_are_where_the_joints_stand(self) -> None:
-        """The angles are those at which the joints are known to stand."""
+        """The reported angles equal the known joint angles."""
         with self.rig(Life.ACTIVE) as rig:
             _require_there(rig, knob(rig.expected_rad, "expected_rad"), rig.tolerance_rad, ticks=0)
 
     def test_encoders_follow_each_joint(self) -> None:
-        """A joint that the arm moves turns as far in its own encoder, and in no other, and never within that tick."""
+        """A joint motion appears in full in that joint's encoder and in no other, but not before the next tick."""
         with self.rig(Life.ACTIVE) as rig:
             if not self.may_command:
                 raise ClauseNotApplicable("it moves the arm")
@@ -235,7 +235,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                 arm.send(JointCommand(here))
                 _require_there(rig, home, 0.5 * rig.step_rad, ticks=0)
                 rig.advance(1)
-            for joint in range(-1, len(home)):  # at first to home itself
+            for joint in range(-1, len(home)):  # the first target is home
                 end = tuple(q + way_rad * (k == joint) for k, q in enumerate(home))
                 for asked in ramp(here, end, rig.step_rad):
                     arm.send(JointCommand(asked))
@@ -266,7 +266,7 @@ def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: f
 
 
 def _sides(rig: ForceSensorRig) -> list[_Side]:
-    """Return the rig's means to apply forces and torques: knob, part of the sample, safe load, overload, tolerance."""
+    """Return the kinds of load: control, part of the sample, safe load, overload, tolerance."""
     push, force, torque = knob(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
     sides: list[_Side] = [(push, force, rig.load_N, rig.overload_N or 0.0, rig.tolerance_N)]
     if rig.twist_Nm is not None:
@@ -290,5 +290,5 @@ def _near(one: Sequence[float], other: Sequence[float], tolerance: float) -> boo
 
 
 def _each_way(load: float) -> list[Vector3]:
-    """Return a load along x, y and z, and opposite to them."""
+    """Return a load along x, y and z in both directions."""
     return [(x * way, y * way, z * way) for way in (load, -load) for x, y, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]

@@ -21,16 +21,16 @@ _NAME: Final = "CiA 402 arm"
 
 @dataclass(frozen=True)
 class Cia402Table(CanBusTable, ArmTable):
-    """The table ``[arm]`` of a rig file. Vectors have one number a joint."""
+    """The table ``[arm]`` of a rig file. Vectors have one number per joint."""
 
     nodes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     """CANopen node of each joint's drive."""
     counts_per_rad: tuple[float, ...] = ()
     """Encoder counts per radian of each joint."""
     zero_counts: tuple[int, ...] = ()
-    """Encoder counts at each joint's zero; none are zeros."""
+    """Encoder counts at each joint's zero. Default: 0 for every joint."""
     host_node: Annotated[int, Range(1, 127)] = 126
-    """CANopen node of this computer, whose heartbeat the drives watch."""
+    """CANopen node of this computer, whose heartbeat the drives monitor."""
 
 
 def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:

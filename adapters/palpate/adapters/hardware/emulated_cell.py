@@ -1,4 +1,4 @@
-"""The work cell with emulated wires: MuJoCo moves the arm, which clients reach by a serial port or a socket."""
+"""Simulated work cell with emulated devices, which clients access through serial ports and sockets."""
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -21,21 +21,21 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 _NS: Final = 1_000_000_000
 _INSERTED_M: Final = 5e-5
 _HUM: Final = (0.01,) * 3 + (0.0004,) * 3
-"""Standard deviations of what is new at each look, N and N m: a sensor's noise does not stand still with the cell."""
+"""Standard deviations of the noise added at each reading, N and N m: a sensor's noise also varies within a tick."""
 _SHARED: Final = "  # emulated devices share this computer with the loop; leave this out for real ones"
 
 
 class EmulatedCell:
-    """The work cell with its devices on pseudo-terminals. A context manager: inside, the devices are served.
+    """Simulated work cell with emulated devices; as a context manager, it serves the devices.
 
-    The Zebra starts in its home pose, any other arm in the ready pose; drives are as after power-up, a controller of
+    The Zebra starts in its home pose, any other arm in the ready pose. Drives start as after power-up; a controller of
     Universal Robots is switched on and in remote control.
 
     Args:
-        config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
-        counts_file: Where the rig file lets the arm's counters be kept from run to run.
-        events: What happens to the devices, as the option ``--event`` has it.
-        hidden: What else the rig keeps to itself.
+        config: The simulated cell; trial 0 of its seed determines hole and sensor errors.
+        counts_file: Name of the file, for the rig file, that keeps the arm's counters between runs.
+        events: Events of the devices, in the format of the option ``--event``.
+        hidden: Values of the cell that the rig file does not contain.
     """
 
     def __init__(
@@ -58,11 +58,11 @@ class EmulatedCell:
         self.cell.reset(config.seed, 0)
         start = HOME_RAD if emulation.wires == ZEBRA else tuple(ready.q_rad.tolist())
         self.cell.place(start)
-        # Replaced whole, for servers have threads of their own: when, what was felt, and by how much more than before.
+        # Time, wrench and change of the wrench; always replaced as a whole, because servers read it in other threads.
         self._hum = np.random.default_rng(6)
         self._felt: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
         self._servers, self._start_rad = ExitStack(), start
-        # Wires and cell have one clock.
+        # Devices and cell share one clock.
         self._clock = clock = MonotonicClock(0, emulation.real_time_factor)
         self.arm = emulated_arm(config, emulation, start, self._wrench_source, clock.now_ns, counts_file)
         self.sensor = emulated_sensor(config, emulation, self.arm, self._wrench_source, clock.now_ns)
@@ -82,17 +82,17 @@ class EmulatedCell:
         self._servers.close()
 
     def job_toml(self) -> str:
-        """The job of the cell, as far as a person would state it: nothing that only the simulator knows."""
+        """Return the job file of the cell, without values that only the simulator knows."""
         stated, arm = self.config, self.config.arm
         named = f'name = "{arm}"\n' if isinstance(arm, str) else to_toml(arm)
         job = to_toml(Job(stated.part, stated.tool, stated.place, stated.limits))
         return f"{job.lstrip()}\n[arm]\n{named}"
 
     def rig_toml(self, job: str = "") -> str:
-        """The rig file for these devices; known once they are served.
+        """Return the rig file for these devices, which must be served.
 
         Args:
-            job: Name of the job file, next to it.
+            job: Name of the job file in the same folder.
         """
         name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
@@ -112,12 +112,12 @@ class EmulatedCell:
         return "".join(lines)
 
     def targets_rad(self) -> JointVector:
-        """Joint set-points that the motors hold now, whatever the bus has told them: where they stand still, all do."""
+        """Return the set-points of all joints that the motors hold at one moment."""
         with self.arm.hold():
             return self.arm.motors.targets_rad()
 
     def tick(self, now_ns: int) -> tuple[JointVector, JointVector]:
-        """Let the cell live for a control tick; returns set-points and places of the joints, (n,) rad each."""
+        """Simulate one control tick; return set-points and angles of the joints, (n,) rad each."""
         targets = self.targets_rad()
         self.cell.command(targets)
         self.cell.advance()
@@ -135,10 +135,12 @@ class EmulatedCell:
         told: Callable[[Truth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
-        """Let the cell live in real time.
+        """Run the cell in real time.
 
         Args:
-            told: Called with the truth when the peg has newly reached full depth.
+            ended: Returns whether to stop.
+            told: Called with the ground truth each time the peg reaches full depth.
+            happened: Called after each event.
         """
         clock = self._clock
         begun_ns = deadline_ns = start_ns = clock.now_ns()
@@ -156,7 +158,7 @@ class EmulatedCell:
             tick += 1
             deadline_ns = start_ns + tick * _NS // CONTROL_RATE_HZ
             if clock.now_ns() - deadline_ns > _NS // 10:
-                # Far behind, as after a suspended machine: time goes on from here, nothing is made up for.
+                # Far behind, for example after the computer was suspended: skip the missed ticks.
                 deadline_ns = start_ns = clock.now_ns()
                 tick = 0
             else:
@@ -173,9 +175,10 @@ class EmulatedCell:
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
-        """What is felt: it goes on as it went in the last tick, half of one back at first, half of one ahead at last.
+        """Return the wrench at a time, extrapolated from the last tick, from half a tick back to half a tick ahead.
 
-        Held from tick to tick it is as old on average, but up to a tick older, by when a trial happens to begin.
+        A value held for the whole tick would have the same mean age, but its age would depend on the phase of the
+        reading.
         """
         ticked_ns, wrench, steps = self._felt
         ahead = min(max((now_ns - ticked_ns) * CONTROL_RATE_HZ / _NS, 0.0), 1.0) - 0.5

@@ -21,15 +21,15 @@ from palpate.simulation.emulators.ros2 import WRENCH, Ros2Robot, Ros2Server
 from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolForce, UrController, UrServer
 
 WrenchSource: TypeAlias = Callable[[int], tuple[float, ...]]
-"""Wrench that a sensor feels at a time in ns, (6,) N and N m."""
+"""Function that returns the wrench at the sensor at a time in ns, (6,) N and N m."""
 ClockNs: TypeAlias = Callable[[], int]
 """The devices' clock, in ns."""
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _BEHIND_FILTER: Final = 0.77
-"""Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
+"""Measured share of the cell's noise, which is new in each control tick, that passes the board's 50 Hz filter."""
 _NO_VOLTAGE: Final = 0x3220
-"""EMCY code of CiA 402 for a DC link without voltage: what an emergency stop leaves of it."""
+"""EMCY code of CiA 402 for a DC link without voltage, as after an emergency stop."""
 _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
 """Status word of a Net F/T box whose transducer is unplugged."""
 
@@ -46,13 +46,14 @@ class Motors(Protocol):
 
 @dataclass
 class EmulatedDevice:
-    """A device with its line.
+    """An emulated device with its server.
 
     Attributes:
-        server: Serves it while it is entered.
-        entries: What the rig file says of it; called once it is served, for only then its address is known.
-        faults: What may happen to it, by the name of the event.
-        facts: What the rig file states of a force sensor.
+        server: Context manager that serves the device.
+        entries: Returns the device's entries in the rig file; call it while the device is served, because the address
+            is known only then.
+        faults: Functions that trigger faults, by name of the event.
+        facts: Properties of a force sensor for the rig file.
     """
 
     server: AbstractContextManager[Any]
@@ -63,12 +64,12 @@ class EmulatedDevice:
 
 @dataclass(kw_only=True)
 class EmulatedArm(EmulatedDevice):
-    """An arm with its line.
+    """An emulated arm with its server.
 
     Attributes:
         hold: Context in which the server's thread does not access the motors.
         lag_ms: Measured delay from a command to the motion of the joints, including communication.
-        in_flange: The arm's own force sensor.
+        in_flange: Force sensor in the flange of the arm.
     """
 
     motors: Motors
@@ -77,7 +78,7 @@ class EmulatedArm(EmulatedDevice):
     in_flange: EmulatedDevice | None = None
 
     def held(self, action: Callable[[], object]) -> Callable[[], None]:
-        """Return the action, done while the server's thread does nothing."""
+        """Return a function that performs the action while the server's thread is paused."""
 
         def act() -> None:
             with self.hold():
@@ -94,7 +95,7 @@ def emulated_arm(
     clock_ns: ClockNs,
     counts_file: str,
 ) -> EmulatedArm:
-    """Return the arm with the wires that are chosen, at these joint angles."""
+    """Return an arm with the chosen interface at these joint angles."""
     if emulation.wires == ZEBRA:
         return _zebra(emulation, start, clock_ns, counts_file)
     if emulation.wires == UR:
@@ -108,7 +109,7 @@ def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, co
     plant = JointPlant(start)
     chain = NmcChain(plant)
     server = PtyServer(chain, clock_ns)
-    # Emulated modules wake at once: the wait is for the reset to get through the line.
+    # Emulated modules restart at once; the wait covers only the transmission of the reset.
     arm = EmulatedArm(server, lambda: {
         "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
         "adapter_latency_ms": 0.0, "divider": emulation.divider, "at_home": True,
@@ -157,7 +158,7 @@ def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: C
     names = Kinematics(arm_named(config.arm), config.tool.geometry).model.names
     robot = Ros2Robot(tuple(names)[1 : len(start) + 1], start)
     server = Ros2Server(robot, feel, clock_ns=clock_ns)
-    # The robot states no range: that of a common sensor.
+    # The robot does not report a range; this is the range of a common sensor.
     facts: dict[str, Any] = {**_noise(config), "range_N": [300.0] * 3, "range_Nm": [20.0] * 3}
 
     def network() -> dict[str, Any]:
@@ -176,7 +177,7 @@ def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: C
 def emulated_sensor(
     config: RunConfig, emulation: EmulationConfig, arm: EmulatedArm, feel: WrenchSource, clock_ns: ClockNs
 ) -> EmulatedDevice:
-    """Return the force sensor that is chosen."""
+    """Return the chosen force sensor."""
     if emulation.force in (UR, ROS2) and arm.in_flange is not None:
         return arm.in_flange
     if emulation.force == "ati-netft":
@@ -186,11 +187,11 @@ def emulated_sensor(
             "sensor-silent": lambda: setattr(device, "network", lambda datagrams: []),
             "sensor-cable": lambda: setattr(device, "status", _NO_TRANSDUCER),
         }
-        # Its records are not filtered: the cell's noise is theirs.
+        # The box does not filter its records, so they have the full noise of the cell.
         return EmulatedDevice(box, lambda: {
             "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
         }, faults, _noise(config))  # fmt: skip
-    # The board was switched on long before anyone connects.
+    # The board has finished booting before a client connects.
     node = Jr3CanNode(_JR3_NODE, feel, boot_ns=0)
     server = PtyServer(SlcanAdapter(EmulatedCanBus([node])), clock_ns, paced=False)
     faults = {
@@ -203,13 +204,13 @@ def emulated_sensor(
 
 
 def _noise(config: RunConfig, share: float = 1.0) -> dict[str, Any]:
-    """Return what an emulated sensor does not report: the noise of the simulated cell, behind its filter."""
+    """Return the noise of the simulated cell after the sensor's filter, which the sensor does not report."""
     noise = config.cell.sensor
     return {"noise_N": round(share * noise.force_noise_N, 6), "noise_Nm": round(share * noise.torque_noise_Nm, 6)}
 
 
 def _entered(config: RunConfig, start: JointVector) -> dict[str, Any]:
-    """What is entered at the emulated pendant: the tool of the job, in the axes of the flange."""
+    """Return the pendant settings for the tool of the job, in the axes of the flange."""
     tool, frames = config.tool, Kinematics(arm_named(config.arm), config.tool.geometry)
     frames.update(start)
     flange = controller_frames(frames.arm, start)[1]

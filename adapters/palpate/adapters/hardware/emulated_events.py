@@ -1,4 +1,4 @@
-"""Faults of emulated devices at set times, so that a person can rehearse what to do."""
+"""Faults of emulated devices at set times, for practising the response to them."""
 
 import re
 from collections.abc import Iterable
@@ -15,17 +15,17 @@ EVENTS: Final = {
     "sensor-silent": "the force sensor stops sending",
     "sensor-cable": "the cable between the force sensor and its electronics is pulled",
 }
-"""All events; a rig has those that its devices can show."""
+"""All events; a rig supports those that its devices can show."""
 _EVENT: Final = re.compile(r"(start\+)?(\d+(?:\.\d+)?)s:([a-z-]+)")
 _NS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True)
 class PlannedEvent:
-    """One event.
+    """One planned event.
 
     Attributes:
-        from_start: The time counts from the start of the devices, and not from the first motion of the arm.
+        from_start: Whether the time counts from the start of the devices instead of the first motion of the arm.
     """
 
     name: str
@@ -34,10 +34,10 @@ class PlannedEvent:
 
     @classmethod
     def of(cls, text: str, possible: Iterable[str]) -> Self:
-        """Read an event as the option ``--event`` has it.
+        """Read an event in the format of the option ``--event``.
 
         Raises:
-            ConfigurationError: It is none, or none of these devices.
+            ConfigurationError: The text is not an event, or these devices do not support it.
         """
         found, names = _EVENT.fullmatch(text), [name for name in EVENTS if name in possible]
         if found is None or found[3] not in EVENTS:
@@ -48,6 +48,6 @@ class PlannedEvent:
         return cls(found[3], float(found[2]), bool(found[1]))
 
     def due(self, now_ns: int, begun_ns: int, moved_ns: int) -> bool:
-        """Return whether it is time for it; the arm first moved at ``moved_ns``; 0: it has not."""
+        """Return whether the event is due; ``moved_ns`` is the time of the arm's first motion, 0 before it."""
         from_ns = begun_ns if self.from_start else moved_ns
         return bool(from_ns) and now_ns >= from_ns + self.after_s * _NS

@@ -21,7 +21,7 @@ from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
 _STILL_CYCLES, _STILL_COUNTS = 3, 2
-"""A joint that moves by no more counts, in so many cycles in a row, is at rest."""
+"""Number of consecutive cycles, and the maximum motion per cycle in counts, for a stationary joint."""
 _NS: Final = 1e-9
 
 
@@ -110,7 +110,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def come_to_rest(self) -> None:
-        """Keep the quick stop until all answering drives are at rest."""
+        """Continue the quick stop until all answering drives are stationary."""
         slowest_s = max(j.velocity_rad_per_s for j in self._settings.joints) / self._settings.quick_stop_rad_per_s2
         deadline_ns = self._deadline_ns() + int(slowest_s / _NS)
         still = 0
@@ -160,6 +160,6 @@ class BringUp:
     @staticmethod
     def _word(view: AxisView, goal: DriveState, last: Controlword, by_operator: bool) -> Controlword:
         word = command_towards(view.state, goal, by_operator=by_operator)
-        # Fault-reset acts on a rising edge, so it has to be taken back before it can be tried again.
+        # Fault-reset acts on a rising edge, so its bit must be cleared before another attempt.
         is_again = word is last is Controlword.FAULT_RESET
         return Controlword.DISABLE_VOLTAGE if is_again else word

@@ -27,7 +27,7 @@ NMT_OPERATIONAL: Final = 0x05
 RPDO: Final = struct.Struct("<Hi")
 """Controlword and target position: 6040 and 607A."""
 TPDO: Final = struct.Struct("<Hib")
-"""Statusword, position and present mode: 6041, 6064 and 6061. A drive that loses its mode stops silently."""
+"""Statusword, position and current mode: 6041, 6064 and 6061. A drive that loses its mode stops without a message."""
 
 CSP: Final = 8
 """Cyclic synchronous position, object 0x6060."""
@@ -77,7 +77,7 @@ PATTERNS: Final = (
     (DriveState.FAULT_REACTION, 0x4F, 0x0F),
     (DriveState.FAULT, 0x4F, 0x08),
 )
-"""Patterns of statuswords: state, mask, value, ``word & mask == value``."""
+"""Patterns of statuswords: state, mask and value, with ``word & mask == value``."""
 
 _TO_ENABLED: Final = {
     DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
@@ -86,8 +86,8 @@ _TO_ENABLED: Final = {
     DriveState.ENABLED: Controlword.ENABLE_OPERATION,
     DriveState.QUICK_STOP: Controlword.DISABLE_VOLTAGE,
 }
-"""Next step to operation enabled. The optional way from quick stop straight back is left out: after a stop an arm goes
-the whole way, as after power-up."""
+"""Next controlword on the path to operation enabled. The optional transition from quick stop directly back is not used:
+after a stop, an arm passes through all states, as after power-up."""
 
 
 def state_of(statusword: int) -> DriveState | None:
@@ -96,10 +96,10 @@ def state_of(statusword: int) -> DriveState | None:
 
 
 def command_towards(state: DriveState | None, goal: DriveState, *, by_operator: bool = False) -> Controlword:
-    """The controlword to send next: to operation enabled step by step, to switch on disabled at once.
+    """Return the next controlword: step by step to operation enabled, or directly to switch on disabled.
 
     Args:
-        by_operator: Reset a fault; otherwise only a person may.
+        by_operator: Whether an operator requested it; only then is a fault reset.
     """
     if state is DriveState.FAULT and by_operator:
         return Controlword.FAULT_RESET

@@ -1,7 +1,7 @@
 """An arm of CiA 402 drives: configured, enabled, moved in cycles, and stopped on any error.
 
-One thread uses an arm. What the drives say comes in through the receive thread of the bus and is copied there
-(:mod:`palpate.drivers.cia402.mailbox`); everything else happens in the caller's own thread, in :meth:`Cia402Arm.cycle`.
+One thread uses an arm. The receive thread of the bus only copies the messages of the drives
+(:mod:`palpate.drivers.cia402.mailbox`). Everything else runs in the caller's thread, in :meth:`Cia402Arm.cycle`.
 """
 
 import contextlib
@@ -29,10 +29,10 @@ _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
 class Cia402Arm(LatchingArm):
-    """An arm of CiA 402 drives. It neither opens nor closes its bus, which other devices may use, too.
+    """An arm of CiA 402 drives. It does not open or close its bus, because other devices may share it.
 
     Args:
-        sleep: Waits for a number of seconds; only used outside the cycle.
+        sleep: Waits for a number of seconds; not used in the cycle.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Cia402Arm(LatchingArm):
         return ""
 
     def open(self) -> None:
-        """Find and configure the drives, and wait for data of each, without switching power on."""
+        """Find and configure the drives, and wait for data from each, without switching on the power."""
         self._require("open()", ArmState.NEW)
         self._link.require_alive()
         self._exchange.listen()
@@ -86,9 +86,10 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Put the drives under power where they are; nothing moves.
+        """Enable the power of the drives at their current positions; nothing moves.
 
-        Afterwards :meth:`cycle` has to be called without long pauses: it is what keeps the drives' watchdog calm.
+        Afterwards :meth:`cycle` must be called without long pauses, because it sends the heartbeat for the drives'
+        watchdogs.
         """
         self._require("enable()", ArmState.CONFIGURED)
         with self._latching():
@@ -101,17 +102,17 @@ class Cia402Arm(LatchingArm):
         with self._latching():
             self._bring_up.watchdogs(on=True)
             self._bring_up.walk(DriveState.ENABLED)
-        # The very place that the drives have as their target, not a newer measurement: no count of difference.
+        # The set-point is exactly the drives' present target, not a newer measurement, so that nothing moves.
         self.setpoint_rad = self._bring_up.held_rad
         self._stepped_ns = self._now_ns() - self.settings.period_ns
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """One cycle: write set-points, send SYNC, wait for the drives' answers.
+        """Run one cycle: send set-points and the SYNC, then wait for the drives' answers.
 
-        The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
-        on it. Without a set-point an enabled arm keeps its last one. Called sooner than a period after the last, it
-        shortens the step in proportion.
+        The set-point takes effect at this SYNC. The angles are measured at the same moment, so they do not depend on
+        it. Without a set-point, an enabled arm keeps its last one. If less than a period has passed since the last
+        call, the maximum step is reduced in proportion.
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         now_ns, joints = self._now_ns(), self.settings.joints
@@ -133,10 +134,10 @@ class Cia402Arm(LatchingArm):
         return Measured(self._positions_rad(), self._exchange.sync_ns)
 
     def stop(self) -> None:
-        """Quick-stop every drive. Never raises; works in every state, twice too, and when the bus is gone.
+        """Quick-stop every drive. Never raises; works in every state, repeatedly, and without a bus.
 
-        An enabled arm is *stopped* afterwards: it stays under power and holds still, and no set-point is applied
-        until :meth:`disable` and :meth:`enable`.
+        An enabled arm is *stopped* afterwards: it stays under power and holds its position. It applies no set-point
+        until :meth:`disable` and :meth:`enable` were called.
         """
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             return
@@ -145,7 +146,7 @@ class Cia402Arm(LatchingArm):
         self._exchange.broadcast(Controlword.QUICK_STOP)
 
     def disable(self) -> None:
-        """Stop, wait for standstill, take the power away. Holding the joints is then the brakes' business."""
+        """Stop, wait until the joints are stationary, and switch off the power. The brakes then hold the joints."""
         self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         if self._state is ArmState.CONFIGURED:
             return
@@ -157,9 +158,10 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
-        """Clear a latched fault, as decided by a person, never by a program.
+        """Clear a latched fault. Only a person may decide this, never a program.
 
-        The drives are set up again, since one may have restarted, and get a fault-reset. They end without power.
+        The drives are configured again, because one may have restarted, and receive a fault-reset. They remain without
+        power.
         """
         self._require_fault()
         self._link.require_alive()
@@ -168,7 +170,7 @@ class Cia402Arm(LatchingArm):
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stop, take the power away as far as the bus still allows, and end all traffic; twice too. Never raises."""
+        """Stop, switch off the power if the bus still works, and end all traffic. Repeatable; never raises."""
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             self._state = ArmState.CLOSED
             return
@@ -176,7 +178,7 @@ class Cia402Arm(LatchingArm):
         if self._state is not ArmState.CONFIGURED:
             with contextlib.suppress(DriverError):
                 self._bring_up.come_to_rest()
-        # One dead drive must not keep the others under power.
+        # A failed drive must not keep the others under power.
         with contextlib.suppress(DriverError):
             self._bring_up.shut_down()
         self._bring_up.hang_up()
@@ -187,7 +189,7 @@ class Cia402Arm(LatchingArm):
             return (DriveState.ENABLED,)
         if self._state is ArmState.STOPPED:
             self._cycles_since_stop += 1
-            # One lost frame may keep the order from a drive for a moment, not for long.
+            # A lost frame may delay the command to a drive, but only for a few cycles.
             heard = self._cycles_since_stop > self.settings.missed_cycles
             return _AT_REST if heard else (*_AT_REST, DriveState.ENABLED)
         return None

@@ -1,7 +1,8 @@
-"""Configuration of one drive by SDO: identity, process data, and the conditions of its own stops.
+"""Configuration of one drive by SDO: identity, process data, and the conditions under which it stops by itself.
 
-FACT (``canopen`` 2.4.1): a PDO is set up while its identifier is marked invalid (bit 31). Standard knowledge, CiA 301
-and CiA 402-2: the objects below, their sizes and the option codes. Nothing is left to the default mapping of a maker.
+FACT (``canopen`` 2.4.1): a PDO is configured while its identifier is marked invalid (bit 31). Standard knowledge, CiA
+301 and CiA 402-2: the objects below, their sizes and the option codes. The driver does not rely on a manufacturer's
+default mapping.
 """
 
 from typing import Final
@@ -29,7 +30,7 @@ _DRIVE_PROFILE: Final = 402
 _STAY_IN_QUICK_STOP: Final = 6
 _QUICK_STOP_WHEN_HOST_IS_LOST: Final = 3
 _TENTH_OF_MS: Final = -4
-"""Power of ten, in seconds, of the unit in which the period is told."""
+"""Power of ten, in seconds, of the unit of the period."""
 
 
 def identify(objects: Objects) -> str:
@@ -48,11 +49,11 @@ def identify(objects: Objects) -> str:
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
-    """Write all that the cycle relies on, pre-operational; gives what the drive lacks, and what comes of that."""
+    """Configure the pre-operational drive for the cycle; return notes on missing objects and their consequences."""
     notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
-            # What the maker has switched on would take time on the bus that the budget does not have.
+            # PDOs enabled by the manufacturer would exceed the bus budget.
             objects.write_if_known(base + number, 1, _INVALID | (first + 0x100 * number + joint.node), 4)
     _map(objects, _RPDO1_SETTINGS, _RPDO1_MAPPING, RPDO1 + joint.node, (_CONTROLWORD, _TARGET))
     _map(objects, _TPDO1_SETTINGS, _TPDO1_MAPPING, TPDO1 + joint.node, (_STATUSWORD, _POSITION, _MODE))
@@ -76,10 +77,10 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
 
 
 def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[str, ...]:
-    """Make a drive stop by itself when the host's heartbeat ends, or end that; gives what it lacks.
+    """Enable or disable a drive's stop on loss of the host's heartbeat; return notes on missing objects.
 
-    Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive that cannot do it holds
-    its last target when the host is lost.
+    Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive without this function
+    holds its last target when the host is lost.
     """
     stops = objects.write_if_known(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
     host = settings.host_node << 16 | settings.host_watchdog_ms

@@ -29,14 +29,15 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 class CyclicExchange:
     """The cyclic communication of all drives, without a state of the arm and without decisions.
 
-    Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. One that sorts its
-    transmit buffers by identifier lets SYNC, 0x080, overtake them, and they take effect one cycle later
+    Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. If an adapter sorts its
+    transmit buffers by identifier, the SYNC (0x080) overtakes the set-points, and they take effect one cycle later
     (INFERENCE from how arbitration works; not measured).
 
     Attributes:
-        views: The joints as the last SYNC showed them; empty before the first.
-        targets: Position targets as sent last, in counts.
-        cycles: How many there were. missing: SYNCs that each drive has left unanswered.
+        views: State of the joints at the last SYNC; empty before the first.
+        targets: Position targets sent last, in counts.
+        cycles: Number of cycles.
+        missing: Number of SYNCs that each drive did not answer.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
@@ -76,7 +77,7 @@ class CyclicExchange:
         self.views = ()
 
     def command_nmt(self, command: int) -> None:
-        """Send an NMT command to each drive, one at a time: other devices on the bus are none of our business."""
+        """Send an NMT command to each drive separately, so that it does not affect other devices on the bus."""
         for node in self._nodes:
             self._link.send(NMT, bytes((command, node)))
 
@@ -85,10 +86,10 @@ class CyclicExchange:
         return tuple(view.counts or 0 for view in self.views) or (0,) * len(self._nodes)
 
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:
-        """One cycle: write set-points in counts, SYNC, wait for all answers until the deadline."""
+        """Run one cycle: send set-points in counts and the SYNC, then wait for all answers until the deadline."""
         self._link.require_alive()
         if self._unheard_until_ns is not None:
-            # Answers to a SYNC that was not waited for would be taken for answers to the next.
+            # Answers to the SYNC of a broadcast, which did not wait, must not count as answers to the next SYNC.
             self._mailbox.wait(self._unheard_until_ns)
             self._unheard_until_ns = None
         begin_ns = self._now_ns()
@@ -107,12 +108,12 @@ class CyclicExchange:
         return self.views
 
     def broadcast(self, controlword: int) -> None:
-        """Send it to all drives, to stay where they are, without waiting and whatever happens: for stopping.
+        """Send a controlword and holding targets to all drives, without waiting and despite errors; used to stop.
 
-        RPDOs are applied at the next SYNC, so one follows.
+        Drives apply RPDOs at the next SYNC, so a SYNC follows.
         """
         for node, target in zip(self._nodes, self.hold(), strict=True):
-            # The next drive may well hear what this one does not.
+            # An error at one drive must not prevent the command to the next.
             with contextlib.suppress(SilentError):
                 self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
         self._mailbox.begin()

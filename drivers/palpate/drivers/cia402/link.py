@@ -1,9 +1,9 @@
-"""The way to the bus: one ``canopen.Network``, and what has to be known about its receive thread.
+"""Access to the bus through one ``canopen.Network``, with supervision of its receive thread.
 
-``canopen`` receives in a thread of python-can. Three traps, each measured with ``canopen`` 2.4.1 and python-can 4.6.1:
-an exception in a subscriber is logged and nothing else; an error of the bus (a malformed line of a serial
-adapter, an unplugged one) ends the thread without a word, and from then on the bus merely seems quiet; sending
-goes on working meanwhile. Hence :meth:`CanopenLink.require_alive` in every cycle.
+``canopen`` receives in a thread of python-can. Three pitfalls were measured with ``canopen`` 2.4.1 and python-can
+4.6.1. An exception in a subscriber is only logged. A bus error, such as a malformed line from a serial adapter or an
+unplugged adapter, ends the thread without a message; the bus then only appears to be quiet. Sending still works after
+that. Every cycle therefore calls :meth:`CanopenLink.require_alive`.
 """
 
 import contextlib
@@ -24,17 +24,17 @@ from palpate.drivers.errors import SilentError
 
 Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 
-# Without a handler Python prints what canopen logs of a dead bus, at each frame; we raise it as an error.
+# Without a handler, Python prints canopen's log messages about a dead bus for each frame; here they raise an error.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
 
 _NOTIFIER_CYCLE_S: Final = 0.1
-"""How often the receive thread looks up; closing waits for it five times as long at most."""
+"""Period with which the receive thread checks for its end; closing waits for up to five periods."""
 
 
 class _EndOfReceiving(can.Listener):
-    """Ends the receiving thread at an error, which python-can keeps for :meth:`CanopenLink.require_alive`.
+    """Listener that ends the receive thread on an error, which python-can keeps for :meth:`CanopenLink.require_alive`.
 
-    Without a listener like this one the thread would print a traceback besides.
+    Without it the thread would also print a traceback.
     """
 
     @override
@@ -49,8 +49,8 @@ class CanopenLink:
     """A connected bus.
 
     Args:
-        network: A connected ``canopen.Network``; other drivers may hang their listeners on its notifier.
-        name: The bus, as a person would call it.
+        network: A connected ``canopen.Network``; other drivers may add listeners to its notifier.
+        name: Readable name of the bus.
     """
 
     def __init__(self, network: Any, name: str = "CAN bus") -> None:
@@ -69,10 +69,10 @@ class CanopenLink:
         """Connect to a bus.
 
         Args:
-            interface: As :func:`palpate.drivers.can.open_bus`, like the next two and the options.
+            interface: As in :func:`palpate.drivers.can.open_bus`, like the other arguments.
 
         Raises:
-            WiringError: There is no such bus, or no permission.
+            WiringError: The bus does not exist, or permission is denied.
         """
         network = canopen.Network(open_bus(interface=interface, channel=channel, bitrate=bitrate, **options))
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
@@ -84,8 +84,8 @@ class CanopenLink:
     def objects(self, node: int, timeout_s: float) -> Objects:
         """Return the SDO access to one node.
 
-        ``canopen``'s own node class is left out: its EMCY handler fails on a malformed frame before any other
-        subscriber sees it, and its drive class falls back to SDO, with a warning at each read.
+        ``canopen``'s node class is not used: its EMCY handler fails on a malformed frame before other subscribers
+        receive it, and its drive class falls back to SDO with a warning at each read.
         """
         client = SdoClient(SDO_REQUEST + node, SDO_ANSWER + node, ObjectDictionary())
         client.RESPONSE_TIMEOUT = timeout_s
@@ -94,19 +94,19 @@ class CanopenLink:
         return Objects(node, client)
 
     def subscribe(self, identifier: int, subscriber: Subscriber) -> None:
-        """Have a function called, in the receive thread, with every frame of that identifier."""
+        """Call a function in the receive thread for every frame with this identifier."""
         self.network.subscribe(identifier, subscriber)
 
     def unsubscribe(self, identifier: int) -> None:
-        """End all subscriptions to that identifier, if there are any."""
+        """End all subscriptions to this identifier, if there are any."""
         if identifier in self.network.subscribers:
             self.network.unsubscribe(identifier)
 
     def require_alive(self) -> None:
-        """Find out whether the receive thread still runs.
+        """Require that the receive thread is running.
 
         Raises:
-            SilentError: It does not: nothing that comes is heard.
+            SilentError: The thread has ended, so no frames are received.
         """
         notifier = self.network.notifier
         error = None if notifier is None else notifier.exception
@@ -115,21 +115,21 @@ class CanopenLink:
             raise SilentError(self.name, f"receiving has ended ({cause})", "check the adapter, then open the bus again")
 
     def send(self, identifier: int, data: bytes) -> None:
-        """Put one frame on the bus.
+        """Send one frame.
 
         Raises:
-            SilentError: The bus did not take it.
+            SilentError: The bus did not accept the frame.
         """
         try:
             self.network.send_message(identifier, data)
-        except Exception as error:  # the package raises here whatever ended its receive thread, of any type
+        except Exception as error:  # the package raises the error that ended its receive thread here, of any type
             problem = f"does not take frames: {type(error).__name__}: {error}"
             remedy = "check the adapter; on socketcan a longer txqueuelen helps against full buffers"
             raise SilentError(self.name, problem, remedy) from error
 
     def close(self) -> None:
-        """Release the bus. May be called repeatedly, also after the bus is gone."""
-        # A bus that is gone answers its release with the error that was raised before.
+        """Release the bus. May be called repeatedly, even after the bus was lost."""
+        # The release of a lost bus raises the earlier error again.
         with contextlib.suppress(Exception):
             self.network.disconnect()
 

@@ -1,6 +1,6 @@
-"""What the receive thread leaves for the cycle: copies, under one lock, and no more than the newest of each.
+"""Latest data of all nodes, copied from the receive thread to the cycle under one lock.
 
-The subscribers copy and count; they decide nothing and cannot fail, because ``canopen`` would only log it.
+The subscribers only copy and count. They must not raise, because ``canopen`` would only log the exception.
 """
 
 import struct
@@ -15,7 +15,7 @@ _NS: Final = 1e-9
 
 
 class Emergency(NamedTuple):
-    """One EMCY message: its code (0x00xx clears), the error register (object 0x1001), five bytes of the maker's own."""
+    """An EMCY message: error code (0x00xx clears errors), error register (object 0x1001), five manufacturer bytes."""
 
     code: int
     register: int
@@ -27,10 +27,10 @@ class NodeBox:
     """Latest data of one node; the cycle receives copies.
 
     Attributes:
-        answered: The newest SYNC, in time. A later answer cannot be told from one to the next SYNC, because process
-            data carry no number.
-        nmt_state: As its newest heartbeat has it; None before the first one.
-        active: EMCY messages of errors that were not cleared.
+        answered: Whether the node answered the latest SYNC in time. A late answer cannot be distinguished from an
+            answer to the next SYNC, because process data carry no number.
+        nmt_state: State in the latest heartbeat; None before the first.
+        active: EMCY messages of errors that are not cleared.
     """
 
     node: int
@@ -43,7 +43,7 @@ class NodeBox:
 
 
 class Mailbox:
-    """The boxes of all nodes."""
+    """Latest data of all nodes."""
 
     def __init__(self, nodes: Sequence[int], tpdo_bytes: int, now_ns: Callable[[], int]) -> None:
         self._boxes = {node: NodeBox(node, heartbeat_ns=now_ns()) for node in nodes}
@@ -54,7 +54,7 @@ class Mailbox:
         self._all_here = threading.Condition()
 
     def on_tpdo(self, identifier: int, data: bytearray, _timestamp: float) -> None:
-        """Subscriber of process data."""
+        """Store process data."""
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != self._tpdo_bytes:
@@ -67,7 +67,7 @@ class Mailbox:
                     self._all_here.notify_all()
 
     def on_heartbeat(self, identifier: int, data: bytearray, _timestamp: float) -> None:
-        """Subscriber of heartbeats and boot-up messages."""
+        """Store a heartbeat or boot-up message."""
         time_ns = self._now_ns()
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
@@ -77,7 +77,7 @@ class Mailbox:
             box.boots += data[0] == 0
 
     def on_emcy(self, identifier: int, data: bytearray, _timestamp: float) -> None:
-        """Subscriber of EMCY messages."""
+        """Store an EMCY message."""
         with self._all_here:
             box = self._boxes[identifier & 0x7F]
             if len(data) != _EMCY.size:
@@ -87,7 +87,7 @@ class Mailbox:
             box.active = () if clears else (*box.active[-_EMCY_KEPT:], emergency)
 
     def begin(self) -> None:
-        """Note that a SYNC follows: process data from now on answer it."""
+        """Prepare for a SYNC: process data received from now on are answers to it."""
         with self._all_here:
             for box in self._boxes.values():
                 box.answered = False
@@ -111,7 +111,7 @@ class Mailbox:
             return self._copies()
 
     def start_over(self) -> None:
-        """Forget what was said before the nodes were set up: boots, errors, NMT states; heartbeats count from now."""
+        """Clear the boots, errors and NMT states from before the configuration, and restart the heartbeat time-outs."""
         with self._all_here:
             for box in self._boxes.values():
                 box.boots, box.active, box.nmt_state, box.heartbeat_ns = 0, (), None, self._now_ns()

@@ -13,7 +13,7 @@ _UNKNOWN: Final = (0x06020000, 0x06090011)
 
 
 class Objects:
-    """The object dictionary of one drive, over the bus."""
+    """Access to the object dictionary of one drive over the bus."""
 
     def __init__(self, node: int, channel: SdoClient) -> None:
         self.node = node
@@ -21,17 +21,17 @@ class Objects:
         self._channel = channel
 
     def read(self, index: int, subindex: int = 0) -> bytes | None:
-        """An object's bytes, or None where the drive has no such object."""
+        """Return the bytes of an object, or None if the drive has no such object."""
         return self._try(index, subindex, lambda: self._channel.upload(index, subindex))
 
     def write(self, index: int, subindex: int, value: int, size: int) -> None:
-        """Write an integer, little-endian; negative ones in two's complement."""
+        """Write an integer in little-endian order; negative values are in two's complement."""
         if not self.write_if_known(index, subindex, value, size):
             problem = f"has no object 0x{index:04X}:{subindex:02X}"
             raise DeviceFaultError(self.name, problem, "this arm needs a drive that has it")
 
     def write_if_known(self, index: int, subindex: int, value: int, size: int) -> bool:
-        """As :meth:`write`, but False where the drive has no such object."""
+        """Write an integer like :meth:`write`, but return False if the drive has no such object."""
         data = (value % (1 << 8 * size)).to_bytes(size, "little")
         return self._try(index, subindex, lambda: self._download(index, subindex, data)) is not None
 

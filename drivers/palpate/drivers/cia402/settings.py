@@ -19,19 +19,19 @@ _INT32: Final = 2**31 - 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointDrive:
-    """One joint and the drive that turns it.
+    """A joint and its drive.
 
-    Each drive turns one joint alone; a wrist whose motors act together needs drives that decouple it, or a
-    transmission above this driver.
+    Each drive turns only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission above
+    this driver.
 
     Attributes:
         node: CANopen node number, 1 to 127.
-        counts_per_rad: Position counts per radian of the joint; negative where the motor turns the other way.
-        velocity_rad_per_s: Greatest joint speed.
+        counts_per_rad: Position counts per radian of the joint; negative if the motor turns in the opposite direction.
+        velocity_rad_per_s: Maximum joint speed.
         zero_counts: Position counts at joint angle 0.
 
     Raises:
-        SettingError: A value that cannot work.
+        SettingError: A value is invalid.
     """
 
     node: int
@@ -61,22 +61,22 @@ class JointDrive:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmSettings:
-    """The arm as a whole.
+    """Settings of the whole arm.
 
     Attributes:
-        joints: One drive a joint, in the order of the kinematic model.
+        joints: One drive per joint, in the order of the kinematic model.
         divider: Control ticks per cycle.
-        missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.
-        heartbeat_timeout_ms: Silence of a drive that stops the arm for good.
-        host_node: Node number of the host's own heartbeat.
-        host_watchdog_ms: Silence of the host after which each drive quick-stops by itself.
+        missed_cycles: Number of consecutive unanswered cycles after which the arm latches a stop.
+        heartbeat_timeout_ms: Time without a drive's heartbeat after which the arm latches a stop.
+        host_node: Node number of the host's heartbeat.
+        host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops by itself.
         quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
             (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
-        sdo_timeout_s: Longest wait for an SDO answer.
-        transition_timeout_s: Longest wait for a change of state of all drives.
+        sdo_timeout_s: Time limit for an SDO answer.
+        transition_timeout_s: Time limit for a change of state of all drives.
 
     Raises:
-        SettingError: A value that cannot work.
+        SettingError: A value is invalid.
     """
 
     joints: tuple[JointDrive, ...]
@@ -94,7 +94,7 @@ class ArmSettings:
         nodes = [*(joint.node for joint in self.joints), self.host_node]
         if not self.joints or len(set(nodes)) != len(nodes):
             raise SettingError("arm", f"nodes {nodes}, the host's last", "give every drive and the host its own node")
-        # Three heartbeats of the host within the drives' patience, and they are sent by the cycle alone.
+        # Three heartbeats of the host must fit in the watchdog time, and only the cycle sends them.
         if self.host_watchdog_ms < 3 * self.period_s * 1e3:
             problem = f"host_watchdog_ms = {self.host_watchdog_ms} is shorter than three cycles"
             raise SettingError("arm", problem, "make it longer, or the rate higher")

@@ -1,4 +1,4 @@
-"""Causes of a latched stop: all conditions in a cycle that a person must examine."""
+"""Causes of a latched stop: conditions in a cycle that an operator must examine."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ class AxisView:
 
     Attributes:
         statusword: Newest statusword, or None before the first.
-        state: What it means; None also where it fits no pattern.
+        state: State in the statusword; None also if it matches no pattern.
         counts: Newest position counts, or None before the first.
-        position_rad: The same as an angle, or None before the first.
-        moved_counts: By how much that is more than in the answer before.
-        mode: Of operation, as the drive shows it; None before the first.
+        position_rad: Position as a joint angle, or None before the first.
+        moved_counts: Change of the position counts since the previous answer.
+        mode: Mode of operation that the drive reports; None before the first.
     """
 
     box: NodeBox
@@ -45,8 +45,8 @@ def trouble(
     """Return the most significant problem, or None.
 
     Args:
-        allowed: States in which a drive under power may be; None while the arm shall not be under power. Then
-            neither faults of the drives nor the pose count: nothing moves.
+        allowed: Permitted states of a drive under power; None while the arm must be without power. Faults of the drives
+            and the pose are then ignored, because nothing moves.
     """
     axes = list(zip(views, settings.joints, strict=True))
     for check in (_restarted, _reports, _silent):
@@ -65,7 +65,7 @@ def trouble(
 
 
 def outside(position_rad: float, joint: JointDrive) -> bool:
-    """Whether a measured angle lies outside the joint's limits by more than the margin."""
+    """Return whether a measured angle is outside the joint's limits by more than the margin."""
     return not joint.lower_rad - POSE_MARGIN_RAD <= position_rad <= joint.upper_rad + POSE_MARGIN_RAD
 
 

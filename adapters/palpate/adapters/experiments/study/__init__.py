@@ -1,4 +1,4 @@
-"""Studies: many runs over settings, policies and seeds, each run once, by any number of workers."""
+"""Studies: runs over combinations of settings, policies and seeds, with any number of workers."""
 
 import lazy_loader
 

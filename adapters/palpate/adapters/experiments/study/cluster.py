@@ -1,4 +1,4 @@
-"""Workers of a Dask scheduler: of this machine, or of others that share the study's folder."""
+"""Workers of a Dask scheduler, on this computer or on others that share the study's folder."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _THREADS: Final = "workers with one thread each: dask worker ... --nthreads 1"
 
 
 class DaskWorkers(Workers):
-    """Workers of a scheduler, which runs a call again elsewhere when its worker dies.
+    """Workers of a Dask scheduler, which repeats a call on another worker if its worker dies.
 
     Args:
-        address: The scheduler's: ``tcp://`` on loopback, or ``tls://`` with certificates in Dask's configuration;
-            ``local`` starts a cluster on loopback.
-        jobs: Processes of a cluster that is started.
+        address: Address of the scheduler: ``tcp://`` on loopback, or ``tls://`` with certificates in Dask's
+            configuration. ``local`` starts a cluster on loopback.
+        jobs: Number of processes of a local cluster.
 
     Raises:
-        ConfigurationError: The address is not safe, or its workers do not run this code in one thread each.
+        ConfigurationError: The address is not safe, or a worker has other code or more than one thread.
         UsageError: Dask is not installed, or there is no scheduler or worker.
     """
 
@@ -47,7 +47,7 @@ class DaskWorkers(Workers):
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         self.address, self._opened = address, ExitStack()
-        # Rerun once, as local workers do.
+        # A call is repeated once, as by local workers.
         self._opened.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
         try:
             if address == LOCAL:
@@ -71,7 +71,7 @@ class DaskWorkers(Workers):
 
     @property
     def dashboard(self) -> str:
-        """Address of the page of a cluster that was started."""
+        """Address of the dashboard."""
         return str(self._client.dashboard_link)
 
     @override
@@ -121,7 +121,7 @@ class DaskWorkers(Workers):
 
 @cache
 def code_of() -> tuple[tuple[str, str], ...]:
-    """Return what all workers must have alike: a digest of palpate's source, and versions."""
+    """Return what must be equal on all workers: a digest of palpate's source, and versions."""
     files = {path.relative_to(root).as_posix(): path for root in palpate.__path__ for path in Path(root).rglob("*.py")}
     digest = hashlib.sha256()
     for name in sorted(files):

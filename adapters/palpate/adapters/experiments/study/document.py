@@ -1,4 +1,4 @@
-"""What a study consists of, read from a TOML file."""
+"""Conditions of a study, read from a TOML file."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ from palpate.core.errors import ConfigurationError, OutputError, did_you_mean
 from palpate.core.ports import Holds, Range, Settings
 
 SUMMARY: Final = "summary.json"
-"""A folder that holds it is finished."""
+"""File that marks a folder as finished."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What distinguishes one run of a study from the others.
+    """One run of a study.
 
     Attributes:
-        name: Of its folder.
+        name: Name of its folder.
         fields: Settings that the study varies, by dotted name.
-        policy: A learner, a baseline, a policy file or code of one's own.
-        file: Absolute path of the policy file; empty for none.
+        policy: A learner, a baseline, a policy file or a third-party policy.
+        file: Absolute path of the policy file; empty if there is none.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Condition:
 
     @property
     def what(self) -> str:
-        """The policy as a worker with another working folder finds it."""
+        """Name of the policy that is valid in any working folder."""
         return self.file or self.policy
 
     @property
@@ -79,10 +79,10 @@ class Condition:
         return run_toml(self.config, "train" if self.learns else "run", trials=self.trials, policy=self.what)
 
     def require_possible(self) -> None:
-        """Refuse now what would be refused in the night.
+        """Check the condition before the study starts.
 
         Raises:
-            ConfigurationError: A setting is refused, the arm does not reach, or the policy does not fit.
+            ConfigurationError: A setting is invalid, the job is out of the arm's reach, or the policy does not fit.
         """
         run = Run(self.config)
         run.chosen("random" if self.learns else self.what)
@@ -91,11 +91,11 @@ class Condition:
 
 
 def make(condition: Condition, study: Path) -> None:
-    """Run a condition in a folder of its own in ``study``, which is there only when all is in it.
+    """Run a condition and write its folder in ``study``; the folder appears only when it is complete.
 
     Raises:
         PalpateError: A trial failed.
-        OutputError: The folder cannot be made, or a trial not be recorded.
+        OutputError: The folder cannot be created, or a trial cannot be recorded.
     """
     if not study.is_dir():
         raise OutputError(str(study), "is not there", "all workers need the folder of the study under one name")
@@ -113,16 +113,16 @@ def make(condition: Condition, study: Path) -> None:
             if not result.finished:
                 raise KeyboardInterrupt
     except OutputError:
-        # A worker that was taken for dead was first.
+        # Another worker, which the scheduler considered dead, finished first.
         if not (place / SUMMARY).exists():
             raise
 
 
 @contextmanager
 def _one_thread(config: RunConfig) -> Iterator[None]:
-    """Keep numerical libraries to one thread: workers share processors, and sums depend on how they are split."""
+    """Limit numerical libraries to one thread: workers share processors, and sums depend on the number of threads."""
     if needs_fitting(config):
-        # The limit reaches loaded libraries only.
+        # The limit affects only libraries that are already loaded.
         for name in ("sklearn.cluster", "sklearn.decomposition"):
             importlib.import_module(name)
     if torch := sys.modules.get("torch"):
@@ -132,14 +132,14 @@ def _one_thread(config: RunConfig) -> Iterator[None]:
 
 
 def policy_file(name: str) -> str:
-    """Return the absolute path of the policy file of that name; empty where there is none."""
+    """Return the absolute path of the policy file with this name; empty if there is none."""
     return os.path.abspath(name) if os.path.isfile(name) else ""
 
 
 _MOST: Final = 10_000
-"""Conditions of a study."""
+"""Maximum number of conditions in a study."""
 _LONGEST: Final = 200
-"""Length of a folder's name, which gets some characters more while it is made."""
+"""Maximum length of a folder's name; it has a few more characters while the condition runs."""
 _TABLES: Final = ("study", "base", "grid")
 _POLICIES: Final = f"{', '.join((*LEARNERS, *BASELINES))}, policy files, and package.module:Name"
 
@@ -170,11 +170,11 @@ class _Head(Settings):
 
 @dataclass(frozen=True)
 class Study:
-    """Every combination of settings, with every policy and every seed.
+    """Every combination of settings, policies and seeds.
 
     Attributes:
-        base: Settings of all conditions, by dotted name. Files are named from the working folder.
-        grids: Values of the settings that are varied; the study has all combinations of each grid.
+        base: Settings of all conditions, by dotted name. Paths are relative to the working folder.
+        grids: Values of the varied settings; the study has all combinations of each grid.
         job: Absolute path of the job file; empty for the paper's job.
     """
 
@@ -190,7 +190,7 @@ class Study:
         """Return the study in a TOML file.
 
         Raises:
-            ConfigurationError: Something in it cannot be used.
+            ConfigurationError: The file is invalid.
         """
         table = read_toml(path, "study file")
         if not table:
@@ -202,7 +202,7 @@ class Study:
         head = overlay(_Head(), _table("study", table.get("study", {})))
         base, grids = dict(_settings(_table("base", table.get("base", {})))), table.get("grid", {})
         for name, value in base.items():
-            # Under a grid's settings of the same table it would be passed over.
+            # A value in place of a table would be lost when a grid varies settings of this table.
             current: Any = RunConfig()
             for key in name.split("."):
                 current = getattr(current, key, None)
@@ -231,10 +231,10 @@ class Study:
         return tuple(dict.fromkeys(name for grid in self.grids for name in grid))
 
     def conditions(self) -> Iterator[Condition]:
-        """Return all conditions in the order of the file: settings, then policies, then seeds.
+        """Yield all conditions in the order of the file: settings, then policies, then seeds.
 
         Raises:
-            ConfigurationError: Settings do not go together, or two conditions are equal.
+            ConfigurationError: Settings are incompatible, or two conditions are equal.
         """
         short = {name: name.rpartition(".")[2] for name in self.fields}
         if len(set(short.values())) < len(short):
@@ -256,7 +256,7 @@ class Study:
                 yield Condition(name, fields, policy, own, self.trials, policy_file(policy))
 
     def _config(self, fields: Mapping[str, Any], policy: str) -> RunConfig:
-        """The configuration of a condition; trials are not recorded unless the file says so."""
+        """Return the configuration of a condition; trials are recorded only if the file enables it."""
         table = _nested({"recording.enabled": False, **self.base, **fields})
         learner = policy if policy in LEARNERS else ""
         config = configured(self.job or None, learner=learner, policy=policy, settings=table)
@@ -275,7 +275,7 @@ def _table(name: str, value: Any) -> Mapping[str, Any]:
 
 
 def _settings(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield settings by dotted name, however TOML writes them."""
+    """Yield settings by dotted name from nested tables or dotted keys."""
     for key, value in table.items():
         if isinstance(value, Mapping):
             yield from _settings(value, f"{before}{key}.")
@@ -284,14 +284,14 @@ def _settings(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str,
 
 
 def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings as tables in tables."""
+    """Return settings as nested tables."""
     return merged(
         *(reduce(lambda inner, key: {key: inner}, reversed(name.split(".")), value) for name, value in settings.items())
     )
 
 
 def _values(name: str, values: Any) -> tuple[Any, ...]:
-    """Return the values of a grid's setting in one form: 1 is 1.0 where a float is meant."""
+    """Return the values of a grid's setting in a canonical form: 1 becomes 1.0 for a float."""
     if not isinstance(values, list) or not values:
         raise ConfigurationError(f"grid.{name}", values, "a list of at least one value")
     return tuple(_plain(field_value(RunConfig(), name, value)) for value in values)

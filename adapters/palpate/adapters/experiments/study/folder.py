@@ -1,4 +1,4 @@
-"""A study's folder: the study file, a folder for every finished condition, and ``summary.csv`` of all."""
+"""Folder of a study: the study file, a folder for every finished condition, and ``summary.csv``."""
 
 import json
 import os
@@ -19,9 +19,9 @@ from palpate.core.errors import OutputError
 STUDY_FILE: Final = "study.toml"
 _ELSEWHERE: Final = "name another folder with --out"
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
-"""Entries of a summary that other columns, or the line itself, hold already."""
+"""Entries of a summary that other columns already contain."""
 _COUNTS: Final = ("outcomes", "trips", "marked_why")
-"""Tables of a summary that leave out what never came about."""
+"""Tables of a summary that omit counts of zero."""
 
 
 class StudyFolder:
@@ -32,13 +32,13 @@ class StudyFolder:
 
     @contextmanager
     def writing(self, file: Path, job: str, conditions: Sequence[Condition]) -> Iterator[list[Condition]]:
-        """Make the folder, put the study file there and keep others out; gives the conditions that are not finished.
+        """Create and lock the folder, write the study file, and yield the unfinished conditions.
 
         Args:
-            job: Absolute path of the job file; empty for none.
+            job: Absolute path of the job file; empty if there is none.
 
         Raises:
-            OutputError: It holds something else, or another study writes there.
+            OutputError: The folder contains something else, or another process writes to it.
         """
         names = [name for name in os.listdir(self.path) if name != LOCK] if os.path.lexists(self.path) else []
         if names and STUDY_FILE not in names:
@@ -54,11 +54,11 @@ class StudyFolder:
             try:
                 yield missing
             finally:
-                # What dead workers left, and those that were ended now.
+                # Remove the folders of dead and interrupted workers.
                 self._clear()
 
     def write_table(self, study: Study, conditions: Sequence[Condition]) -> int:
-        """Write ``summary.csv``, a line for each finished condition in the order of the study; returns their number."""
+        """Write ``summary.csv`` with one line per finished condition in the order of the study; return their number."""
         rows = []
         for condition in conditions:
             if summary := RunFolder(self.conditions / condition.name).summary():
