@@ -210,10 +210,15 @@ class Insert(RunningPhase):
         tilt_m = 0.5e-3 * self._equipment.task.end_tilt_mm
         short_m = self._full_m - self._tolerance_m - (depth_m - tilt_m - _DEVIATIONS * error_m)
         text = f"depth {depth_m * 1e3:.3f} mm, standard deviation {error_m * 1e3:.3f} mm"
-        if short_m <= 0.0 or self._released:
+        same_m = max(4.0 * error_m, _STALL_M)
+        # A floor is where it was before the peg was pulled up; what holds a wedged peg now holds it elsewhere.
+        returned = self._released and self._seated_m is not None and depth_m > self._seated_m - same_m
+        if short_m <= 0.0 or returned:
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
             state.end_inserted(depth_m)
-        elif self._seated_m is None or depth_m > self._seated_m + max(4.0 * error_m, _STALL_M):
+        elif self._released:
+            state.end(Outcome.UNCERTAIN_DEPTH, text)
+        elif self._seated_m is None or depth_m > self._seated_m + same_m:
             # The peg may sink further under a harder press.
             self._seated_m = depth_m
             state.event("short", f"{text}: pressed harder")
