@@ -32,15 +32,6 @@ def desk(tmp_path, logs):
     return tmp_path
 
 
-def test_info_of_one_log(palpate, logs):
-    page = palpate.succeed("log", "info", logs[1])
-    assert "train, zebra-zero, scenario paper, seed 0, trial 1" in page
-    assert "control rate   140.000 Hz" in page
-    assert "age at the tick median 1.786 ms" in page
-    assert "missing ticks  none" in page
-    assert "all valid" in page
-
-
 def test_a_folder_stands_for_the_logs_in_it(palpate, logs):
     assert palpate.succeed("log", "info", logs[0].parents[1]) == palpate.succeed("log", "info", *logs)
     assert "3 trials as CSV" in palpate.succeed("log", "export", logs[0].parent, "--to", "csv", "--out", "csv")

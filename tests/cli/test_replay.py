@@ -36,12 +36,6 @@ def test_a_training_run_replays_on_any_number_of_processes(palpate, trained):
     assert files_in(trained) == before
 
 
-def test_one_trial_replays_alone(palpate, log):
-    shutil.copy(log, "mine.mcap")
-    printed = palpate.succeed("replay", "mine.mcap")
-    assert "1 of 1 equal in every bit" in printed
-
-
 def test_all_strategies_of_a_comparison_replay(palpate, compared):
     assert {path.name for path in (compared / "logs").iterdir()} == {
         "run", "run-1", "oracle", "torque", "spiral-10", "spiral-5", "random",

@@ -92,11 +92,3 @@ def test_a_sensor_slower_than_the_loop_keeps_the_contract():
 def test_a_rig_whose_clock_stands_still_is_told_so():
     silence = failed(FORCE.trying(advance=lambda ticks: None))["test_silence_is_marked"]
     assert "advance() to pass time" in silence
-
-
-def test_every_clause_states_itself_in_one_sentence():
-    for suite in SUITES:
-        for clause in clauses(suite):
-            statement = getattr(suite, clause).__doc__.split("\n\n")[0]
-            assert statement.endswith("."), clause
-            assert "\n" not in statement, clause

@@ -3,7 +3,6 @@
 import io
 from contextlib import contextmanager
 
-import numpy as np
 import pytest
 from matplotlib.image import imread
 
@@ -21,20 +20,6 @@ SIZE = (504, 960, 3)
 
 def pixels(png):
     return (imread(io.BytesIO(png), format="png") * 255).round().astype(int)[..., :3]
-
-
-def bluish_and_reddish(picture):
-    """How many pixels have the hue of an insertion, and how many that of a failure; all else is grey."""
-    red, _, blue = np.moveaxis(picture, 2, 0)
-    return int((blue - red > 20).sum()), int((red - blue > 20).sum())
-
-
-@pytest.mark.parametrize("success", [True, False])
-def test_one_kind_alone_is_seen_alone(success):
-    rows = trial_rows(*np.linspace(8.0, 2.0, 30), success=success)
-    blue, red = bluish_and_reddish(pixels(learning_curve(rows, "one")))
-    assert (blue > 100, red > 100) == (success, not success)
-    assert min(blue, red) == 0
 
 
 @pytest.mark.parametrize("trials", [0, 1])

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import os
-import struct
 import threading
 import time
-from contextlib import contextmanager
 
-import can
-import numpy as np
 import pytest
 import serial
 
-from palpate.simulation.emulators.jr3 import Jr3CanNode
 from palpate.simulation.emulators.lines import BusFrame, EmulatedCanBus, PtyServer, SlcanAdapter
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.support.ideal_motors import IdealPlant
@@ -57,11 +52,6 @@ class Host:
     def exchange(self, data, size=2):
         self.port.write(data)
         return self.port.read(size)
-
-    def takes_s(self, data, size):
-        start_ns = self.clock.now_ns()
-        assert len(self.exchange(data, size)) == size
-        return (self.clock.now_ns() - start_ns) * 1e-9
 
     def follow(self, baud):
         """Go to another rate and complete whatever frame the modules made of what they heard before."""
@@ -179,54 +169,3 @@ def test_bad_line_rings_the_bell(line):
     adapter = opened()
     assert adapter.feed(line + b"\r", 0) == b"\a"
     assert adapter.feed(b"t0800\r", 0) == b"z\r"
-
-
-def jr3(node_id=1):
-    full = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
-    return Jr3CanNode(node_id, lambda _: full, boot_ns=0)
-
-
-class CanHost:
-    """A host's view of the bus."""
-
-    def __init__(self, server, bitrate=1_000_000):
-        self.bus = can.Bus(interface="slcan", channel=server.path, bitrate=bitrate, sleep_after_open=0.0, timeout=0.01)
-
-    def send(self, arbitration_id, data=b"", **kind):
-        self.bus.send(can.Message(arbitration_id=arbitration_id, data=data, **({"is_extended_id": False} | kind)))
-
-    def expect(self, arbitration_id):
-        end_s = time.monotonic() + 30.0
-        while time.monotonic() < end_s:
-            message = self.bus.recv(0.1)
-            if message is not None and message.arbitration_id == arbitration_id:
-                return bytes(message.data)
-        raise AssertionError(f"0x{arbitration_id:03X} did not come")
-
-
-@contextmanager
-def on_adapter(*nodes, bitrate=1_000_000):
-    with PtyServer(SlcanAdapter(EmulatedCanBus(nodes)), paced=False) as server:
-        host = CanHost(server, bitrate)
-        yield server, host
-        host.bus.shutdown()
-
-
-@pytest.mark.usefixtures("nothing_leaks")
-def test_nodes_answer_and_stream_to_python_can():
-    with on_adapter(jr3(1), jr3(2)) as (_, host):
-        host.send(0x482)
-        assert host.expect(0x102) == b"\x00" + struct.pack("<3H", 115, 111, 185)
-        host.send(0x201, struct.pack("<HI", 0, 1_000))
-        assert host.expect(0x101) == b"\x00"
-        counters = [struct.unpack("<H", host.expect(0x601)[6:])[0] for _ in range(200)]
-        assert set((np.diff(counters) & 0xFFFF).tolist()) <= {7, 8}
-
-
-@pytest.mark.parametrize(("bitrate", "kind"), [(500_000, {}), (1_000_000, {"is_extended_id": True})])
-def test_no_node_hears_another_rate_or_kind_of_frame(bitrate, kind):
-    node = Talker()
-    with on_adapter(node, bitrate=bitrate) as (_, host):
-        host.send(0x010, **kind)
-        assert host.bus.recv(0.2) is None
-    assert node.heard == []

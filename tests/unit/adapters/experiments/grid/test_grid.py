@@ -7,7 +7,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figure, score_table, summary
+from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figure, summary
 from palpate.adapters.experiments.grid.learning import Bounds, bounds_of, grid_named, states_named
 from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.errors import ConfigurationError
@@ -122,18 +122,6 @@ def test_settings_that_do_not_go_together_are_refused_by_the_name_of_their_flag(
 
 SCORES = [Score(7, 40.0, 3.5, 1.0), Score(8, 50.0, 4.5, 0.5)]
 BOUNDS = Bounds(2.333, 3.208, 48.27)
-
-
-def test_what_is_possible_always_stands_beside_what_was_learned():
-    lines = score_table(SCORES, BOUNDS, 1500).splitlines()
-    assert lines[0].split("  ")[-1] == "goal reached"
-    assert lines[1].split() == ["7", "40.00", "3.50", "100%"]
-    assert lines[3].split() == ["mean", "45.00", "4.00", "75%"]
-    assert lines[-3:] == [
-        "  full information      2.33",
-        "  belief-state optimum  3.21",
-        "  random walk           48.27",
-    ]
 
 
 def test_the_summary_says_the_same_with_intervals():
