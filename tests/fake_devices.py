@@ -6,7 +6,6 @@ set-point as soon as time has gone on.
 
 from abc import abstractmethod
 from dataclasses import replace
-from typing import Generic, TypeVar
 
 from palpate.adapters.contracts import TICK_NS
 from palpate.core.errors import CommandError, DeviceError
@@ -23,7 +22,6 @@ from palpate.core.ports import (
     WrenchSample,
 )
 
-SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 MAX_AGE_NS = 5 * TICK_NS
 
 
@@ -52,7 +50,7 @@ class FakeDevice(ManagedDevice):
         self.is_open = False
 
 
-class FakeSensor(FakeDevice, Generic[SampleT]):
+class FakeSensor(FakeDevice):
     """A sensor that takes a sample when it is read at a time at which it has none yet."""
 
     def __init__(self, name, clock, max_age_ns):
@@ -79,7 +77,7 @@ class FakeSensor(FakeDevice, Generic[SampleT]):
         return self._sample
 
 
-class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
+class FakeForceSensor(FakeSensor, ForceSensor):
     """A force sensor that reports the load it is given."""
 
     def __init__(self, clock, *, max_age_ns=MAX_AGE_NS):
@@ -94,7 +92,7 @@ class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
         return WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
 
 
-class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
+class FakeJointEncoder(FakeSensor, JointEncoder):
     """An encoder that reports given joint angles."""
 
     def __init__(self, clock, position_rad, *, max_age_ns=MAX_AGE_NS):

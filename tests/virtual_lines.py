@@ -2,7 +2,6 @@
 
 from collections import deque
 from types import SimpleNamespace
-from typing import Generic
 
 import can
 import canopen
@@ -11,7 +10,7 @@ import serial
 
 from palpate.drivers.cia402 import mailbox
 from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
-from palpate.simulation.emulators.lines.serial_line import Emulator, SerialLine
+from palpate.simulation.emulators.lines.serial_line import SerialLine
 from tests.virtual_time import VirtualCondition, VirtualTime
 
 _GRAIN_NS = 1_000_000
@@ -19,7 +18,7 @@ _GRAIN_NS = 1_000_000
 _SDO_WAIT_NS = 20_000_000
 
 
-class VirtualPort(Generic[Emulator]):
+class VirtualPort:
     """A serial port as of pyserial, with an emulated device at its far end.
 
     Attributes:

@@ -24,7 +24,6 @@ def test_a_new_rig_file_can_be_examined(palpate, arm, force, model):
     file = RigFile.load(Path("rig.toml"))
     for kind, entry in (("arm", file.arm), ("force", file.force_sensor)):
         table = settings_table(load_maker(kind, entry.adapter))
-        assert table is not None
         assert overlay(table(), entry.settings) == table()
     assert "verdict: feasible" in palpate.succeed("plan", "job.toml")
     # Nothing is asked of whatever has these addresses here.

@@ -2,8 +2,7 @@
 
 from abc import ABC, abstractmethod
 
-from palpate.adapters.hardware.arm_client import ArmClient
-from tests.virtual_lines import Cable, VirtualDesk
+from tests.virtual_lines import VirtualDesk
 
 DIVIDER = 2
 LONG_NS = 3_600 * 10**9
@@ -12,9 +11,6 @@ LONG_NS = 3_600 * 10**9
 
 class BusBench(ABC):
     """An adapter and the devices that it talks to; whoever makes it plugs them in."""
-
-    arm: ArmClient
-    cable: Cable
 
     def __init__(self):
         self.desk = VirtualDesk()

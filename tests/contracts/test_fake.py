@@ -29,7 +29,7 @@ def make_arm(clock, kind=FakeArm):
 class OfKind:
     """What a suite tries: a kind of fake, and a rig in which some knobs may differ or be missing."""
 
-    kind: Any = None
+    kind = None
     knobs: ClassVar[dict[str, Any]] = {}
 
     @classmethod

@@ -31,7 +31,7 @@ VELOCITIES = replace(TABLE, mode="velocities", stops_without_commands=True)
 class Bench(VirtualDomain):
     """An adapter, and the robot that it talks to."""
 
-    reader: Ros2ForceSensor | None = None
+    reader = None
 
     def arm(self, table=TABLE):
         context = replace(RigContext.of("ur5", self.clock), lower_rad=LOWER, upper_rad=UPPER,

@@ -26,7 +26,7 @@ MAX_AGE_NS = 50_000_000
 class Bench(VirtualUr):
     """An adapter, and the controller that it talks to."""
 
-    reader: UrToolForceSensor | None = None
+    reader = None
 
     def arm(self, timeout_ns=LONG_NS):
         context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6, accept_kinematics=True)
@@ -43,7 +43,6 @@ class Bench(VirtualUr):
         self.controller.robot_mode = type(self.controller.robot_mode).RUNNING
 
     def cut(self):
-        assert self.reader is not None
         self.is_plugged = False
         self.ticks(1)
         with pytest.raises(DeviceError, match="broken"):

@@ -10,7 +10,7 @@ from palpate.core.ports import Life, Validity, WrenchKind
 # As a module: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
 from tests.contracts.unsafe_arms import LIFE, UNSAFE_ARMS
-from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.fake_devices import FakeForceSensor, FakeJointEncoder
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -127,8 +127,6 @@ class TaresOnConfigure(FakeForceSensor):
 
 class MeasuresTarget(FakeJointEncoder):
     """Takes a sample from the command of its own tick."""
-
-    arm: FakeArm
 
     def read(self):
         self._position_rad = lambda: self.arm._target_rad

@@ -2,7 +2,6 @@
 
 from collections import deque
 from threading import get_ident
-from typing import Any
 
 from palpate.adapters.contracts import TICK_NS
 from palpate.core.ports import AppliedCommand, CommandReason, Life
@@ -53,7 +52,7 @@ class ClosesMoving(FakeArm):
 class GoesBackWhenActivated(FakeArm):
     """Turned by hand while it was not active, it returns."""
 
-    was_rad: Any = None
+    was_rad = None
 
     def _on_deactivate(self):
         super()._on_deactivate()

@@ -41,7 +41,6 @@ def test_gymnasiums_own_checker_finds_nothing(name, arguments):
     # Warnings are errors here.
     env = gymnasium.make(name, **arguments)
     check_env(env.unwrapped)
-    assert env.spec is not None
     assert env.spec.to_json()
     env.close()
 
@@ -125,7 +124,6 @@ def learn_outside(env, policy, seed, trials, tell):
         while not over:
             decision = policy.choose(Observation(int(state), NOWHERE, NOWHERE, NOWHERE, NOWHERE, number))
             after, reward, terminated, truncated, info = env.step(decision.index)
-            assert decision.index is not None
             policy.learn(Transition(int(state), decision.index, reward, None if terminated else int(after)))
             state, over, number = after, terminated or truncated, number + 1
         tell(trial, terminated, info)
@@ -175,6 +173,5 @@ def test_a_learner_has_the_same_trials_through_the_environment(palpate, tmp_path
     assert {row["outcome"] for row in rows} >= outcomes
     # What was learned is the same to the last bit.
     learner = learner_of(policy)
-    assert learner is not None
     checkpoint = json.loads((tmp_path / "checkpoint.json").read_text(encoding="utf-8"))
     assert json.loads(json.dumps(learner.get_state())) == checkpoint["learner"]

@@ -27,8 +27,6 @@ NAME = "lerobot_robot_palpate"
 class StandInConfig:
     """Of LeRobot's ``RobotConfig`` that it registers kinds."""
 
-    kinds: dict[str, type]
-
     @classmethod
     def register_subclass(cls, name):
         def register(kind):

@@ -61,9 +61,7 @@ def replayed(messages, folder):
 @pytest.mark.usefixtures("installed")
 def test_it_is_trained_run_shown_and_compared(palpate, trained):
     document = load_policy(trained / "policy.json")
-    assert document.foreign is not None
     assert document.foreign.trials_learned == 2
-    assert document.foreign.state is not None
     assert document.foreign.state["holes"] == 2
     assert f"made by {DRIFT}, 2 trials learned" in palpate.succeed("show", trained / "policy.json")
     palpate.succeed("run", "--policy", trained / "policy.json", "--trials", 1, "--out", "learned")
@@ -168,7 +166,6 @@ def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whos
     assert "Traceback" not in done.stderr
     path = Path("bad/logs/trial-00000.mcap")
     log = read_log(path)
-    assert log.end is not None
     assert (log.end.error, log.end.raised_by, log.calls[-1].call) == ("PolicyError", "policy", "stop")
     assert replay_file(path, Rebuilder()).verdict is Verdict.EQUAL
     Path("badly_made.py").unlink()

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig, SensorFactsTable
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
-from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, RigContext, find_approach
+from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
@@ -51,10 +51,6 @@ class NoisyForceSensor(FakeForceSensor):
 
 class Devices:
     """The fakes of a rig."""
-
-    arm: CountedArm
-    sensor: FakeForceSensor
-    context: RigContext
 
 
 NO_KEYS = OperatorTable(keys=False)

@@ -186,7 +186,7 @@ _CHANGES = {
 class Changed(SampleFault):
     """Other values, marked where a device would mark them."""
 
-    _since_ns: int | None = None
+    _since_ns = None
 
     def strike(self, sample, moment):
         self._since_ns = moment.time_ns if self._since_ns is None else self._since_ns

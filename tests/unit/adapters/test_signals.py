@@ -37,7 +37,7 @@ def test_each_of_them_is_handled_and_the_innermost_handler_counts():
 @pytest.mark.parametrize("meaning", [signal.SIG_IGN, lambda number, frame: None])
 def test_what_is_ignored_or_served_by_another_handler_stays(meaning):
     seen = []
-    before = signal.signal(signal.SIGHUP, meaning)  # type: ignore[arg-type]
+    before = signal.signal(signal.SIGHUP, meaning)
     try:
         with on_ending_signal(seen.append):
             assert signal.getsignal(signal.SIGHUP) is meaning

@@ -5,8 +5,6 @@ into one is held by a lateral spring. A force of the plate comes with a torque a
 to the nearest pit, as the torque of a tilted peg does. The sensor carries weight and bias too, until it is tared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache

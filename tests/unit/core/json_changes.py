@@ -1,14 +1,10 @@
 """A JSON file with one thing changed, and how it is refused."""
 
 import json
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
 from palpate.core.errors import ConfigurationError
-
-Change = Callable[[Any], None]
 
 
 def put(*keys_and_value):

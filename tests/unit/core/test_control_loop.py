@@ -103,13 +103,13 @@ class TestLoop:
             world = FakeWorld(HOLE)
             read, last = world.ports.force_sensor.read, list[WrenchSample]()
 
-            def read_on(read=read, last=last, fails=fails):  # type: ignore[no-untyped-def]
+            def read_on(read=read, last=last, fails=fails):
                 if fails and len(last) > 260:
                     raise DeviceError("sensor", "is gone")
                 last.append(read())
                 return replace(last[-1], validity=Validity.STALE) if len(last) > 200 else last[-1]
 
-            world.ports.force_sensor.read = read_on  # type: ignore[method-assign]
+            world.ports.force_sensor.read = read_on
             with world:
                 report = run_trial(build_task(FollowTorque()), world.ports, SETUP, supervisor())
                 assert_stopped(world)
@@ -131,7 +131,7 @@ class TestLoop:
                 return JointCommand(tuple(q + jump for q in command.position_rad))
 
         with world:
-            report = run_trial(Last(world, policy), world.ports, SETUP, guard)  # type: ignore[arg-type]
+            report = run_trial(Last(world, policy), world.ports, SETUP, guard)
             assert_stopped(world)
         (told,) = policy.ended
         assert (report.outcome, told.inserted) == ((Outcome.TRIPPED, False) if tripped else (Outcome.INSERTED, True))
@@ -221,7 +221,7 @@ class TestObservers:
         diary, watch = Diary(world), Watch(world)
         watch.on_step = lambda tick: setattr(getattr(world, device), "disconnected", tick == 50)
         with world, pytest.raises(DeviceError, match="does not answer") as caught:
-            run_trial(watch, world.ports, SETUP, None, (diary,))  # type: ignore[arg-type]
+            run_trial(watch, world.ports, SETUP, None, (diary,))
         ((error, tick),) = diary.failures
         assert error is caught.value
         assert (tick.calling, tick.time_ns) == (calling, tick_time_ns(0, 51))
@@ -235,7 +235,7 @@ class TestObservers:
         watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
         with world:
             with pytest.raises(DeviceError, match="follow-up error"):
-                run_trial(watch, world.ports, SETUP, None, (diary,))  # type: ignore[arg-type]
+                run_trial(watch, world.ports, SETUP, None, (diary,))
             assert world.arm.life is Life.FAULTED
             here = world.arm.position_rad()
             world.clock.advance(10)

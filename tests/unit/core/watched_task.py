@@ -33,7 +33,7 @@ class Watch:
 
 
 def run(world, watch):
-    return run_trial(watch, world.ports, SETUP).outcome  # type: ignore[arg-type]
+    return run_trial(watch, world.ports, SETUP).outcome
 
 
 def assert_stopped(world):

@@ -1,7 +1,5 @@
 """A scripted board at the other end of a fake link, and a clock that stands still unless told."""
 
-from __future__ import annotations
-
 import struct
 
 from palpate.drivers.can.link import CanFrame

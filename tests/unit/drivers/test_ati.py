@@ -79,7 +79,7 @@ class Wire:
 
 def streaming():
     wire = Wire()
-    device = NetFt(wire, BOX)  # type: ignore[arg-type]
+    device = NetFt(wire, BOX)
     device.start(0)
     return device, wire
 

@@ -48,7 +48,7 @@ class ScriptedBus:
 
 
 def link_to(*script):
-    return CanLink(ScriptedBus(*script))  # type: ignore[arg-type]
+    return CanLink(ScriptedBus(*script))
 
 
 def caused(error, cause):
@@ -65,7 +65,6 @@ def test_data_frames_come_in_and_go_out_and_others_are_counted():
         assert link.receive() == []
         assert link.send(CanFrame(0x401))
         heard = board.recv(1.0)
-        assert heard is not None
         assert (heard.arbitration_id, heard.dlc, heard.is_extended_id) == (0x401, 0, False)
         board.send(can.Message(arbitration_id=0x601, data=bytes(8), is_extended_id=False))
         board.send(can.Message(arbitration_id=0x601, data=bytes(8), is_extended_id=True))
@@ -92,7 +91,7 @@ def test_bus_off_is_counted():
 def test_malformed_line_does_not_end_the_reception(error, flushed):
     link = link_to(error, error, can.Message(arbitration_id=0x701, is_extended_id=False))
     assert link.receive() == [CanFrame(0x701)]
-    assert (link.garbled, link._bus.flushed) == (2, 2 * flushed)  # type: ignore[attr-defined]
+    assert (link.garbled, link._bus.flushed) == (2, 2 * flushed)
 
 
 @pytest.mark.parametrize(
@@ -185,7 +184,7 @@ def test_frames_that_no_adapter_takes_are_refused_in_time_until_it_takes_bytes_a
         assert time.monotonic() < deadline
         cable.drain()
     require_end(bus.shutdown)
-    assert not bus.serialPortOrig.is_open  # type: ignore[attr-defined]
+    assert not bus.serialPortOrig.is_open
 
 
 def test_adapter_that_is_held_up_while_it_is_opened_is_waited_for(cable, monkeypatch):

@@ -1,7 +1,5 @@
 """The CiA 402 arm on its bus: golden frames, statuswords, what the receive thread leaves, speeds, settings."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 
@@ -96,7 +94,7 @@ def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded():
 
 def wait_for(condition):
     end = time.monotonic() + 5.0
-    while not condition():  # type: ignore[operator]
+    while not condition():
         assert time.monotonic() < end
         time.sleep(0.001)
 
@@ -104,13 +102,12 @@ def wait_for(condition):
 def test_link_sends_frames_and_hears_them():
     heard = []
     with (
-        CanopenLink.open(channel="link-frames", **BUS) as link,  # type: ignore[arg-type]
+        CanopenLink.open(channel="link-frames", **BUS) as link,
         can.Bus(interface="virtual", channel="link-frames") as peer,
     ):
         link.subscribe(0x181, lambda can_id, data, _: heard.append((can_id, bytes(data))))
         link.send(0x201, b"\x0f\x00")
         message = peer.recv(1.0)
-        assert message is not None
         assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (0x201, b"\x0f\x00", False)
         for number in (1, 2):
             peer.send(can.Message(arbitration_id=0x181, data=b"\x01", is_extended_id=False))
@@ -129,7 +126,7 @@ def test_bus_that_does_not_exist_is_a_wiring_error():
 
 
 def test_closed_bus_is_not_alive_and_takes_nothing():
-    link = CanopenLink.open(channel="link-closed", **BUS)  # type: ignore[arg-type]
+    link = CanopenLink.open(channel="link-closed", **BUS)
     link.close()
     link.close()
     with pytest.raises(SilentError):
@@ -139,10 +136,7 @@ def test_closed_bus_is_not_alive_and_takes_nothing():
 
 
 def test_sdo_errors_become_driver_errors():
-    with (
-        CanopenLink.open(channel="link-sdo", **BUS) as link,  # type: ignore[arg-type]
-        can.Bus(interface="virtual", channel="link-sdo") as peer,
-    ):
+    with CanopenLink.open(channel="link-sdo", **BUS) as link, can.Bus(interface="virtual", channel="link-sdo") as peer:
         objects = link.objects(5, 0.02)
         with pytest.raises(SilentError, match="drive 5: does not answer about object 0x1018:01"):
             objects.read(0x1018, 1)
@@ -166,7 +160,7 @@ class _OnRequest(can.Listener):
 
     def on_message_received(self, msg):
         if msg.arbitration_id == self._identifier:
-            self._answer(self._codes.pop(0))  # type: ignore[operator]
+            self._answer(self._codes.pop(0))
 
     def stop(self): ...
 

@@ -169,7 +169,7 @@ def test_drive_that_is_not_there_and_a_device_of_another_profile_are_named():
 def test_object_that_a_drive_may_lack_is_done_without_and_noted(index):
     def without(bench):
         objects = bench.drives[1].objects
-        objects.set_data = partial(_write_without, objects.set_data, index)  # type: ignore[method-assign]
+        objects.set_data = partial(_write_without, objects.set_data, index)
         return bench
 
     bench = without(Bench()).enabled()
@@ -186,7 +186,7 @@ def _write_without(write, missing, index, sub, data, *, check_writable):
 
 
 def obey_nothing(bench):
-    bench.drives[1].machine.apply = lambda word: None  # type: ignore[method-assign]
+    bench.drives[1].machine.apply = lambda word: None
 
 
 def put(bench, angle_rad):
@@ -304,7 +304,7 @@ def test_fault_that_does_not_go_away_stays_latched():
     bench = Bench().enabled()
     bench.drives[0].fail(0x3210)
     machine = bench.drives[0].machine
-    machine.apply = lambda word: None  # type: ignore[method-assign]
+    machine.apply = lambda word: None
     with pytest.raises(DeviceFaultError):
         bench.cycle(times=3)
     with pytest.raises(DeviceFaultError, match="not every drive reached"):

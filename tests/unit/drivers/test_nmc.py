@@ -130,9 +130,6 @@ def test_zeros_and_a_reply_to_a_damaged_command_are_not_believed():
     assert decode_reply(raw, StatusItem.POSITION) is Discarded.REJECTED
 
 
-POS_VEL = StatusItem.POSITION | StatusItem.VELOCITY
-
-
 def test_divisors_are_the_documented_ones():
     assert [BAUD_DIVISORS[baud] for baud in (19_200, 57_600, 115_200, 230_400)] == [63, 20, 10, 5]
     error = {baud: 1.25e6 / (divisor + 1) / baud - 1 for baud, divisor in BAUD_DIVISORS.items()}

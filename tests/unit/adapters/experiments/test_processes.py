@@ -68,7 +68,6 @@ with only_writer(Path(sys.argv[1])):
 def holder(folder):
     """Another process that writes into the folder."""
     process = subprocess.Popen([sys.executable, "-c", HOLDER, str(folder)], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
     assert process.stdout.readline() == "mine\n"
     return process
 

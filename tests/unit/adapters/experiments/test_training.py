@@ -169,7 +169,6 @@ def test_an_exceeded_limit_costs_the_last_action_the_rest_of_the_time_limit(tmp_
     assert report.trip is not None
     assert report.outcome is Outcome.TRIPPED
     last = report.decisions[-1]
-    assert last.index is not None
     # Ten actions a second, each at a cost of one, of which alpha is learned.
     left = int((20.0 - report.exploration_time_s) * 10)
     assert policy.q[policy.states.index(last.state)][last.index] == pytest.approx(-0.3 * left, abs=2.0)

@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -54,13 +53,13 @@ def test_a_setup_depends_on_seed_and_number_alone():
 @pytest.mark.parametrize("trial", [-1, 1.5, 2**70])
 def test_a_trial_that_has_no_number_leaves_the_rig_as_it_is(trial):
     with pytest.raises(ConfigurationError, match=r"trial = .* a whole number from 0"):
-        run_scored_trial(RunConfig(), None, None, trial)  # type: ignore[arg-type]
+        run_scored_trial(RunConfig(), None, None, trial)
 
 
 class StandIn:
     """A rig about which only the truth is known."""
 
-    ports: Any = None
+    ports = None
     simulated = True
 
     def __init__(self, truth):

@@ -59,7 +59,6 @@ def stopped(episodes):
 
 
 def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes):
-    assert episodes.folder is not None
     folder = episodes.folder.path
     episodes.begin(5, 3)
     while episodes.running:

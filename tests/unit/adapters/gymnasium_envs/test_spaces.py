@@ -27,10 +27,10 @@ class Sensed:
 def test_the_raw_observation_is_tip_force_and_torque_in_this_order():
     raw = TipWrench(RunConfig())
     sensed = Sensed(None, (1e-3, -2e-3, 3e-3), ((0.5, -0.25, -4.5), (0.0625, -0.125, 0.03125)))
-    seen = raw.of(sensed)  # type: ignore[arg-type]
+    seen = raw.of(sensed)
     assert seen.dtype == np.float32
     assert seen == pytest.approx([1e-3, -2e-3, 3e-3, 0.5, -0.25, -4.5, 0.0625, -0.125, 0.03125])
-    assert not np.shares_memory(seen, raw.of(sensed))  # type: ignore[arg-type]
+    assert not np.shares_memory(seen, raw.of(sensed))
 
 
 # Actions: what they mean to the core, and which there are not.
@@ -86,14 +86,12 @@ def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action):
 )
 def test_a_twist_lifts_or_presses(shares, law, rise_m, step_m):
     action = Twists(2e-3, 0.1).decision(shares).action
-    assert action.spatial is not None
     assert (action.spatial.law, action.spatial.rise_m) == (law, rise_m)
     assert action.displacement_m == pytest.approx(step_m)
 
 
 def test_a_twist_turns_by_no_more_than_the_longest_turn():
     spatial = Twists(2e-3, 0.1).decision((0.0, 0.0, 0.0, 0.5, 0.0, -1.0)).action.spatial
-    assert spatial is not None
     assert degrees(hypot(*spatial.turn_rad)) == pytest.approx(1.1)
     assert spatial.turn_rad[0] == pytest.approx(-0.5 * spatial.turn_rad[2])
     with pytest.raises(ActionRefusedError, match="is refused: six finite numbers from -1 to 1"):

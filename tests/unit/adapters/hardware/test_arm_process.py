@@ -119,7 +119,7 @@ def gone(clock):
     """Let time go on until no arm's thread is left."""
     for thread in threading.enumerate():
         if thread.name.endswith(" bus"):
-            clock.wait_for(lambda thread=thread: not thread.is_alive(), clock.now_ns() + 10**10)  # type: ignore[misc]
+            clock.wait_for(lambda thread=thread: not thread.is_alive(), clock.now_ns() + 10**10)
             assert not thread.is_alive()
 
 
@@ -195,10 +195,10 @@ def test_a_process_that_dies_is_a_fault_at_once_and_acknowledging_it_starts_anot
     with pytest.raises(FaultLatchedError, match=r"fake arm: .*arm's process has ended; what stops the arm"):
         fakes.send()
     fakes.arm.stop()
-    fakes.servos.__init__(  # type: ignore[misc]  # the device, as a new process finds it
+    fakes.servos.__init__(  # the device, as a new process finds it
         fakes.clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1
     )
-    fakes.encoder.__init__(fakes.clock, fakes.servos.position_rad)  # type: ignore[misc]
+    fakes.encoder.__init__(fakes.clock, fakes.servos.position_rad)
     fakes.arm.acknowledge_fault()
     fakes.arm.activate()
     assert (fakes.send(), len(fakes.started)) == (CommandReason.AS_ASKED, 2)
@@ -324,7 +324,6 @@ def test_the_newest_whole_note_counts():
     for number in range(1, 6):
         writer.setpoint.write(Setpoint(number, 0, (0.1 * number,)))
     found = reader.setpoint.read()
-    assert found is not None
     assert found.number == 5
     writer.setpoint.write(Setpoint(6, 0, (0.6,)))
     # As if its writer had been killed in the middle.

@@ -17,7 +17,7 @@ _S = 10**9
 def emulated(arm, *events, **devices):
     config = RunConfig(arm=arm)
     ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
-    return EmulatedCell(config, ready, EmulationConfig(**devices), events=events)  # type: ignore[arg-type]
+    return EmulatedCell(config, ready, EmulationConfig(**devices), events=events)
 
 
 def test_emulated_drives_are_waited_for_longer_than_real_ones():

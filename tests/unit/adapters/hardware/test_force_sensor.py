@@ -58,7 +58,7 @@ def test_a_rig_file_does_not_contradict_the_sensor(stated, field, accepted):
 def test_a_turned_sensor_reads_as_if_it_were_not(turn_deg, wrench):
     felt = HiddenValues(mounting_deg=turn_deg).felt(list(wrench), (0.0, 0.0, 1.0))
     sensor = FakeForceSensor(FakeClock())
-    sensor.read = lambda: WrenchSample(tuple(felt[:3]), tuple(felt[3:]), 1, 2, 3)  # type: ignore[method-assign, arg-type]
+    sensor.read = lambda: WrenchSample(tuple(felt[:3]), tuple(felt[3:]), 1, 2, 3)
     read = TurnedForceSensor(sensor, turn_deg).read()
     assert (*read.force_N, *read.torque_Nm) == pytest.approx(wrench, abs=1e-12)
     assert (read.source_time_ns, read.receive_time_ns, read.sequence) == (1, 2, 3)
@@ -94,7 +94,7 @@ class Sensor(PolledForceSensor[Busy]):
 
     @override
     def _connect(self):
-        self.device = Busy(self._clock)  # type: ignore[arg-type]
+        self.device = Busy(self._clock)
 
     @override
     def _leave(self, device): ...

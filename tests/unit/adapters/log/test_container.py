@@ -64,7 +64,6 @@ def test_sound_log_reads_as_it_was_recorded(tmp_path):
 def test_other_tools_see_topics_metadata_and_times():
     reader = make_reader(BytesIO(log_bytes()), validate_crcs=True)
     summary = reader.get_summary()
-    assert summary is not None
     assert {channel.topic for channel in summary.channels.values()} >= {"/start", "/tick", "/end"}
     assert all(channel.metadata["about"] for channel in summary.channels.values())
     assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/2"}]

@@ -30,7 +30,7 @@ def bits(value):
 
 
 def test_every_number_reads_back_to_the_bit(tmp_path):
-    wrench = WrenchSample(AWKWARD[:3], AWKWARD[3:], 2**62 + 1, 2**62 + 3, 2**53 + 1)  # type: ignore[arg-type]
+    wrench = WrenchSample(AWKWARD[:3], AWKWARD[3:], 2**62 + 1, 2**62 + 3, 2**53 + 1)
     first = tick(0, wrench=wrench, asked_rad=AWKWARD, applied=AppliedCommand(AWKWARD[::-1], CommandReason.STOPPED))
     out = tmp_path / "out"
     assert export_csv([write_log(tmp_path / "a.mcap", [first, tick(1)])], out) == [out]

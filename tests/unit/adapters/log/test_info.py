@@ -26,7 +26,7 @@ MS = 1_000_000
 
 
 def info(path, *words, **more):
-    return info_of(read_log(write_log(path / "a.mcap", *words, **more)))  # type: ignore[arg-type]
+    return info_of(read_log(write_log(path / "a.mcap", *words, **more)))
 
 
 def test_page_of_a_whole_trial(tmp_path):
@@ -43,7 +43,6 @@ def test_page_of_a_whole_trial(tmp_path):
     assert found["force_sensor"]["age_s"]["median"] == pytest.approx(0.002)
     assert found["joint_encoder"]["age_s"]["max"] == 0.0
     assert found["bytes_per_minute"] == pytest.approx(found["size_bytes"] / found["ticks"]["duration_s"] * 60)
-    assert found["end"] is not None
     assert found["end"]["success"] is True
     assert found["trip"] is None
     page = describe(found)

@@ -91,12 +91,9 @@ def test_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path):
 
 
 def test_samples_that_are_stale_invalid_or_missing_are_not_drawn(tmp_path):
-    nan = WrenchSample((math.nan,) * 3, (0.0,) * 3, 0, 0, 1, Validity.INVALID)  # type: ignore[arg-type]
+    nan = WrenchSample((math.nan,) * 3, (0.0,) * 3, 0, 0, 1, Validity.INVALID)
     bad = JointSample((math.nan,) * 6, 0, 0, 2, Validity.INVALID)
-    stale = {
-        name: replace(getattr(tick(5), name), validity=Validity.STALE)  # type: ignore[type-var]
-        for name in ("wrench", "joints")
-    }
+    stale = {name: replace(getattr(tick(5), name), validity=Validity.STALE) for name in ("wrench", "joints")}
     ticks = [
         tick(0),
         tick(1, wrench=nan),

@@ -1,7 +1,5 @@
 """Recording the trials of a run: it changes nothing, equal runs give equal logs, and logs hold the rig's facts."""
 
-from __future__ import annotations
-
 import os
 from contextlib import nullcontext
 
@@ -82,7 +80,6 @@ class Setting:
         run_scored_trial(QUICK, self.rig, self.task, trial, self.recorder)
 
     def log(self):
-        assert isinstance(self.sink, MemorySink)
         return log_of(self.sink.logs[-1])
 
 
@@ -101,7 +98,7 @@ def spoil(setting, at_read, error):
             raise error
         return read()
 
-    setting.rig._sensor.read = failing  # type: ignore[method-assign]
+    setting.rig._sensor.read = failing
 
 
 @pytest.mark.parametrize("error", [DeviceError("sensor", "gone"), ZeroDivisionError("oops")])
@@ -112,7 +109,6 @@ def test_end_of_a_trial_that_an_error_ends_says_so(setting, error):
     log = setting.log()
     assert [record.tick for record in log.records()] == list(range(26))
     assert log.calls[-1].call == "stop"
-    assert log.end is not None
     assert (log.end.error, log.end.outcome, log.end.ticks) == (type(error).__name__, "", 25)
 
 
@@ -130,7 +126,6 @@ def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(setting, monke
     log = setting.log()
     assert log.start.trial == 1
     assert (log.events, log.decisions, log.ticks) == ([], [], [])
-    assert log.end is not None
     assert (log.end.outcome, log.end.ticks, log.end.error) == ("", 0, "ValueError")
 
 

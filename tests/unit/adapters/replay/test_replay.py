@@ -192,7 +192,7 @@ def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(golde
     law = DampingControl.__init__
 
     def changed_gain(self, damping, *others):
-        law(self, damping * (1.0 + 1e-12), *others)  # type: ignore[arg-type]
+        law(self, damping * (1.0 + 1e-12), *others)
 
     monkeypatch.setattr(DampingControl, "__init__", changed_gain)
     first = diverged(replay_file(golden_here("train-paper"), Rebuilder()))

@@ -6,7 +6,6 @@ from itertools import product
 from hypothesis import strategies as st
 
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import minimised
 
 KINDS = list(Kind)
 OUTPUTS = {Kind.DFA: [False, True], Kind.MOORE: ["x", "y", ("x", "y")]}
@@ -15,11 +14,6 @@ OUTPUTS = {Kind.DFA: [False, True], Kind.MOORE: ["x", "y", ("x", "y")]}
 def dfa(rows, accepting, start=0, alphabet="ab", labels=()):
     outputs = tuple(state in accepting for state in range(len(rows)))
     return Machine(Kind.DFA, tuple(alphabet), tuple(map(tuple, rows)), outputs, start=start, labels=tuple(labels))
-
-
-def canonical(machine):
-    """The same machine, nothing merged, its reachable states numbered breadth first from the start."""
-    return minimised(machine, range(len(machine.transitions)))
 
 
 def random_machine(rng, kind, states, symbols, missing=0.0):

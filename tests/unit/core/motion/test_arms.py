@@ -193,7 +193,7 @@ class TestUrdf:
     def test_posture_and_limits_must_fit(self, tmp_path, field, vector, named, accepted):
         given = {"urdf": urdf(tmp_path / "a.urdf", 6), "flange": "tool", "posture_rad": SIX, field: vector}
         with pytest.raises(ConfigurationError) as caught:
-            Kinematics(ArmDescription(**given), TOOL)  # type: ignore[arg-type]
+            Kinematics(ArmDescription(**given), TOOL)
         assert caught.value.field == named
         assert accepted in str(caught.value)
 

@@ -60,7 +60,7 @@ class TestFeatures:
     @pytest.mark.parametrize("value", [[[1.0, 2.0]], [[1.0, 2.0], [3.0]], [["a", "b"]] * 2, np.ones((2, 2, 2))])
     def test_samples_refuses_other_shapes(self, value):
         with pytest.raises(ConfigurationError, match=r"perception\.samples = .* two or more rows of 2"):
-            samples(value, 2)  # type: ignore[arg-type]
+            samples(value, 2)
 
 
 MM = 1e-3
@@ -215,7 +215,7 @@ def test_a_sample_that_is_not_finite_is_refused_and_leaves_no_trace(order, bad):
         raw = [0.0] * 6
         raw[channel] = bad
         with pytest.raises(CommandError, match="finite"):
-            processor.update(tuple(raw))  # type: ignore[arg-type]
+            processor.update(tuple(raw))
         with pytest.raises(CommandError, match="finite"):
             processor.reset(raw)
     assert processor.get_state() == state

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import pytest
@@ -78,7 +77,7 @@ class Diary(Policy):
 class Deciding:
     """A third-party policy that derives from nothing: gives one decision, or what a function returns."""
 
-    temperature: Any = None
+    temperature = None
 
     def __init__(self, gives=None):
         self.gives = Decision(OWN, None, "strange") if gives is None else gives

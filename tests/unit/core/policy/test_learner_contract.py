@@ -55,12 +55,11 @@ class TestOwnLearners(LearnerContract):
         resumed = policy_from(read, *NAMES, CONTEXT.reach, frozen=False)
         twin = learner_of(resumed)
         assert isinstance(twin, type(learner))
-        assert twin.parameters == learner.parameters  # type: ignore[attr-defined]
+        assert twin.parameters == learner.parameters
         later, practice = range(4, 8), Practice(CONTEXT, seed=1)
         assert practice.trials(resumed, later) == practice.trials(policy, later)
         assert twin.get_state() == learner.get_state()
         unlearned = read.unlearned()
-        assert unlearned.learner is not None
         assert unlearned.learner.trials_learned == 0
         fresh = MixedPolicy(CONTEXT.states, [ProgrammedPolicy(*NAMES, {"b": "-x"}), self.make()])
         assert unlearned == document_of(fresh, created_with={"palpate": "0"}, perception={})
@@ -82,7 +81,7 @@ class Misplaced(QLearning):
 
 
 class Uncounted(QLearning):
-    trials_learned = 0  # type: ignore[assignment]
+    trials_learned = 0
 
 
 class Unequal(QLearning):

@@ -160,10 +160,8 @@ class TestPoliciesInFiles:
         policy = MixedPolicy(FOUR, [ProgrammedPolicy(FOUR, CONTEXT.actions, {}), learner])
         Practice(CONTEXT).trials(policy, range(2))
         read = written(policy)
-        assert read.learner is not None
         assert read.learner.touch_model is not None
         blank = read.unlearned().learner
-        assert blank is not None
         assert blank.touch_model is None
         made = json.loads(read.to_json_text())
         made["learner"]["state"]["trials"][1]["touches"][0] = [1, 2, 3]
@@ -180,8 +178,6 @@ class TestPoliciesInFiles:
         twin = learner_of(again)
         assert isinstance(twin, HmmLearner)
         learner.begin_trial(31, np.random.default_rng(31))
-        assert twin.model is not None
-        assert learner.model is not None
         assert twin.model.emissions.tolist() == learner.model.emissions.tolist()
         made = json.loads(read.to_json_text())
         made["learner"]["state"]["trials"][4]["symbols"][0] = 2

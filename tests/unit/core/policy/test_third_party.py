@@ -55,7 +55,7 @@ def raising(error):
         (Decision(OWN, 3, "strange"), "'own' is not action 3; the action set has 8"),
         (Decision(ACTIONS[0], 8, "strange"), "'+x' is not action 8"),
         (Decision(Action("\udcff", (0.0, 0.0)), None, "strange"), "no log can show the action"),
-        (Decision(OWN, None, 3), "choose failed with TypeError"),  # type: ignore[arg-type]
+        (Decision(OWN, None, 3), "choose failed with TypeError"),
     ],
 )
 def test_invalid_decision_is_fault_of_policy(gives, said):
@@ -70,9 +70,9 @@ def test_invalid_decision_is_fault_of_policy(gives, said):
 
 def test_numbers_are_made_plain_and_actions_of_set_its_own():
     numbers = np.float64(1e-3), np.float32(0.5)
-    given = wrapped(Deciding(Decision(Action("own", numbers), None, "strange"))).choose(SEEN)  # type: ignore[arg-type]
+    given = wrapped(Deciding(Decision(Action("own", numbers), None, "strange"))).choose(SEEN)
     assert [type(value) for value in given.action.displacement_m] == [float, float]
-    given = wrapped(Deciding(Decision(ACTIONS[2], np.int64(2), "strange"))).choose(SEEN)  # type: ignore[arg-type]
+    given = wrapped(Deciding(Decision(ACTIONS[2], np.int64(2), "strange"))).choose(SEEN)
     assert (given, type(given.index)) == (Decision(ACTIONS[2], 2, "strange"), int)
 
 
@@ -112,10 +112,8 @@ def test_policy_file_holds_state_which_only_its_code_can_take():
     document = document_of(made, created_with={}, perception={})
     read = PolicyDocument.from_json_text(document.to_json_text())
     assert read == document
-    assert read.foreign is not None
     assert (read.foreign.trials_learned, read.foreign.state) == (1, {"learned": 1})
     unlearned = read.unlearned().foreign
-    assert unlearned is not None
     assert (unlearned.trials_learned, unlearned.state) == (0, None)
     assert ForeignPolicy(Counting(), read.foreign, CONTEXT, frozen=True).get_state() == made.get_state()
     with pytest.raises(PolicyError, match="set_state failed with AttributeError"):
@@ -125,7 +123,7 @@ def test_policy_file_holds_state_which_only_its_code_can_take():
 @pytest.mark.parametrize("state", [{"asked": nan}, {"asked": "\udcff"}, [1, 2]])
 def test_state_that_no_file_can_hold_is_fault_of_policy(state):
     made = Counting()
-    made.get_state = lambda: state  # type: ignore[method-assign]
+    made.get_state = lambda: state
     learner = wrapped(made)
     with pytest.raises(PolicyError, match="get_state failed with"):
         learner.get_state()

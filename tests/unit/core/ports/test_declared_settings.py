@@ -29,7 +29,7 @@ class Drill(Settings):
     name: str = ""
     lamps: tuple[Annotated[str, OneOf("a", "b")], ...] = ()
     offsets: tuple[float, float] = (0.0, 0.0)
-    labels: dict[str, str] = None  # type: ignore[assignment]
+    labels: dict[str, str] = None
     limit_N: Annotated[float, Range(0.0, above=True)] | None = None
 
     def __post_init__(self):
@@ -81,7 +81,7 @@ class TestSettings:
         assert caught.value.field == f"cell.drill.{place}"
 
     def test_values_are_kept_in_one_form(self):
-        drill = Drill(depth_mm=np.float64(7), offsets=[1, 2], lamps=["a"], limit_N=3)  # type: ignore[arg-type]
+        drill = Drill(depth_mm=np.float64(7), offsets=[1, 2], lamps=["a"], limit_N=3)
         assert drill == Drill(depth_mm=7.0, offsets=(1.0, 2.0), lamps=("a",), limit_N=3.0)
         kept = (drill.depth_mm, drill.offsets[0], drill.limit_N)
         assert [type(value) for value in kept] == [float, float, float]

@@ -1,7 +1,5 @@
 """A dead sensor that shows noise, a recording, and a wrong scale: none of them passes for a live sensor."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,6 @@ from palpate.core.trial import TripReason
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 NOISE = np.array([0.1] * 3 + [0.004] * 3)
-Readings = Iterator[np.ndarray]
 
 
 def live(seed=0, scale=1.0):

@@ -47,7 +47,6 @@ def test_a_trip_latches_until_it_is_acknowledged():
     for _ in range(50):
         done = bench.tick(asked_rad=tuple(q + 1e-3 for q in bench.home_rad))
         assert done.command == held
-        assert done.intervention is not None
         assert done.intervention.trip is trip
     with pytest.raises(
         FaultLatchedError, match=r"supervisor: stopped by a fault \(FORCE_LIMIT: force 31.00 N, limit 30 N\)"
@@ -207,7 +206,6 @@ def test_a_command_that_is_too_fast_is_shortened():
     bench.clean(2)
     asked = with_first(bench.home_rad, bench.home_rad[0] + 0.02)
     done = bench.tick(asked_rad=asked)
-    assert done.intervention is not None
     assert done.intervention.reason is CommandReason.VELOCITY_LIMIT
     assert done.intervention.trip is None
     assert done.intervention.asked_rad == asked
@@ -222,5 +220,4 @@ def test_the_arms_own_reason_goes_before_the_clamps():
     bench.clean(2)
     done = bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))
     stopped = AppliedCommand(bench.home_rad, CommandReason.STOPPED)
-    assert done.intervention is not None
     assert done.intervention.applied(stopped) is stopped

@@ -17,7 +17,6 @@ from palpate.core.ports.values import (
     JointSample,
     Snapshot,
     Validity,
-    Vector3,
     WrenchSample,
 )
 from palpate.core.supervision import SupervisionConfig
@@ -25,7 +24,6 @@ from palpate.core.trial import Expectation, ExplorationArea
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 
-Tick = tuple[Snapshot, JointCommand, Expectation, Vector3 | None]
 HOME, _ = ready_pose()
 FREE = Expectation(contact=False)
 ARM = Kinematics(arm_named("zebra-zero"), TOOL)

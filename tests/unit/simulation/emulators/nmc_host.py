@@ -1,7 +1,5 @@
 """The host's half of the NMC protocol, just enough to test the emulator with."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Serial lines in virtual time and on pseudo-terminals; a CAN bus behind a serial adapter."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -58,7 +58,7 @@ def wrongs(report):
 
 
 def test_everything_is_examined_and_closed_without_power(bench):
-    bench.arm.diagnostics = lambda: {"firmware": "7"}  # type: ignore[attr-defined]
+    bench.arm.diagnostics = lambda: {"firmware": "7"}
     rig, arm, sensor = bench.reports()
     assert arm.facts["firmware"] == "7"
     assert [report.title for report in (rig, arm, sensor)] == ["rig: bench", "arm: mine", "force sensor: yours"]
@@ -82,7 +82,7 @@ def test_nothing_moves_where_something_is_wrong(bench):
 
 
 def test_arm_that_is_its_own_encoder_gets_no_power(bench):
-    bench.adapter = ArmAdapter(bench.arm, bench.arm)  # type: ignore[arg-type]
+    bench.adapter = ArmAdapter(bench.arm, bench.arm)
     _, arm, _ = bench.reports()
     assert any("--move" in finding.text for finding in arm.findings if finding.level is Level.NOTE)
     assert (bench.arm.life, bench.activated) == (Life.CLOSED, [])

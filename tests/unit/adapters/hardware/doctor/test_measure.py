@@ -1,7 +1,6 @@
 """Rates, marks, noise and facts of devices of which only the ports are known, and signs by a person's pushes."""
 
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,7 @@ from palpate.adapters.hardware.doctor.measure import (
 from palpate.adapters.hardware.doctor.move import report_pose
 from palpate.adapters.hardware.doctor.push import PushCheck
 from palpate.adapters.hardware.errors import translated
-from palpate.core.ports import Validity, Vector3, WrenchSample
+from palpate.core.ports import Validity, WrenchSample
 from palpate.drivers.errors import SilentError
 from tests.fake_devices import FakeForceSensor
 
@@ -147,7 +146,6 @@ def test_stated_noise_may_differ_from_the_measured_by_a_factor_of_two(noise_N, i
 
 
 LEVER_M = 0.2
-Feel = Callable[[Vector3, Vector3], tuple[Vector3, Vector3]]
 
 
 class Somebody(Person):

@@ -66,7 +66,6 @@ def test_nothing_is_learned_from_a_marked_trial(learn, tmp_path, monkeypatch):
     perception = build_perception(config)
     policy = learning_policy(config, perception)
     learner = learner_of(policy)
-    assert learner is not None
     before = learner.get_state()
     with SimulatedRig(config, ready_pose()) as rig:
         trainer = Trainer(config, RunFolder(tmp_path), ready_pose(), rig, perception, policy)

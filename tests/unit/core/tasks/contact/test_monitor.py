@@ -96,7 +96,6 @@ def test_a_wrong_response_is_reported_within_a_window(scale, reason_ticks):
         bench.dither(1, scale)
         bench.monitor.wait("to the dither", supported=True)
     trip = bench.state.expectation.doubt
-    assert trip is not None
     assert trip.reason is TripReason.CONTACT_MISMATCH
     measured = float(trip.text.split("along the axis ")[1].split(" ")[0])
     assert measured == pytest.approx(scale * 5.0, rel=0.2)
@@ -122,7 +121,6 @@ def test_a_dead_sensor_is_reported_after_a_second_on_the_spot():
         bench.monitor.wait("to the dither")
         assert (bench.state.expectation.doubt is not None) is (tick >= 140)
     trip = bench.state.expectation.doubt
-    assert trip is not None
     assert trip.reason is TripReason.PLATE_NOT_FELT
 
 

@@ -52,7 +52,7 @@ class Pressed:
 
 def share_of(verdict, sensor=lambda force, rng: force, **others):
     """Share of windows with this verdict, over trials."""
-    runs = [Pressed(sensor, seed=seed, **others).run()[1][60:] for seed in range(8)]  # type: ignore[arg-type]
+    runs = [Pressed(sensor, seed=seed, **others).run()[1][60:] for seed in range(8)]
     return float(np.mean([each is verdict for run in runs for each in run]))
 
 

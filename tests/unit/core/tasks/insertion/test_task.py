@@ -160,7 +160,6 @@ def test_a_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes():
     with world:
         report = run_trial(task, world.ports, TrialSetup(0, 1, START), guard)
     assert report.outcome is Outcome.FORCE_LIMIT
-    assert guard.trip is not None
     assert guard.trip.text == "force 31.00 N, limit 30 N"
     assert guard.latch.cause == f"FORCE_LIMIT: {guard.trip.text}"
 

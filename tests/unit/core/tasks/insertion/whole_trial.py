@@ -2,13 +2,12 @@
 
 from palpate.core.control_loop import run_trial
 from palpate.core.ports.values import CommandReason, JointCommand
-from palpate.core.trial import N_PER_KGF, TrialSetup
+from palpate.core.trial import TrialSetup
 from tests.unit.core.fake_world import FollowTorque, Pit, build_task
 
 HOLE = Pit(1.2e-3, -0.7e-3)
 FAR_AWAY = Pit(0.03, 0.03)
 START = (-1.0e-3, 1.0e-3)
-PRESS_N = 0.5 * N_PER_KGF
 EAST = (0.5e-3, 0.0)
 
 
@@ -26,7 +25,7 @@ class Trial:
         self._on_step = on_step
         self.begin, self.choose, self.conclude = self.task.begin, self.task.choose, self.task.conclude
         with world:
-            run_trial(self, world.ports, TrialSetup(index, 1, start_m))  # type: ignore[arg-type]
+            run_trial(self, world.ports, TrialSetup(index, 1, start_m))
             here = world.arm.position_rad()
             self.stopped = world.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
 

@@ -19,7 +19,6 @@ def seen(force=NONE, torque=NONE, turn=NONE, depth_m=0.0):
 
 
 def spatial(decision):
-    assert decision.action.spatial is not None
     return decision.action.spatial
 
 

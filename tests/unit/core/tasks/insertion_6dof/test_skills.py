@@ -119,7 +119,6 @@ def agent_with(*indices):
 def act(agent, tick, turn_rad=NONE, depth_m=0.0, at=NONE):
     agent.perceive(tick, at, at, NONE, NONE, turn_rad, depth_m)
     decision = agent.choose()
-    assert decision.action.spatial is not None
     return f"{decision.action.name}: {decision.action.spatial.law.value}"
 
 
