@@ -53,4 +53,4 @@ class GarbledError(DriverError):
 
 
 class DeviceFaultError(DriverError):
-    """The device reports a fault of its own."""
+    """The device reports a fault."""

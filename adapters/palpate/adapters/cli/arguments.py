@@ -113,7 +113,7 @@ def _plain(word: str, kind: Any) -> Any:
 T = TypeVar("T")
 
 _EARNED: Final = ("reinforcement", "effort_per_N_s")
-"""What an action earns is in the tables of a run that does not learn, too."""
+"""Settings of the reinforcement, which also appear in the tables of a run without learning."""
 
 
 def parse(kind: type[T], command: str, words: Sequence[str]) -> T:

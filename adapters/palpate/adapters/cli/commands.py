@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from importlib import import_module
 
-# Not even dataclasses and typing: importing them would take longer than all that ``palpate --help`` does.
+# Importing even dataclasses and typing would take longer than the rest of ``palpate --help``.
 
 
 class Command:

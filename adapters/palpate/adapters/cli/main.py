@@ -31,7 +31,7 @@ QUIET_S: Final = 5.0
 
 
 class Interrupts:
-    """Makes the signals that end a process raise KeyboardInterrupt within the context.
+    """Context in which the signals that end a process raise KeyboardInterrupt.
 
     SIGINT and SIGTERM do so also where a shell lets them be ignored. Another signal within ``QUIET_S`` does nothing: it
     would interrupt the closing of logs and devices. Later ones raise again, for a command that still has not ended.
@@ -68,7 +68,7 @@ class Interrupts:
 _LEFT_OUT: Final = ("torch", "pytest")
 """Packages missing in a slim installation, which are imported where they are needed."""
 _DEBUG: Final = "--debug"
-"""With any command: print an error's traceback."""
+"""Option of every command that prints the traceback of an error."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -105,19 +105,19 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
     except KeyboardInterrupt:
         return _stopped()
     except BrokenPipeError:
-        # The reader of our output went away (as `| head` does): nothing to say and nobody to say it to.
+        # The reader of the output has ended, as with `| head`, so there is nothing to report.
         sys.stderr.close()
         return 1
     except OSError as error:
         if error.filename:
             return _fail(PalpateError(f"{error.filename}: {error.strerror}"), 2, debug=debug)
-        # Such as a full disk behind the output.
+        # For example, the output is redirected to a full disk.
         sys.stdout = open(os.devnull, "w")
         return _fail(PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1, debug=debug)
     except Exception as error:
         if not interrupts.raised:
             return _unexpected(error, debug=debug)
-        # Extension modules and callbacks make errors of their own of an interruption.
+        # Extension modules and callbacks turn an interruption into other errors.
         return _stopped()
 
 
@@ -143,14 +143,14 @@ def _fail(error: PalpateError, code: int, *, debug: bool) -> int:
 
 
 def _open_streams() -> None:
-    """Make sure that something takes what is printed, whatever the terminal's characters, and that no file does."""
+    """Make printing safe with closed streams and with characters that the terminal lacks."""
     if sys.stdin is None:
-        # Closed as well: whoever asks a person is answered by nobody.
+        # The input is also closed, so a prompt gets no answer.
         sys.stdin = open(os.devnull)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
-            # The shell closed it: the next file that is opened would get its number.
+            # The shell closed it, so the next file opened would get its number.
             setattr(sys, name, open(os.devnull, "w"))
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -184,7 +184,7 @@ def _run(name: str, words: Sequence[str]) -> int:
     command = known[name]
     options: object = words
     if command.options:
-        # Each command is imported when it runs, after its words were found good: it may load the simulator.
+        # A command is imported after its arguments were checked, because it may load the simulator.
         from palpate.adapters.cli.arguments import parse
 
         options = parse(options_of(command.options), f"{group} {name}".lstrip(), words)

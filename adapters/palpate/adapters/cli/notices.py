@@ -44,7 +44,7 @@ def run_of(
     """Return the run requested by a command."""
 
     def asked(config: RunConfig, ready: ReadyPose) -> Rig:
-        """The rig, not entered: its settings are known to be good, and nothing has got power yet."""
+        """Return the rig before it is opened, after checking its settings and asking for confirmation."""
         accepted = options.accept_kinematics
         rig = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=accepted)
         if options.rig:

@@ -1,4 +1,4 @@
-"""``palpate plan``: the answer on a job before anything moves."""
+"""``palpate plan``: the feasibility of a job, checked before anything moves."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _UNITS: Final = (
     ("_N_s_per_m", 1.0, "N s/m"), ("_m_per_N_s", 1e3, "mm/(N s)"), ("_Nm", 1e3, "mN m"), ("_m", 1e3, "mm"),
     ("_N", 1.0, "N"), ("_s", 1.0, "s"), ("_Hz", 1.0, "Hz"), ("", 1.0, ""),
 )  # fmt: skip
-"""End of a name in SI units, factor to the unit shown, and that unit; the first that fits."""
+"""Suffix of a name in SI units, factor to the displayed unit, and that unit; the first match counts."""
 
 
 def plan(options: PlanOptions) -> int:
-    """Print derived settings, regime and verdict, and what simulated trials give; returns the exit code."""
+    """Print derived settings, regime, verdict and results of simulated trials; return the exit code."""
     picture = Path(options.out or f"{Path(options.job).stem}-plan.png")
     if options.trials and picture.exists():
         raise ConfigurationError("out", str(picture), "a file that does not exist yet")
@@ -40,7 +40,7 @@ def plan(options: PlanOptions) -> int:
     verdict = verdict_on(begun, options.task)
     config = compose("job", verdict.choice.learner, {"seed": options.seed}, task=verdict.choice.task, job=job)
     if config.part.depth_tolerance_mm != begun.part.depth_tolerance_mm:
-        # A task may begin with a tolerance of its own, where the job states none.
+        # A task may have a default tolerance for jobs that state none.
         verdict = verdict_on(config, verdict.choice.task)
     reasons = list(verdict.reasons)
     # Kinds of task load their phases, which a plain insertion's pose does not need.

@@ -1,4 +1,4 @@
-"""How far a command is: a bar on a terminal, a plain line at every tenth of the way elsewhere."""
+"""Progress of a command: a bar on a terminal, elsewhere a plain line at every tenth."""
 
 import sys
 from collections.abc import Iterator
@@ -11,31 +11,31 @@ _PARTS = 10
 
 
 class _Lines:
-    """The same as a bar, for a file or a pipe: carriage returns would fill it."""
+    """Progress for a file or a pipe, which carriage returns would fill."""
 
     def __init__(self, total: int, unit: str, label: str, initial: int) -> None:
         self._total, self._unit, self._label = total, unit, f"{label}: " if label else ""
         self.n, self._also = initial, ""
 
     def update(self, more: int = 1) -> None:
-        """Report n more as done."""
+        """Report n more completed steps."""
         before, self.n = self.n, self.n + more
         if self.n * _PARTS // max(self._total, 1) > before * _PARTS // max(self._total, 1):
             self.write(f"{self._label}{self.n} of {self._total} {self._unit}s{self._also}", sys.stderr)
 
     def set_postfix_str(self, text: str) -> None:
-        """What else the next line holds."""
+        """Set additional text for the next line."""
         self._also = f", {text}"
 
     def write(self, text: str, file: Any) -> None:
-        """A line between the others."""
+        """Print a separate line."""
         file.write(f"{text}\n")
         file.flush()
 
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Iterate, and print what is reported of each step by ``update``; on the error stream."""
+    """Iterate, and print the progress that ``update`` reports to the error stream."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

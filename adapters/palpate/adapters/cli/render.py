@@ -17,7 +17,7 @@ from palpate.core.ports import Range, Settings
 
 ENDINGS: Final = (".mp4", ".gif")
 LEAST_PX: Final = 120
-"""Smaller pictures leave no room for what is written into them."""
+"""Minimum size of a picture; smaller pictures have no room for text."""
 _MOST_PX: Final = 4096
 _GIF_MOST: Final = 2_000
 _MP4_MOST: Final = 20_000
@@ -33,21 +33,21 @@ class RenderOptions(Settings):
     """
 
     log: Annotated[str, tyro.conf.Positional]
-    """The log."""
+    """Log."""
     to: str = ""
-    """The file to make, ending with .mp4 or .gif; it must not be there yet."""
+    """New file for the video, .mp4 or .gif."""
     camera: str = "both"
-    """close-up (plate cut open), arm (all of it), or both (the arm in a corner of the close-up)."""
+    """View: close-up (with a section of the plate), arm (whole arm), or both (the arm in a corner of the close-up)."""
     size: str = ""
-    """WIDTHxHEIGHT in pixels; 640x480 if not given."""
+    """Size in pixels, WIDTHxHEIGHT. Default: 640x480."""
     fps: Annotated[float, Range(0.1, 240.0, text="a number from 0.1 to 240, for .gif from 0.1 to 50")] | None = None
-    """Pictures per second; 25 if not given, 12.5 for .gif."""
+    """Frames per second. Default: 25, or 12.5 for .gif."""
     speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
-    """Seconds of the trial per second of the video: 0.5 shows it at half its speed."""
+    """Speed of the video: 0.5 shows the trial at half speed."""
     begin_s: float | None = None
-    """Where to begin, in seconds of the trial; with the trial if not given."""
+    """Start of the video, in seconds of the trial. Default: start of the trial."""
     end_s: float | None = None
-    """Where to end; with the trial if not given."""
+    """End of the video, in seconds of the trial. Default: end of the trial."""
 
 
 def render(options: RenderOptions) -> int:

@@ -27,12 +27,12 @@ from palpate.core.policy import ForeignEntry, PolicyDocument
 from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
-"""Up to this number each log gets a line; above it, only those that are not equal."""
+"""Maximum number of logs with one line each; above it, only logs with differences are listed."""
 _MOST_EXPLAINED: Final = 10
 
 
 def replay(options: ReplayOptions) -> int:
-    """Replay and report; returns the exit code."""
+    """Replay and report; return the exit code."""
     if not options.logs:
         raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
     changes = read_changes(options)
@@ -40,7 +40,7 @@ def replay(options: ReplayOptions) -> int:
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another folder with --out")
-    # As many as are asked for that have two logs each; unasked, it takes some thirty to make up for a process's start.
+    # Each requested process gets at least two logs. By default it gets thirty, which outweighs the time to start it.
     jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // (2 if options.jobs else 30)))
     began = time.perf_counter()
     replays: list[Replay] = []
@@ -61,7 +61,7 @@ def replay(options: ReplayOptions) -> int:
 
 
 def read_changes(options: ReplayOptions) -> Changes:
-    """What the options change against the record."""
+    """Return the changes of the options relative to the recording."""
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
     policy: PolicyDocument | ForeignEntry | str | None = None
@@ -78,7 +78,7 @@ def read_changes(options: ReplayOptions) -> Changes:
 
 
 def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict: bool) -> None:
-    """Write the table, and an explanation of those that are not equal."""
+    """Write the table, and an explanation for each log with differences."""
     every = verbose or len(replays) <= _FEW
     shown = [one for one in replays if every or one.verdict is not Verdict.EQUAL]
     if shown:
@@ -108,7 +108,7 @@ def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict
 
 
 def table(replays: Sequence[Replay], changes: Changes) -> str:
-    """One line a log."""
+    """Return one line per log."""
     lines = [("log", "ticks", "recorded", "replayed", "result")]
     for one in replays:
         result = one.verdict.value

@@ -27,11 +27,11 @@ _TABLE: Final = CalibrationTable.TABLE
 
 
 class _LeaveError(Exception):
-    """The person ends the calibration."""
+    """The operator ends the calibration."""
 
 
 def calibrate(options: CalibrateOptions) -> int:
-    """Go through the steps, each confirmed; returns the exit code."""
+    """Perform the confirmed steps; return the exit code."""
     options.require("rig", bool(options.rig), "a rig file: palpate rig calibrate --rig FILE")
     if unknown := [step for step in options.steps or ("",) if step not in STEPS]:
         raise ConfigurationError("steps", unknown[0], f"some of {', '.join(STEPS)}")
@@ -40,7 +40,7 @@ def calibrate(options: CalibrateOptions) -> int:
     arm_named(options.run.arm)
     if options.yes and not file.emulated:
         raise UsageError(f"--yes is for emulated rigs only: at {file.name} a person confirms each step")
-    # Steps take minutes: what they find must have a place before the first of them.
+    # Steps take minutes, so the rig file must be writable before the first step.
     if not (os.access(path, os.W_OK) and os.access(path.resolve().parent, os.W_OK)):
         raise OutputError(options.rig, "cannot be written", "make file and folder writable, or name a copy")
     latch = FaultFile(path, options.acknowledge)
@@ -62,13 +62,13 @@ def calibrate(options: CalibrateOptions) -> int:
 
 
 def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> None:
-    """Do a step, and write what it found. The rig is open for it alone: between steps, keys are a person's answers."""
+    """Perform a step and write its result. The rig is open only during a step, because keys answer prompts between."""
     before = RigFile.load(path)
     known = before.calibration
     if step == "hole":
         _require_turn(before)
     config = remeasured(options.run, known.run_settings(options.run.tool), before.facts.noise())
-    # As the sensor is mounted: how it is turned is what is measured.
+    # The wrench stays in the axes of the mounted sensor, because this step measures its mounting angle.
     file = replace(before, calibration=CalibrationTable(), accept_kinematics=options.accept_kinematics)
     ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
     warm_up(config, ready)
@@ -76,7 +76,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
     session = RealTimeSession(config.real_time)
     commissioning = Commissioning(rig, config, session.loop, lambda text: say(f"{step}: {text}"))
     if step == "payload":
-        # Before any device is open.
+        # This check comes before a device is opened.
         commissioning.plan_payload()
     with rig, session:
         for line in (*session.grants, limits_line(config.supervision, config.task)):
@@ -84,15 +84,15 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
         values, text = _measured(step, commissioning, known)
     short = {name: _short(value) for name, value in values.items()}
     try:
-        # At once: a later step may fail.
+        # The result is written at once, because a later step may fail.
         write_into(path, {_TABLE: short})
     finally:
-        # Where the disk is full, too: it took minutes to find.
+        # The result is also printed if the disk is full, because the step took minutes.
         say(f"{step}: {text}")
 
 
 def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) -> tuple[dict[str, Any], str]:
-    """Return what a step finds: values for the rig file, and a text."""
+    """Return the result of a step: values for the rig file, and a text."""
     if step == "payload":
         load = commissioning.payload()
         centre = "; ".join(
@@ -121,18 +121,18 @@ def _confirmed(step: str, *, yes: bool) -> bool:
         answer = sys.stdin.readline()
         if not answer or answer.strip() == "q":
             raise _LeaveError
-        # Anything else, such as "no", does not confirm: it is asked again.
+        # Any other answer, such as "no", does not confirm, and the prompt is repeated.
         if answer.strip() in ("", "s"):
             return not answer.strip()
     return True
 
 
 def _require_turn(file: RigFile) -> None:
-    """The torque leads to the hole, and a turned sensor gives it turned."""
+    """Require the mounting angle of the sensor, because the torque leads to the hole."""
     if file.calibration.mounting_deg is None:
         raise ConfigurationError(f"{_TABLE}.mounting_deg", None, "a number, by the step payload")
 
 
 def _short(value: Any) -> Any:
-    """To six digits: more are noise."""
+    """Round to six digits, because further digits are noise."""
     return tuple(map(_short, value)) if isinstance(value, tuple) else float(f"{value:.6g}")

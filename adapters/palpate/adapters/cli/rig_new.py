@@ -1,4 +1,4 @@
-"""``palpate rig new``: a rig file, or a job file, with every setting and what each means."""
+"""``palpate rig new``: a rig file or a job file with all settings and their meanings."""
 
 import sys
 import textwrap
@@ -26,12 +26,12 @@ _BEGIN: Final = """# Set what is different at your bench, then examine the devic
 """
 _MODEL: Final = "Kinematic model, by name; or urdf, flange and posture_rad; a UR takes calibration = FILE, too."
 _COLUMN, _WIDTH = 36, 118
-"""Column of the comments, and longest line."""
+"""Column of the comments, and maximum length of a line."""
 
 
 @dataclass(frozen=True)
 class RigNewOptions(Settings):
-    """Print a rig file for an arm and a force sensor: every setting, its default and what it means.
+    """Print a rig file for an arm and a force sensor, with all settings, their defaults and their meanings.
 
     palpate rig new --arm ur-rtde --force ati-netft > rig.toml
     palpate rig new --job > job.toml
@@ -42,9 +42,9 @@ class RigNewOptions(Settings):
     force: Annotated[str, OneOf("", *adapter_names("force"))] = ""
     """Adapter of the force sensor."""
     model: str = ""
-    """Kinematic model of the arm, by name, such as ur5e."""
+    """Name of the kinematic model of the arm, such as ur5e."""
     job: bool = False
-    """Print a job file instead: part, tool, place and limits of the paper's peg."""
+    """Print a job file instead, with part, tool, place and limits of the paper's peg."""
 
 
 def new(options: RigNewOptions) -> None:
@@ -77,7 +77,7 @@ def rig_text(arm: str, force: str, model: str = "") -> str:
 
 
 def job_text() -> str:
-    """Return the text of a job file with the paper's peg; what a job need not state is a comment."""
+    """Return the text of a job file with the paper's peg; optional settings are comments."""
     lines = ["# Lines that begin with # show what is taken if nothing is stated."]
     for name in JOB_TABLES:
         table = getattr(Job(), name)
@@ -103,7 +103,7 @@ def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Itera
 
 
 def _line(name: str, value: Any, text: str, *, stated: bool = True) -> str:
-    """A setting with its comment, above it where it does not fit behind; one that states nothing is a comment, too."""
+    """Yield a setting with its comment, on the line above if it is long; a setting without a value is a comment."""
     empty = value is None or value in ("", (), {})
     setting = f"{name} = {'...' if empty else literal(value)}"
     setting = f"# {setting}" if empty or not stated else setting

@@ -35,7 +35,7 @@ from palpate.core.errors import UsageError
 
 
 def train(options: TrainOptions) -> int:
-    """Train, or go on training, and write the run folder; returns the exit code."""
+    """Train or resume training, and write the run folder; return the exit code."""
     if options.from_logs:
         return _fit_to_logs(options)
     config, folder = options.run, RunFolder(Path(options.out or f"runs/{options.run.scenario}"))
@@ -85,8 +85,8 @@ def train(options: TrainOptions) -> int:
 
 
 def _fit_to_logs(options: TrainOptions) -> int:
-    """Fit a belief to recorded trials, report and save; returns the exit code."""
-    # Loaded here, because training by trials needs neither.
+    """Fit a belief to recorded trials, report and save; return the exit code."""
+    # Imported here, because training in trials does not need them.
     from palpate.adapters.log import find_logs
     from palpate.adapters.replay import touches_of
 
@@ -117,7 +117,7 @@ def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> 
 
 
 def _lately(rows: Sequence[TrialRow]) -> str:
-    """Mean time and success of the last trials."""
+    """Return the mean time and the success rate of the last trials."""
     count, temperature = len(rows), rows[-1].temperature
     text = f"time {sum(row.exploration_time_s for row in rows) / count:.2f} s"
     text += f", success {sum(row.success for row in rows) / count:.0%}"
@@ -125,7 +125,7 @@ def _lately(rows: Sequence[TrialRow]) -> str:
 
 
 def results_line(rows: Sequence[TrialRow]) -> str:
-    """Summarise the trials: the first next to the last, without overlap."""
+    """Summarise the first and the last trials, without overlap."""
     count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
     if count <= WINDOW:
         return f"{count} trials, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"

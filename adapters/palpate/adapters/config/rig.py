@@ -59,7 +59,7 @@ class SensorFactsTable(Settings):
 
 @dataclass(frozen=True)
 class OperatorTable(Settings):
-    """Means by which a person stops the arm, besides the emergency stop."""
+    """Stop by an operator, in addition to the emergency stop."""
 
     TABLE: ClassVar[str] = "operator"
 
@@ -73,12 +73,12 @@ RIG_FORMAT: Final = 1
 
 @dataclass(frozen=True)
 class WatchdogTable(Settings):
-    """Watchdog that stops the arm when the control loop sends nothing."""
+    """Watchdog that stops the arm when the control loop sends no set-points."""
 
     TABLE: ClassVar[str] = "watchdog"
 
     setpoint_timeout_ms: Annotated[float, Range(20.0, 60_000.0)] = 100.0
-    """Time without a set-point after which the arm's own process brings it to rest."""
+    """Time without a set-point after which the arm process stops the arm."""
 
     @property
     def timeout_ns(self) -> int:
@@ -93,7 +93,7 @@ class RigFile(Settings):
     TABLE: ClassVar[str] = "rig"
 
     name: Annotated[str, Holds(bool, "a name")]
-    """Name for logs; the file's own if it gives none."""
+    """Name for logs. Default: the name of the file."""
     arm: DeviceEntry
     """The arm."""
     force_sensor: DeviceEntry
@@ -101,25 +101,25 @@ class RigFile(Settings):
     approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
     """Joint speed of the move to the ready pose, before the first trial."""
     arm_lag_ms: Annotated[float, Range(0.0, 500.0)] | None = None
-    """Time by which the arm follows its commands; that of the job's limits if not given."""
+    """Delay of the arm's motion after its commands. Default: the delay in the job's limits."""
     operator: OperatorTable = OperatorTable()
-    """What stops the arm at a person's word."""
+    """Operator stop."""
     watchdog: WatchdogTable = WatchdogTable()
-    """What stops it when something has gone quiet."""
+    """Watchdog of the control loop."""
     facts: SensorFactsTable = SensorFactsTable()
-    """What is stated of the force sensor."""
+    """Stated properties of the force sensor."""
     calibration: CalibrationTable = field(default_factory=CalibrationTable)
-    """What a commissioning has found out."""
+    """Results of the calibration."""
     job: str = ""
-    """Job file of the rig, for commands that are given none."""
+    """Job file of the rig, for commands without --job."""
     emulated: bool = False
     """No real device moves; `palpate emulate` writes it into its rig file."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
-    """Seconds of the emulated devices in a second; 1 for real ones."""
+    """Speed of the emulated devices relative to real time; 1 for real devices."""
     accept_kinematics: bool = False
-    """A person accepts the nominal model of the arm, for this run; no key of the file."""
+    """Whether a person accepts the arm's nominal model for this run; not a key of the file."""
     model: str | ArmDescription = ""
-    """The arm's model, by name or by the URDF of the table ``[arm]``; empty where the file has none."""
+    """Model of the arm: a name, or the URDF in the table ``[arm]``; empty if the file has none."""
 
     @override
     def check(self) -> None:

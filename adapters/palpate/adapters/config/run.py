@@ -82,7 +82,7 @@ class RecordingConfig(Settings):
     enabled: bool = True
     """Record every trial, one log each, in the folder logs of the run's folder."""
     on_trouble: Annotated[str, OneOf("report", "stop")] = "report"
-    """Full disk: report it and go on, or stop the trial."""
+    """Response to a full disk: report it and continue, or stop the trial."""
 
 
 @dataclass(frozen=True)

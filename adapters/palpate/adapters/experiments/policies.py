@@ -203,7 +203,7 @@ def accepted_policies() -> str:
 
 
 def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, str]:
-    """Return the policy file or the code of that name.
+    """Return the policy file or the third-party policy with this name.
 
     Args:
         accepted: Accepted names, for the error; if empty, those of all policies.

@@ -75,7 +75,7 @@ RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
     "trials.png", "compare.csv", "compare.txt", "examples.csv",
 )  # fmt: skip
-"""Files of a run, besides its logs."""
+"""Files of a run other than its logs."""
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
 

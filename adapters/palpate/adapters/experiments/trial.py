@@ -194,14 +194,14 @@ def fit_of(config: RunConfig) -> Fit:
 
 
 def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
-    """Reinforcement of plain actions in the time that is left of a trial's limit."""
+    """Return the reinforcement of plain actions for the remaining time of a trial."""
     ticks = config.task.ticks_per_action
     left = int(max(config.task.time_limit_s - exploration_time_s, 0.0) * CONTROL_RATE_HZ / ticks)
     return left * build_reinforcement(config)(ActionOutcome(ticks * PERIOD_S, 0.0))
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
-    """What of a log's end record only the truth can fill; nothing where it is unknown."""
+    """Return the fields of a log's end record that need the ground truth; empty if it is unknown."""
     if scored.truth is None:
         return {}
     return {
@@ -214,7 +214,7 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
 
 
 def objections(report: TrialReport, config: AdmissionConfig) -> str:
-    """Why a trial's timing does not count; empty when it does. Reasons are apart by semicolons, figures in brackets."""
+    """Return why a trial is flagged for its timing, or an empty text; semicolons separate the reasons."""
     timing, ticks = report.timing, max(report.ticks, 1)
     found = []
     if timing.worst_late_ns > config.max_late_ms * 1e6:
@@ -229,7 +229,7 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
 
 
 def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
-    """Refuse to go on after a trip on a rig of devices; ``first`` is the index of the trial that is number 0.
+    """Refuse to continue after a trip on a rig with devices; ``first`` is the index of the trial that is number 0.
 
     Raises:
         DeviceError: With the trial's number, as tables have it.

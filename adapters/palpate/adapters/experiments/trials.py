@@ -22,7 +22,7 @@ class TrialsObserver(LoopObserver):
     """An observer of trial after trial, such as a live view."""
 
     def of(self, trials: Trials) -> None:
-        """Be told whose trials come next."""
+        """Receive the trials that run next."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class Recording:
 
     @property
     def troubles(self) -> list[str]:
-        """What could not be recorded."""
+        """Failures of recording."""
         return [] if self.recorder is None else self.recorder.troubles
 
     @property
     def timing(self) -> str:
-        """How punctual the loop was; empty in the simulator."""
+        """Timing of the loop; empty in the simulator."""
         return "" if self.session is None else self.session.report()
 
 

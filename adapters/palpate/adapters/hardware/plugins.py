@@ -34,7 +34,7 @@ T = TypeVar("T")
 
 
 def _as_it_is() -> None:
-    """Nothing to be asked for."""
+    """Do nothing."""
 
 
 def _to_stderr(line: str) -> None:
@@ -43,7 +43,7 @@ def _to_stderr(line: str) -> None:
 
 @dataclass(frozen=True)
 class RigContext:
-    """Context of an adapter besides its own settings.
+    """Context of an adapter, in addition to its settings.
 
     Attributes:
         clock: The run's clock; samples carry its time.

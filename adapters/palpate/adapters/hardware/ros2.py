@@ -62,7 +62,7 @@ class Ros2ArmTable(Ros2Table, ArmTable):
     joints: tuple[str, ...] = ()
     """Names of the joints in the messages, base first. If not given: those of the model."""
     mode: Annotated[str, OneOf(_POSITIONS, _VELOCITIES)] = _POSITIONS
-    """What is commanded."""
+    """Kind of command."""
     stops_without_commands: bool = False
     """The robot's driver stops the arm by itself when commands end. Velocities need it."""
 

@@ -34,9 +34,9 @@ class UrTable(ArmTable):
     host: Host = "192.168.1.100"
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
-    """Rate of its data."""
+    """Rate of the sensor data."""
     guard_N: Annotated[float, Range(0.0, 500.0)] = 0.0
-    """Change of the tool force that stops the arm, whatever other sensor there is; 0 watches nothing."""
+    """Change of the tool force at which the arm stops, even with another sensor; 0 disables the check."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = 0.03
     """servoj's look-ahead: it smoothes, and the arm is late by it."""
     gain: Annotated[float, Range(100.0, 2000.0)] = 1000.0
@@ -50,7 +50,7 @@ class UrToolTable(SensorTable):
     host: Host = "192.168.1.100"
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
-    """Rate of its data."""
+    """Rate of the sensor data."""
 
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:

@@ -38,7 +38,7 @@ _OTHERS: Final = ("ur3", "ur5", "ur10", "z1")
 
 @dataclass(frozen=True)
 class CountsFile(CountsStore):
-    """Keeps the counters in a file."""
+    """Storage of the counters in a file."""
 
     path: Path
 
@@ -73,7 +73,7 @@ class ZebraTable(ArmTable):
     at_home: bool = False
     """A person's word that the arm rests in its home pose whenever its controller was switched on."""
     counts_file: str = ""
-    """Where the counters are kept from run to run; empty keeps them nowhere."""
+    """File that keeps the counters between runs; empty disables it."""
     joint1_sign: Annotated[int, OneOf(1, -1)] = 1
     """Sense in which joint 1 counts."""
     wrist_factor: Annotated[float, Range(0.1, 10.0)] = 1.0
@@ -88,7 +88,7 @@ class ZebraTable(ArmTable):
     """Limit of each joint's acceleration, kept by firmware that runs trapezoids."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
     reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = 100.0
-    """What the modules get to wake after a reset."""
+    """Time for the modules to restart after a reset."""
 
 
 def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:

@@ -64,7 +64,7 @@ class Track(Generic[T]):
 
     @property
     def left(self) -> bool:
-        """Whether results are left."""
+        """Whether results remain."""
         while not self._items:
             if not self._load():
                 return False

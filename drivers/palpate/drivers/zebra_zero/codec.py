@@ -32,7 +32,7 @@ ALTERNATIVE_WRIST_FACTOR: Final = 24.0 / 17.33
 
 Six: TypeAlias = tuple[float, float, float, float, float, float]
 SixCounts: TypeAlias = tuple[int, ...]
-"""Of the six motors."""
+"""Counts of the six motors."""
 
 
 def six(values: Sequence[float]) -> Six:

@@ -27,7 +27,7 @@ from palpate.drivers.zebra_zero.tracking import Rounds, Tracking
 
 
 class CountsStore(Protocol):
-    """Keeps the counters between runs."""
+    """Storage of the counters between runs."""
 
     def load(self) -> Sequence[int] | None:
         """Return the counters of an earlier run; None if there are none.

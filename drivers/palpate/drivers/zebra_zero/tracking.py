@@ -115,13 +115,13 @@ class Rounds:
         """
         for axis, command in zip(AXES, commands, strict=True):
             self._visit(axis, command)
-        # Also when an axis gave no news: the others may be where they must not be.
+        # This check also runs without news of an axis, because the other axes may be outside their limits.
         fault = self.beyond_limits() if self._servos.on else None
         if fault is not None:
             raise fault
 
     def look_once(self) -> None:
-        """Takes the positions at rest, as far as they are to be had."""
+        """Read the positions of all axes once; skip axes that do not reply."""
         with suppress(DriverError):
             for axis in AXES:
                 reply = self._bus.attempt(axis, NOP)
@@ -129,7 +129,7 @@ class Rounds:
                     self._tracking.take(axis, reply, self._clock_ns(), is_driven=axis in self._servos.on)
 
     def beyond_limits(self) -> ArmFaultError | None:
-        """The fault that the newest pose is, or None."""
+        """Return the fault if the newest pose is outside the limits, or None."""
         position = self._tracking.position_rad
         joint = self._settings.limits.outside(position, LIMIT_TOLERANCE_RAD)
         if joint is None:

@@ -46,7 +46,7 @@ class Series(NamedTuple, Generic[SampleT]):
 
 
 class MeasuredNoise(NamedTuple):
-    """Noise of a sensor at rest, the worst channel of each kind, and its rate."""
+    """Noise of an unloaded, stationary sensor in the worst channel of each kind, and its rate."""
 
     force_N: float
     torque_Nm: float
@@ -93,7 +93,7 @@ def report_pace(series: Series[SampleT], expected_Hz: float | None, report: Devi
 
 
 def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> MeasuredNoise | None:
-    """Judge noise and range of a force sensor at rest; return the noise if it can be measured."""
+    """Check noise and range of a stationary force sensor; return the noise if it can be measured."""
     samples = [sample for sample in series.samples if sample.validity is not Validity.INVALID]
     if len(samples) < 2:
         report.add(Level.WRONG, Topic.NOISE, f"{len(samples)} usable samples", "check cable and power, then try again")
