@@ -10,8 +10,8 @@ class Command:
     """One command.
 
     Args:
-        function: ``module:function`` that runs it, in this room; empty for a group of commands.
-        options: ``module:Class`` of its options; empty where it takes none.
+        function: ``module:function`` of this package that runs it; empty for a group of commands.
+        options: ``module:Class`` of its options; empty if it has none.
     """
 
     def __init__(self, text: str, function: str = "", options: str = "") -> None:

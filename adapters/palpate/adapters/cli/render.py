@@ -101,9 +101,9 @@ def _size(text: str) -> tuple[int, int]:
 
 @contextmanager
 def _mujoco_without_graphics() -> Iterator[None]:
-    """MuJoCo loads the library that MUJOCO_GL names as it is imported, and breaks where that is missing.
+    """Context in which importing MuJoCo loads no graphics library; it fails if that of MUJOCO_GL is missing.
 
-    Here it shall load none: which one works is found out later.
+    A working library is selected later.
     """
     before = dict(os.environ)
     os.environ["MUJOCO_GL"] = "off"

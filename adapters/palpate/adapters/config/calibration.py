@@ -20,17 +20,17 @@ class CalibrationTable(Settings):
     TABLE: ClassVar[str] = "calibration"
 
     weight_N: Annotated[float, Range(0.0, 1000.0)] | None = None
-    """Weight of all that hangs on the force sensor; instead of tool.mass_kg."""
+    """Mass of everything attached to the force sensor; replaces tool.mass_kg."""
     centre_of_mass_mm: Vector3 | None = None
-    """Its centre of mass, from the sensor's origin, frame of the tool; instead of tool.centre_of_mass_mm."""
+    """Centre of mass from the sensor's origin, frame of the tool; replaces tool.centre_of_mass_mm."""
     mounting_deg: Annotated[float, Range(-180.0, 180.0)] | None = None
-    """Turn of the sensor about the tool's axis, from x towards y; its samples are turned back by it."""
+    """Rotation of the sensor about the tool's axis, from x towards y; samples are corrected for it."""
     plate_mm: Annotated[float, Range(-2000.0, 2000.0)] | None = None
-    """Height of the plate, base frame; instead of place.z_mm."""
+    """Height of the plate, base frame; replaces place.z_mm."""
     hole_mm: tuple[float, float] | None = None
-    """Place of the hole, x and y, base frame; instead of place.x_mm and y_mm."""
+    """Position of the hole, x and y, base frame; replaces place.x_mm and y_mm."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
-    """Stiffness along the tool, of gripper, arm and plate; instead of tool.axial_N_per_mm."""
+    """Stiffness of gripper, arm and plate along the tool; replaces tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
         """Return the tables of a job with the measured values.

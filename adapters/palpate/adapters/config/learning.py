@@ -52,7 +52,7 @@ def learner_in(path: str) -> str:
 
 @dataclass(frozen=True)
 class LearningConfig(Settings):
-    """The learner, what it is rewarded for, and what is programmed."""
+    """The learner, its reinforcement, and programmed states."""
 
     TABLE: ClassVar[str] = "learning"
 
@@ -61,34 +61,34 @@ class LearningConfig(Settings):
     alpha_visits: HalvingVisits = 50.0
     """Visits that halve the learning rate of a state-action pair; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.05
-    """The learning rate never falls below this."""
+    """Minimum learning rate."""
     gamma: Discount = 1.0
-    """Discount."""
+    """Discount factor."""
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
     """Q before the first visit: near what the way to the goal costs. From 0, which promises the goal at once, values
     sink for hundreds of trials and hide which action is best."""
     rule_lead: Annotated[float, Range(0.0, 1e6)] = 0.0
-    """Initial lead in Q of the skills that the task's own rule would take; 0 starts all equally."""
+    """Optimistic prior in Q for the skills that the task's rule would choose; 0 starts all skills equally."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95
-    """Its factor from trial to trial."""
+    """Factor of the temperature from trial to trial."""
     temperature_floor: Temperature = 0.2
-    """It never falls below this: states are aliased, and a greedy policy would loop in them."""
+    """Minimum temperature during training: states are aliased, and a greedy policy would loop in them."""
     temperature_in_use: Temperature = 0.1
-    """Temperature of the policy when it is used without learning, where this is below the floor."""
+    """Temperature of the policy without learning, if it is below the floor."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
-    """Lambda of sarsa and skills."""
+    """Trace decay lambda of sarsa and skills."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"
     """action-penalty: -1 per action; effort: force beyond the pressing force costs too; time: -10 per second."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
-    """Reward per newton second of that excess."""
+    """Reward per newton second of force beyond the pressing force."""
     belief: BeliefParameters = field(default_factory=BeliefParameters)
     hmm: HmmParameters = field(default_factory=HmmParameters)
     programmed: dict[str, str] = field(default_factory=dict)
-    """State name to action name: these states are programmed, not learned."""
+    """Programmed states, which are not learned: state name to action name."""
     examples: str = ""
-    """CSV file with state and action columns (such as decisions.csv of a run): its states act by example."""
+    """CSV file with columns state and action, such as decisions.csv of a run, which gives the actions of its states."""
 
     @override
     def check(self) -> None:

@@ -36,30 +36,30 @@ class PerceptionConfig(Settings):
     TABLE: ClassVar[str] = "perception"
 
     cutoff_Hz: Annotated[float, _BELOW_HALF_THE_RATE] = 4.0
-    """Cut-off of the Butterworth low-pass on the six wrench channels."""
+    """Cut-off frequency of the Butterworth low-pass filter on the six wrench channels."""
     filter_order: Annotated[int, Range(1, 2)] = 2
-    """Its order, 1 or 2."""
+    """Order of the low-pass filter, 1 or 2."""
     calibration: tuple[_Factor, _Factor, _Factor, _Factor, _Factor, _Factor] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
-    """Factors on the sensor's Fx Fy Fz Tx Ty Tz after taring."""
+    """Factors applied to Fx, Fy, Fz, Tx, Ty and Tz after taring."""
     features: Annotated[str, OneOf("channels", "pca", "som")] = "channels"
     """channels: chosen by task knowledge; pca: principal components; som: self-organising map."""
     channels: _Channels = ("x", "y", "tx", "ty")
-    """Channels used (or, for pca and som, reduced): x y z fx fy fz tx ty tz."""
+    """Channels to use, or for pca and som to reduce: x y z fx fy fz tx ty tz."""
     components: Annotated[int, Range(1, len(CHANNELS))] = 2
-    """Components kept by pca."""
+    """Number of principal components for pca."""
     som_side: Annotated[int, Range(2, 50)] = 6
-    """The self-organising map has this many rows and columns."""
+    """Number of rows and of columns of the self-organising map."""
     symbols: Annotated[str, OneOf("regions", "grid", "random", "clusters", "skills")] = "regions"
     """regions: the paper's 17; grid: every combination of bands (81); random: random partition; clusters: k-means;
     skills: the task's own situations, in which its programmed skills are the actions."""
     position_threshold_mm: Annotated[float, Range(0.001, 100.0)] = 1.0
-    """Positions nearer to the nominal goal than this count as zero."""
+    """Distance from the nominal goal below which a position counts as zero."""
     torque_threshold_kgf_mm: Annotated[float, Range(0.001, 1000.0)] = 0.7
-    """Torques smaller than this count as zero."""
+    """Torque below which a value counts as zero."""
     symbol_count: Annotated[int, Range(2, 1000)] = 17
-    """Number of symbols of random and clusters."""
+    """Number of symbols for random and clusters."""
     fit_trials: Annotated[int, Range(1, 1000)] = 10
-    """Random-walk trials whose samples fit pca, som, clusters and the bounds of random."""
+    """Number of random-walk trials to fit pca, som, clusters and the bounds of random."""
     memory: str = "none"
     """none: a state is a symbol; last-action: the last symbol and the kind of action before; last-2, last-3: the last
     symbols; an automaton file (.json): its states."""
@@ -80,43 +80,43 @@ class RecordingConfig(Settings):
     TABLE: ClassVar[str] = "recording"
 
     enabled: bool = True
-    """Record every trial, one log each, in the folder logs of the run's folder."""
+    """Record each trial as a log in the subfolder logs of the run's folder."""
     on_trouble: Annotated[str, OneOf("report", "stop")] = "report"
     """Response to a full disk: report it and continue, or stop the trial."""
 
 
 @dataclass(frozen=True)
 class AdmissionConfig(Settings):
-    """Timing that a trial must keep to count. In the simulator every trial is admitted."""
+    """Limits on the timing of an accepted trial. In the simulator every trial is accepted."""
 
     TABLE: ClassVar[str] = "admission"
 
     max_late_ms: Annotated[float, Range(0.1, 10_000.0)] = 20.0
-    """Longest time by which a tick may begin late."""
+    """Maximum delay of a tick."""
     max_late_share: Annotated[float, Range(0.0, 1.0)] = 0.05
-    """Share of ticks that may begin more than a millisecond late."""
+    """Maximum share of ticks that begin more than a millisecond late."""
     max_skipped_share: Annotated[float, Range(0.0, 1.0)] = 0.02
-    """Share of the schedule's slots that may go by without a tick."""
+    """Maximum share of slots in the schedule without a tick."""
     max_repeated_share: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Share of ticks in which a sensor may have nothing new; an arm's bus at half the rate has half."""
+    """Maximum share of ticks without a new sample; an arm on a bus with half the rate has one half."""
     learn_from_marked: bool = False
-    """Learn from trials that are not admitted, too."""
+    """Also learn from flagged trials."""
 
 
 @dataclass(frozen=True)
 class RealTimeConfig(Settings):
-    """Real-time behaviour of the control loop. If the system refuses one, this is printed and the run continues."""
+    """Real-time settings of the control loop. A setting that the system refuses is reported, and the run continues."""
 
     TABLE: ClassVar[str] = "real_time"
 
     scheduling: bool = False
-    """Ask for the real-time scheduling class (SCHED_FIFO) while a trial runs."""
+    """Request the real-time scheduling class (SCHED_FIFO) while a trial runs."""
     priority: Annotated[int, Range(1, 99)] = 50
-    """Priority in it, 1 to 99."""
+    """Real-time priority, 1 to 99."""
     lock_memory: bool = False
-    """Keep the memory of the process from being paged out."""
+    """Lock the memory of the process, so that it is not paged out."""
     cpu: Annotated[int, Range(-1, 4096)] = -1
-    """Keep the loop on this CPU while a trial runs; -1 leaves it to the system."""
+    """CPU of the loop while a trial runs; -1 lets the system choose."""
     freeze_objects: bool = False
     """Exempt the objects that exist at the start from garbage collection."""
 
@@ -137,7 +137,7 @@ class RunConfig(Settings):
     """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one that another package
     brings; in TOML a table [arm] as well, with urdf, flange and posture_rad of an arm of your own."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
-    """Every random stream of every trial follows from it."""
+    """Seed of all random streams."""
     part: PartConfig = field(default_factory=PartConfig)
     tool: ToolConfig = field(default_factory=ToolConfig)
     place: PlaceConfig = field(default_factory=lambda: PlaceConfig(start_uncertainty_mm=3.0))

@@ -18,11 +18,11 @@ class CanBusTable(Settings):
     interface: str = "socketcan"
     """Kind of CAN interface, as python-can calls it."""
     channel: str = "can0"
-    """Its name."""
+    """Name of the channel."""
     bitrate: _BitRate = 1_000_000
-    """Bits a second."""
+    """Bit rate in bits per second."""
     can: Mapping[str, Any] = field(default_factory=dict)
-    """Whatever else python-can takes for this kind of interface, as it is; wins over the three above."""
+    """Further python-can options for this interface, passed unchanged; they override the three settings above."""
 
     @override
     def check(self) -> None:

@@ -40,11 +40,11 @@ logging.getLogger("can").addHandler(logging.NullHandler())
 
 _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
 FRAME_TIMEOUT_S: Final = 0.05
-"""Longest wait for an adapter that does not take one frame; at 115200 baud a frame lasts 2.4 ms (CALC)."""
+"""Time limit for an adapter to accept a frame; at 115200 baud a frame takes 2.4 ms (CALC)."""
 OPEN_TIMEOUT_S: Final = 1.0
-"""The same while the bus is opened: nothing moves yet, and a computer that is held up loses 50 ms (MEASURED)."""
+"""Time limit while the bus is opened: nothing moves yet, and a busy computer may lose 50 ms (MEASURED)."""
 _STALLED_S: Final = 0.001
-"""The same once it has not taken one: a stop consists of many frames. Not 0, with which pyserial loops (FACT)."""
+"""Time limit after a frame was not accepted, because a stop consists of many frames. With 0, pyserial loops (FACT)."""
 
 
 class BoundedSlcanBus(slcanBus):

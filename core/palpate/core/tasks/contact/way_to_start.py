@@ -67,7 +67,7 @@ class Transfer(RunningPhase):
 
 
 class Settle(RunningPhase):
-    """Keeps the tool stationary while vibrations decay, then while the sensor is tared.
+    """Phase that keeps the tool stationary while vibrations decay and the sensor is tared.
 
     Attributes:
         bias: The wrench used as zero afterwards, (6,), N and N m, sensor frame; None before.
