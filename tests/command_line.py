@@ -1,11 +1,4 @@
-"""The command line for tests: called in this process, or in one of its own where that is what a test is about.
-
-Processes of their own are kept for: the installed script and its exit code, what starting up imports, a reader of the
-output that goes away, Ctrl-C upon training and studies (tests/cli/test_processes.py, test_study.py), the wheel
-(tests/integration/test_wheel.py), pytest in another repository (test_pytest_plugin.py), workers
-(tests/unit/adapters/experiments/test_processes.py), an interpreter that has imported nothing yet (test_gymnasium.py),
-and emulated rigs.
-"""
+"""The command line for tests: called in this process, or in one of its own where that is what a test is about."""
 
 import io
 import os

@@ -62,11 +62,7 @@ def golden_here(tmp_path_factory):
 
 
 def pytest_configure():
-    """Wait for no disk, and take Ctrl-C as ever.
-
-    That also where the tests run in the background of a script and have inherited to ignore it; the processes that they
-    start, and interrupt, inherit it in turn.
-    """
+    """Wait for no disk, and take Ctrl-C as ever, also in the background of a script, where it is ignored."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     # What tests write need not outlast a power cut.
@@ -91,11 +87,7 @@ def pytest_collection_finish(session):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """Let tests that run against the wall clock go before others, and all that a test starts with it.
-
-    ``make test`` runs them by themselves; this is for whoever runs all tests at once. Without them no test steps back:
-    on a machine that is busy otherwise it would come to nothing. Only root may take a low priority back.
-    """
+    """Let tests against the wall clock go before others where both run. Only root may take a low priority back."""
     if item.config.stash[MIXED] and os.geteuid() == 0:
         os.setpriority(os.PRIO_PROCESS, 0, 0 if item.nodeid.startswith(WALL_CLOCK) else 10)
 

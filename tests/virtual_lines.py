@@ -19,11 +19,7 @@ _SDO_WAIT_NS = 20_000_000
 
 
 class VirtualPort:
-    """A serial port as of pyserial, with an emulated device at its far end.
-
-    Attributes:
-        is_whole: Whether the cable beyond the adapter is: cut, it carries nothing either way.
-    """
+    """A serial port as of pyserial, with an emulated device at its far end; its cable is whole or cut."""
 
     def __init__(self, clock, emulator, *, paced=True):
         self.line = SerialLine(emulator, paced=paced)
@@ -84,11 +80,7 @@ class VirtualPort:
 
 
 class VirtualCan:
-    """A CAN bus with emulated nodes; hosts hear every frame of the nodes.
-
-    Attributes:
-        is_whole: Whether the cable to the hosts is: cut, it carries nothing either way.
-    """
+    """A CAN bus with emulated nodes; hosts hear every frame of the nodes."""
 
     def __init__(self, clock, nodes, **options):
         self.wire = EmulatedCanBus(tuple(nodes), **options)

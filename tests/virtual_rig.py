@@ -30,11 +30,7 @@ _TIMEOUT_NS = 100_000_000
 
 
 class VirtualCell(EmulatedCell):
-    """The cell with its devices on a virtual desk, a tick of physics each control period.
-
-    Args:
-        late_ns: By how much its ticks come late, of their number; where it was away it makes up for what it missed.
-    """
+    """The cell with its devices on a virtual desk, a tick of physics each control period."""
 
     def __init__(
         self, desk, config, ready, emulation, begin_ns,

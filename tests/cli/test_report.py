@@ -7,8 +7,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from scipy.stats import t
 
+from palpate.adapters.experiments import mean_with_interval
 from tests.command_line import QUICK, CommandLine, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
@@ -132,17 +132,14 @@ def test_a_study_says_what_its_trials_say(palpate, study):
     names, figures = page.cells["th"][8:], page.cells["td"]
     for number, name in enumerate(names):
         policy, step = name.split(", task.step_mm = ")
-        seeds, _, _, mean, *_ = figures[8 * number : 8 * number + 8]
-        parts = [
-            lines_of(study / "conditions" / f"{policy},step_mm={step},seed={seed}" / "trials.csv") for seed in SEEDS
-        ]
+        folders = [study / "conditions" / f"{policy},step_mm={step},seed={seed}" for seed in SEEDS]
         # Half of the trials of a learner as short as this one count, all of the others.
-        parts = [part[-(TRIALS // 2) :] if policy == "q-learning" else part for part in parts]
+        counted = TRIALS // 2 if policy == "q-learning" else TRIALS
+        parts = [lines_of(folder / "trials.csv")[-counted:] for folder in folders]
         means = [sum(float(row["exploration_time_s"]) for row in part) / len(part) for part in parts]
-        half = t.ppf(0.975, 1) * abs(means[0] - means[1]) / 2
-        middle = sum(means) / 2
-        assert seeds == "2"
-        assert mean == f"{middle:.2f} [{max(0.0, middle - half):.2f}, {middle + half:.2f}]"
+        middle, low, high = mean_with_interval(means)
+        assert figures[8 * number] == "2"
+        assert figures[8 * number + 3] == f"{middle:.2f} [{max(0.0, low):.2f}, {high:.2f}]"
     assert len(names) == 4
 
 

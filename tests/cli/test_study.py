@@ -1,7 +1,4 @@
-"""``palpate study``: conditions like runs of their own, interrupted, failed, continued.
-
-A worker that is killed, and the same bytes from several: ``test_study_cluster.py``.
-"""
+"""``palpate study``: conditions like runs of their own, interrupted, failed, continued."""
 
 import os
 import signal

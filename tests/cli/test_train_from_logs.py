@@ -7,8 +7,7 @@ import pytest
 
 
 def learned(folder):
-    belief = json.loads((folder / "policy.json").read_text())["learner"]["state"]
-    return belief
+    return json.loads((folder / "policy.json").read_text())["learner"]["state"]
 
 
 def test_the_logs_of_a_belief_give_what_it_learned_itself(palpate):

@@ -63,15 +63,6 @@ def test_a_violation_says_what_was_seen_and_what_is_wanted():
     )
 
 
-def test_a_life_that_fails_is_told_step_by_step():
-    kind = next(kind for _, kind, _ in UNSAFE if kind.__name__ == "AcknowledgeActivates")
-    with pytest.raises(ContractViolation) as caught:
-        FORCE.trying(kind).test_life_follows_the_table()
-    message = str(caught.value)
-    assert message.startswith("life (")
-    assert message.endswith(", fault, acknowledge_fault()): observed Life.ACTIVE; the contract wants Life.CONFIGURED")
-
-
 def test_a_missing_knob_is_not_a_pass():
     suite = FORCE.trying(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
     with pytest.raises(ClauseNotApplicable, match="this rig has no go_silent"):
@@ -87,8 +78,3 @@ def test_a_sensor_slower_than_the_loop_keeps_the_contract():
 
     suite = FORCE.trying(type("Slow", (FakeForceSensor,), {"read": every_third_tick}), go_silent=None, settle_ticks=3)
     assert failed(suite) == {}
-
-
-def test_a_rig_whose_clock_stands_still_is_told_so():
-    silence = failed(FORCE.trying(advance=lambda ticks: None))["test_silence_is_marked"]
-    assert "advance() to pass time" in silence

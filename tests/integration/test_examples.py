@@ -22,10 +22,7 @@ QUICK = frozenset(ALL) - {"replay_gate", "system_identification"}
 
 
 class Example:
-    """Runs examples, as ``python examples/NAME.py`` would, and reads what they print.
-
-    In this process, because loading simulator and learners would take longer than the examples do.
-    """
+    """Runs examples, as ``python examples/NAME.py`` would, and reads what they print."""
 
     def __init__(self, monkeypatch, capfd):
         self._monkeypatch, self._capfd = monkeypatch, capfd
@@ -45,10 +42,7 @@ class Example:
         return 0
 
     def printed(self, name, out):
-        """What the quick form prints; it must go well, and end by telling where to look.
-
-        A call with a slip of the pen must do nothing before.
-        """
+        """What the quick form prints; it must go well, and end by telling where to look."""
         assert "--outt" in self.complaint(name, "--outt", out)
         assert not out.exists()
         code = self.code(name, *(["--quick"] if name in QUICK else []), "--out", out)

@@ -7,7 +7,6 @@ LeRobot finds it, or what it writes.
 import importlib
 import importlib.util
 import sys
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -100,13 +99,6 @@ def plugin(monkeypatch):
     yield importlib.import_module(NAME)
     for name in [name for name in sys.modules if name.startswith(NAME)]:
         del sys.modules[name]
-
-
-def test_lerobot_finds_it_by_its_name_and_its_module_by_that():
-    project = tomllib.loads((PACKAGE / "pyproject.toml").read_text())["project"]
-    # LeRobot imports what a distribution is called, when that begins with lerobot_robot_.
-    assert project["name"] == NAME
-    assert (PACKAGE / NAME / "__init__.py").is_file()
 
 
 def test_it_records_wrench_source_times_and_the_applied_command(plugin, tmp_path):

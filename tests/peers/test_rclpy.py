@@ -54,8 +54,7 @@ class Peer:
     def ended(self):
         """What it has seen."""
         seen, _ = self.process.communicate(timeout=20)
-        found = json.loads(seen)
-        return found
+        return json.loads(seen)
 
 
 @contextmanager

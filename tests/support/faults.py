@@ -1,13 +1,4 @@
-"""Faults injected at the four ports: decorators that behave like broken devices, wires and clocks.
-
-A decorated port still *is* the port, so that a trial runs over it unchanged::
-
-    plans = [FaultPlan("drop", "force_sensor", first_tick=300, duration_ticks=20)]
-    run_trial(task, faulty(rig.ports, plans), setup)
-
-A stop and the life cycle always pass through. The rig keeps the plain ports; decorate again for each trial, because
-ticks count from a port's first use.
-"""
+"""Faults injected at the four ports: decorators that behave like broken devices, wires and clocks."""
 
 import zlib
 from collections import deque

@@ -1,8 +1,4 @@
-"""Fuzz target: what CiA 402 drives say. No frame may raise, grow memory, or outlast an acknowledgement.
-
-The whole driver runs, set up and enabled, on a bus in virtual time with emulated drives; the input is what comes
-instead of, or in addition to, the drives' answers to each SYNC.
-"""
+"""Fuzz target: what CiA 402 drives say. No frame may raise, grow memory, or outlast an acknowledgement."""
 
 from palpate.drivers.device import ArmState
 from palpate.drivers.errors import DriverError

@@ -1,8 +1,4 @@
-"""Fuzz target: the NMC driver and the arm on it, on a line whose every read delivers a piece of the input.
-
-Reply decoder and the whole arm run on one input. Nothing but a ``DriverError`` may come out, a stop
-must return, and an accepted reply must carry the right sum.
-"""
+"""Fuzz target: the NMC driver and the arm on it, on a line whose every read delivers a piece of the input."""
 
 from contextlib import suppress
 

@@ -5,10 +5,9 @@ of the wrist sensor are off; the encoders keep their steps. Positions are in the
 """
 
 from functools import cache
-from math import atan2, cos, degrees, hypot, pi, radians, remainder, sin, sqrt
+from math import atan2, cos, degrees, hypot, pi, remainder, sin, sqrt
 
 import numpy as np
-import pinocchio as pin
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
@@ -21,7 +20,6 @@ from palpate.core.perception import SignalProcessor
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Snapshot
 from palpate.core.trial import N_PER_KGF, Measurement, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
-from palpate.simulation.work_cell.model import quaternion
 from tests.support.tool import TOOL
 
 LEAST_OFFSET_M, MOST_OFFSET_M = 0.3e-3, 3e-3
@@ -123,14 +121,7 @@ class Bench:
     # Figures.
 
     def cue_error_deg(self, offset_m, heading, step_heading=None):
-        """Angle between the direction in which the torque tells the hole to be, and the truth.
-
-        Args:
-            offset_m: Distance of the peg's axis from the hole's.
-            heading: Where the peg is, seen from the hole, rad.
-            step_heading: The peg gets there by an exploratory step in this direction, and the torque is read when
-                the step's time is over; None if it comes straight down and is given time.
-        """
+        """Angle between the direction in which the torque tells the hole to be, and the truth."""
         x, y = offset_m * cos(heading), offset_m * sin(heading)
         if step_heading is None:
             self.press(x, y)
@@ -173,22 +164,6 @@ class Bench:
                 caught = miss
             else:
                 missed = miss
-        return 0.5 * (caught + missed)
-
-    def turn_hole(self, yaw_rad):
-        """From the next start on the hole is turned by that about its axis."""
-        cell, turned = self.rig.cell, pin.exp3(np.array([0.0, 0.0, yaw_rad]))
-        cell.model.body_quat[cell.model.body("plate").id] = quaternion(self._goal.rotation @ turned)
-
-    def capture_in_yaw_deg(self, resolution_deg=0.01):
-        """The largest yaw of the hole at which the peg, pressed down on its axis, drops in."""
-        caught, missed = 0.0, 4.0
-        while missed - caught > resolution_deg:
-            yaw_deg = 0.5 * (caught + missed)
-            self.turn_hole(radians(yaw_deg))
-            self.press(0.0, 0.0, 90)
-            caught, missed = (yaw_deg, missed) if self.rig.truth().depth_m > _DROP_M else (caught, yaw_deg)
-        self.turn_hole(0.0)
         return 0.5 * (caught + missed)
 
     def _drops_when_passing(self, heading, miss_m, run_up_m=1.5e-3):

@@ -1,7 +1,4 @@
-"""A serial CAN adapter that fails under an arm that moves: kernel terminals, threads, real time.
-
-That arms and sensors work over such wires shows in ``test_rigs.py``.
-"""
+"""A serial CAN adapter that fails under an arm that moves: kernel terminals, threads, real time."""
 
 import time
 

@@ -77,18 +77,7 @@ class PlateSensor(FakeForceSensor):
 
 
 class FakeWorld:
-    """The plate, the arm and the four ports; a context manager that configures and activates them.
-
-    Attributes:
-        ports: The four ports.
-        pits: The hole and other places where the plate lies deeper.
-        height_m: The plate's surface below the nominal plane; inf takes the plate away.
-        slope: How much deeper it is for each m along x.
-        stiffness_N_per_m: Of the spring between flange and peg.
-        spoil: What befalls each force sample on its way; None for nothing.
-        tip_m: Where the tip was when the sensor was last read, task frame.
-        force_N: Contact force on the tip then, task frame.
-    """
+    """The plate, the arm and the four ports; a context manager that configures and activates them."""
 
     def __init__(self, *pits, height_m=0.0):
         self.clock = FakeClock()

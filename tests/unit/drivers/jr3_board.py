@@ -21,10 +21,7 @@ def moments(counter, x=0, y=0, z=0, node=1):
 
 
 class FakeCanLink:
-    """Answers as the board of node 1 would, unless told otherwise.
-
-    ``mute`` names requests that are not answered, ``state`` is what acknowledgements say, ``answer`` may replace them.
-    """
+    """Answers as the board of node 1 would, unless told otherwise."""
 
     def __init__(self):
         self.garbled = self.bus_offs = self.send_failures = 0

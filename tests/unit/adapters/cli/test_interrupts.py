@@ -71,19 +71,6 @@ def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch):
         signal.signal(signal.SIGINT, before)
 
 
-def test_an_import_that_is_interrupted_is_no_error_of_its_own(palpate, monkeypatch):
-    def half_imported(_):
-        # As extension modules have it.
-        try:
-            press()
-        except KeyboardInterrupt as error:
-            raise ImportError("initialization failed") from error
-
-    put_in(monkeypatch, "importing", half_imported)
-    done = palpate("importing")
-    assert (done.code, done.stderr) == (130, "\npalpate: stopped at once; what was finished is kept\n")
-
-
 def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(palpate, tmp_path, monkeypatch):
     passed, advance_once, fail_once = 0, WorkCell.advance, TrialRecorder.fail
 

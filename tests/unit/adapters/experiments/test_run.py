@@ -1,12 +1,11 @@
 """A run opens its rig when it needs it and closes it on every way out; its folder reads back and loses nothing."""
 
 import csv
-from dataclasses import replace
 
 import pytest
 
 from palpate.adapters.experiments import Run, baseline
-from palpate.adapters.experiments.results import RUN_FILES, RunFolder, TrialRow
+from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.log import read_log
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, LifecycleError, OutputError
@@ -121,16 +120,6 @@ def test_trials_read_back(folder):
     assert folder.read_trials() == [TrialRow.of(scored) for scored in trials]
 
 
-def test_what_was_drawn_has_columns_of_its_own(folder):
-    drawn = {"tilt_heading_deg": -12.5, "clearance_mm": 0.08}
-    plain = scored_trial(0)
-    scored = replace(plain, truth=replace(plain.truth, drawn=drawn))
-    folder.append_trial(scored)
-    header = (folder.path / "trials.csv").read_text().splitlines()[0]
-    assert header.endswith(",marked,trip,tilt_heading_deg,clearance_mm")
-    assert folder.read_trials() == [TrialRow.of(scored)]
-
-
 def test_decisions_say_which_trial_and_what_came_of_them(folder):
     for k in range(2):
         folder.append_trial(scored_trial(k))
@@ -169,11 +158,3 @@ def test_damaged_trials_are_reported(folder):
     path.write_text(path.read_text().replace("6.25", "much"))
     with pytest.raises(OutputError, match=r"trials\.csv: cannot be read"):
         folder.read_trials()
-
-
-@pytest.mark.parametrize("name", RUN_FILES)
-def test_a_folder_that_holds_a_run_is_not_free(folder, name):
-    folder.require_free()
-    (folder.path / name).write_text("")
-    with pytest.raises(OutputError, match=f"already holds a run .{name}"):
-        folder.require_free()

@@ -44,8 +44,7 @@ def tip_m(q_rad):
     """The tip in the frame of the goal, z into the hole, (3,)."""
     kinematics = Kinematics(APPROACH.arm, TOOL)
     kinematics.update(q_rad)
-    tip = goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
-    return tip
+    return goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
 
 
 def a_turn_off(sample):

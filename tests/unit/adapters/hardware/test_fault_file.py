@@ -16,8 +16,7 @@ def rig(tmp_path):
 
 
 def faults(rig):
-    found = json.loads(Path(f"{rig}.fault.json").read_text())["faults"]
-    return found
+    return json.loads(Path(f"{rig}.fault.json").read_text())["faults"]
 
 
 def tripped(rig, cause="FORCE_LIMIT: force 31.00 N, limit 30 N"):

@@ -99,14 +99,6 @@ def test_log_without_any_tick_has_no_rates(tmp_path):
     assert len(table([found]).splitlines()) == 2
 
 
-def test_what_if_is_said_to_be_one(tmp_path):
-    found = info(tmp_path, [tick(0), tick(1, counterfactual=True)], begin=start(derived_from="x.mcap"))
-    assert found["derived_from"] == "x.mcap"
-    assert found["ticks"]["counterfactual"] == 1
-    assert "a what-if and no observation" in describe(found)
-    assert "x.mcap" in describe(found)
-
-
 @pytest.mark.parametrize(
     ("changes", "where"),
     [({"versions_json": "{"}, "start.versions_json"), ({"versions_json": "[]"}, "start.versions_json"),

@@ -5,16 +5,15 @@ from dataclasses import replace
 import av
 import numpy as np
 import pytest
-from PIL import Image
 
 from palpate.adapters.log import DecisionEntry, EventEntry, read_log
-from palpate.adapters.mujoco import ACTION, FORCE, Moment
-from palpate.adapters.visualisation.film import Painter, require_video
+from palpate.adapters.mujoco import Moment
+from palpate.adapters.visualisation.film import require_video
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, course_of
-from palpate.adapters.visualisation.film.picture import now_text, write
+from palpate.adapters.visualisation.film.picture import now_text
 from palpate.core.errors import UsageError
 from palpate.core.ports import JointSample, Validity, WrenchSample
-from tests.support.graphics import INSERTION, require_graphics
+from tests.support.graphics import INSERTION
 from tests.unit.adapters.log.made_logs import POSTURE, tick, write_log
 
 DECISION = DecisionEntry(tick=3, number=0, symbol="x+ y0", state="seen", action="-x", source="learned")
@@ -26,17 +25,6 @@ def test_picture_shows_time_phase_symbol_state_action_and_force():
         "time   1.23 s", "phase  explore", "symbol x+ y0", "state  seen", "action -x (learned)", "force  5.1 N",
         "x y z  +0.0 +0.0 -5.1 N",
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize("size", [(120, 120), (640, 480), (320, 900), (1920, 1080)])
-def test_text_fits_into_a_picture_of_any_size(size):
-    picture = Image.new("RGB", size, (0, 0, 0))
-    longest = Moment(7, 99.99, POSTURE, None, None, "approach", DECISION)
-    write(picture, (0.03, 0.03), now_text(longest, (-11.1, -22.2, -33.3)), "la")
-    pixels = np.array(picture).sum(axis=2)
-    assert pixels[2:, 2:].any()
-    assert not pixels[-1].any()
-    assert not pixels[:, -1].any()
 
 
 def course(path, ticks, *others):
@@ -103,30 +91,3 @@ def test_pyav_without_the_encoder_is_refused(monkeypatch):
     monkeypatch.setattr(av, "codecs_available", {"mpeg4"})
     with pytest.raises(UsageError, match="libx264"):
         require_video()
-
-
-def test_arrows_and_inset_are_in_the_picture():
-    require_graphics()
-    log = read_log(INSERTION)
-    course = course_of(log)
-    free, pressing = course.moments[25], course.moments[80]
-    with Painter(log, course, (320, 240), "close-up") as painter:
-        bare = np.array(painter.paint(pressing))
-    with Painter(log, course, (320, 240), "both") as painter:
-        there, again, before = (np.array(painter.paint(moment)) for moment in (pressing, pressing, free))
-        last = np.array(painter.paint(course.moments[-1]))
-    assert there.shape == (240, 320, 3)
-    assert (there == again).all()
-
-    def coloured(picture, colour):
-        # Besides the text at the left, and the scale below.
-        part = picture[95:200, 120:].astype(int)
-        return int((np.abs(part - colour).max(axis=2) < 30).sum())
-
-    assert coloured(there, FORCE) > 100 > 20 > coloured(before, FORCE)
-    # The oracle policy's moves are no compass steps: nothing to draw.
-    assert coloured(there, ACTION) == 0
-    # The inset at the upper right.
-    assert np.abs(there[5:90, -100:].astype(int) - bare[5:90, -100:]).mean() > 10.0
-    assert np.abs(there[110:190, 120:200].astype(int) - bare[110:190, 120:200]).max() == 0
-    assert np.abs(there.astype(int) - last).mean() > 1.0

@@ -151,8 +151,7 @@ TURNED = PlaceConfig(position_uncertainty_mm=3.0, yaw_uncertainty_deg=5.0)
 
 def options(part, **more):
     job = replace(Job(part=part, place=TURNED), **more)
-    told = derived_settings(job, SensorFacts(0.1, 0.004), "insertion-6dof")["task"]["options"]
-    return told
+    return derived_settings(job, SensorFacts(0.1, 0.004), "insertion-6dof")["task"]["options"]
 
 
 class TestSpatialOptions:

@@ -150,8 +150,7 @@ class Bench:
 
     def tip_m(self, q):
         self.look.update(q)
-        tip = self.task.actInv(self.look.tip_in_base).translation.tolist()
-        return tip
+        return self.task.actInv(self.look.tip_in_base).translation.tolist()
 
 
 @pytest.fixture(params=TWO_ARMS)

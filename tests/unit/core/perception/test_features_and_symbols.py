@@ -27,8 +27,7 @@ def table():
     generator = np.random.default_rng(3)
     causes = generator.normal(size=(300, 3)) * (3.0, 2.0, 1.0)
     mixed = causes @ generator.normal(size=(3, 9)) + 0.1 * generator.normal(size=(300, 9))
-    scaled = mixed * np.array([1e-3] * 3 + [5.0] * 3 + [1e-2] * 3)
-    return scaled
+    return mixed * np.array([1e-3] * 3 + [5.0] * 3 + [1e-2] * 3)
 
 
 class TestFeatures:

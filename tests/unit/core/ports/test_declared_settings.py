@@ -71,15 +71,6 @@ class TestSettings:
         with pytest.raises(ConfigurationError, match="is refused"):
             replace(Drill(), **{field: value})
 
-    @pytest.mark.parametrize(
-        ("field", "value", "place"),
-        [("lamps", ("a", "c"), "lamps[1]"), ("offsets", (1.0, nan), "offsets[1]"), ("labels", {"x": 3}, "labels.x")],
-    )
-    def test_what_is_wrong_in_a_list_or_table_is_named_by_its_place(self, field, value, place):
-        with pytest.raises(ConfigurationError) as caught:
-            Drill(**{field: value})
-        assert caught.value.field == f"cell.drill.{place}"
-
     def test_values_are_kept_in_one_form(self):
         drill = Drill(depth_mm=np.float64(7), offsets=[1, 2], lamps=["a"], limit_N=3)
         assert drill == Drill(depth_mm=7.0, offsets=(1.0, 2.0), lamps=("a",), limit_N=3.0)

@@ -34,8 +34,7 @@ def build(scale=(1.0,) * 6):
 def sensor_to_task():
     kinematics = Kinematics(ARM, TOOL)
     kinematics.update(ANGLES)
-    rotation = GOAL.rotation.T @ kinematics.tip_rotation
-    return rotation
+    return GOAL.rotation.T @ kinematics.tip_rotation
 
 
 def snapshot(force_at_tip=NONE, torque_at_tip=NONE, bias=BIAS):

@@ -83,8 +83,7 @@ trials = st.integers(0, 100_000)
 
 
 def numbers(seed, purpose, trial):
-    drawn = generator(seed, purpose, trial).integers(0, 2**63, 4).tolist()
-    return drawn
+    return generator(seed, purpose, trial).integers(0, 2**63, 4).tolist()
 
 
 class TestRandomness:

@@ -2,7 +2,6 @@
 
 import os
 import threading
-import time
 
 import pytest
 import serial
@@ -108,18 +107,6 @@ def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state():
             _ = server.path
         server.unplug()
     assert chain.modules[0].address == 1
-
-
-@pytest.mark.usefixtures("nothing_leaks")
-def test_host_that_never_reads_blocks_nobody():
-    with PtyServer(Echo(), paced=False) as server, connect(server.path) as port:
-        for _ in range(40):
-            with server.exclusive() as emulator:
-                emulator.spontaneous = bytes(1_000)
-            time.sleep(0.002)
-        port.reset_input_buffer()
-        port.write(b"y\n")
-        assert port.read_until(b"y\n").endswith(b"y\n")
 
 
 class Talker:

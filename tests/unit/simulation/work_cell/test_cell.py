@@ -53,8 +53,7 @@ def deflection(cell, force_N, torque_Nm):
     arm = cell.data.site("tip").xpos - peg.xipos
     peg.xfrc_applied[:] = (*force_N, *np.add(torque_Nm, np.cross(arm, force_N)))
     advance(cell, 100)
-    given = cell.data.qpos[springs:] - before
-    return given
+    return cell.data.qpos[springs:] - before
 
 
 # The model.

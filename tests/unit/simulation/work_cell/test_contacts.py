@@ -109,8 +109,7 @@ def joints_rad(x_mm, z_mm, turn_rad=0.0, lean_rad=0.0):
     kinematics.update(ready_rad(ARM))
     rotation = kinematics.tip_rotation @ pin.rpy.rpyToMatrix(0.0, lean_rad, turn_rad)
     place = pin.SE3(rotation, GOAL.act(np.array([x_mm, 0.0, z_mm]) * 1e-3))
-    solved = InverseKinematics(kinematics, 1.0).solve(place, free_yaw=False, seed_rad=ready_rad(ARM), field="goal")
-    return solved
+    return InverseKinematics(kinematics, 1.0).solve(place, free_yaw=False, seed_rad=ready_rad(ARM), field="goal")
 
 
 def motion(config, start_rad, end_rad):

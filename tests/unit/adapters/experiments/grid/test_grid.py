@@ -147,10 +147,3 @@ def test_an_svg_has_every_curve_and_is_the_same_again():
     assert "<dc:date>" not in text
     for colour in ("#0072b2", "#d55e00", "#009e73"):
         assert len(re.findall(f"stroke: {colour}", text)) == 4
-
-
-@pytest.mark.parametrize(("trials", "told"), [(150, True), (20, False)])
-def test_the_axis_says_how_many_trials_a_curve_is_the_mean_of(trials, told):
-    curves = tuple(steps[:trials] for steps in CURVES)
-    text = learning_figure([[Panel("alone", curves, Bounds(1.0, 3.0, 9.0))]], "svg").decode()
-    assert ("moving average of 25 trials" in text) == told
