@@ -70,7 +70,7 @@ class LoopObserver:
         """The sleep until a tick's slot has ended."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        """The tick of this slot has read this time from the run clock."""
+        """The run clock was read for the tick of this slot."""
 
     def force_read(self, sample: WrenchSample) -> None:
         """The force sensor was read."""

@@ -62,7 +62,7 @@ def calibrate(options: CalibrateOptions) -> int:
 
 
 def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> None:
-    """Perform a step and write its result. The rig is open only during a step, because keys answer prompts between."""
+    """Perform a step and write its result. Between steps the rig is closed, because keys then answer prompts."""
     before = RigFile.load(path)
     known = before.calibration
     if step == "hole":

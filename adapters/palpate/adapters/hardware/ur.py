@@ -1,4 +1,4 @@
-"""Adapters for an arm of Universal Robots and the force sensor in its flange: connection and marks."""
+"""Adapters for an arm of Universal Robots and the force sensor in its flange: connection and sample validity."""
 
 from __future__ import annotations
 

@@ -183,10 +183,10 @@ class ZebraZero(LatchingArm):
             self._fail(DeviceFaultError(DEVICE, self.stopped.value, "see that the arm stands still, then acknowledge"))
 
     def acknowledge(self) -> None:
-        """Clear a latched fault and the modules' sticky bits: a person's decision.
+        """Clear a latched fault and the modules' sticky bits. Only a person may decide this.
 
-        Modules that have kept their addresses were not reset, so their counters hold; until they all answer there the
-        fault stays, and where they were reset, closing is the way on.
+        Modules that answer at their addresses were not reset, so their counters are valid. The fault remains until all
+        modules answer. After a reset of modules, close the arm instead.
         """
         self._require_fault()
         if self._servos.attach() is None:

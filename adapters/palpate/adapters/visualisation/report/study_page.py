@@ -25,7 +25,7 @@ class ReportedCondition(NamedTuple):
 
     @property
     def setting(self) -> Setting:
-        """Its settings in a form that can be compared."""
+        """Settings of the run in a comparable form."""
         return tuple((name, _shown(value)) for name, value in self.fields.items())
 
 

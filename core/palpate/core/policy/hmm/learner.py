@@ -32,7 +32,7 @@ PATIENCE: Final = 20
 are random."""
 
 _ROUND: Final = 5 * PATIENCE
-"""Number of actions after which this count restarts and the plan is used again, from another place."""
+"""Number of actions after which this count restarts and the plan is used again; the offset has changed meanwhile."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
