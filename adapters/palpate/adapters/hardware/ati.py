@@ -1,4 +1,4 @@
-"""Force sensor adapter for the driver of ATI's Net F/T: connection and marks."""
+"""Force sensor adapter for the driver of ATI's Net F/T: connection and sample validity."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class NetFtTable(SensorTable):
     port: Annotated[int, Range(1, 65535)] = RDT_PORT
     """Its UDP port."""
     http_port: Annotated[int, Range(1, 65535)] = 80
-    """Port of its web server."""
+    """Port of the box's web server."""
 
 
 class NetFtForceSensor(PolledForceSensor[NetFt]):
