@@ -232,12 +232,8 @@ def test_what_is_wrong_in_a_document_is_refused_in_one_line_with_its_path(desk, 
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_half_a_document_and_a_key_given_twice_are_refused_in_one_line(desk, sound, name):
     kind, document = DOCUMENTS[name], sound[name]
-    if name in IN_JSON:
-        text = text_of(document, name)
-        texts = [text[: len(text) // 2], text.replace("{", '{"schema": "twice", ', 1)]
-    else:
-        text = text_of(document, name)
-        texts = [text[: len(text) // 2], text + text.splitlines()[0]]
-    for broken in texts:
+    text = text_of(document, name)
+    twice = text.replace("{", '{"schema": "twice", ', 1) if name in IN_JSON else text + text.splitlines()[0]
+    for broken in (text[: len(text) // 2], twice):
         Path("document").write_text(broken)
         desk.refusal(*kind.words.replace("FILE", "document").split())

@@ -59,15 +59,8 @@ class Checks(ForceSensorContract):
 """
 
 
-@pytest.fixture
-def laboratory(tmp_path):
-    """The working directory, with an adapter that breaks its contract."""
-    (tmp_path / "mine.py").write_text(BROKEN)
-    return tmp_path
-
-
-@pytest.mark.usefixtures("laboratory")
 def test_broken_adapter_is_judged_clause_by_clause(palpate):
+    Path("mine.py").write_text(BROKEN)
     done = palpate("rig", "check", "mine:Checks")
     assert done.code == 1
     assert "test_life_follows_the_table FAILED" in done.stdout

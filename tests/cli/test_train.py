@@ -111,12 +111,6 @@ def test_without_out_the_folder_is_named_after_the_scenario(palpate, tmp_path):
     assert (tmp_path / "runs" / "blind" / "policy.json").is_file()
 
 
-def test_a_finished_run_can_be_extended(palpate, trained, tmp_path):
-    palpate.succeed("train", "--task.time-limit-s", 2, "--trials", 1, "--out", "run")
-    palpate.succeed("train", "--resume", "--trials", 3, "--out", "run")
-    assert results_in(tmp_path / "run") == results_in(trained)
-
-
 def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate, tmp_path):
     learn = ("train", "--learner", "belief", "--seed", 1, "--task.start-uncertainty-mm", "0.8")
     palpate.succeed(*learn, "--trials", 2, "--out", "whole")

@@ -15,8 +15,6 @@ ROOT = Path(__file__).parents[2]
 LAYERS = ("core", "adapters", "drivers", "simulation")
 HEAVY = ("mujoco", "torch", "sklearn", "minisom", "matplotlib", "scipy.signal", "can", "serial", "gymnasium")
 
-layers = pytest.mark.parametrize("layer", LAYERS)
-
 
 def imported_by(code):
     """What a fresh interpreter has loaded after some code: the heavy modules, and the number of palpate's own."""
@@ -33,7 +31,7 @@ def imported_by(code):
     return json.loads(done.stdout)
 
 
-@layers
+@pytest.mark.parametrize("layer", LAYERS)
 def test_a_root_holds_its_own_layer_only(layer):
     # With one __init__.py in palpate/ the other three roots would vanish.
     assert [p.name for p in (ROOT / layer).iterdir() if p.suffix == ".py"] == []

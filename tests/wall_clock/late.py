@@ -4,6 +4,8 @@ import re
 import time
 from contextlib import contextmanager
 
+from palpate.core.ports import JointCommand
+
 
 class TooLateError(AssertionError):
     """Something did not come about in time."""
@@ -27,3 +29,12 @@ def late_if(match, *kinds):
         if re.search(match, str(error)):
             raise TooLateError(str(error)) from error
         raise
+
+
+def lead(arm, goal_rad, seconds):
+    """Send an arm to a pose, tick by tick."""
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        arm.send(JointCommand(goal_rad))
+        arm.read()
+        time.sleep(0.007)

@@ -10,10 +10,9 @@ from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.arm_client import arm_in_process
 from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
-from palpate.core.ports import JointCommand
 from palpate.simulation.emulators.ros2 import Ros2Robot, Ros2Server
 from tests.virtual_ros2 import HOME, NAMES
-from tests.wall_clock.late import TooLateError, late_if, wait_for
+from tests.wall_clock.late import TooLateError, late_if, lead, wait_for
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 THERE = (*HOME[:5], HOME[5] + 3.0)
@@ -59,14 +58,6 @@ def owned(server):
     return arm_in_process(DeviceEntry("ros2", settings), context, RealTimeConfig(), 10**9)
 
 
-def lead(arm, seconds):
-    end_s = time.monotonic() + seconds
-    while time.monotonic() < end_s:
-        arm.send(JointCommand(THERE))
-        arm.read()
-        time.sleep(0.007)
-
-
 def held_after_ns(robot, since_ns):
     """When it was sent no further than before."""
     came = pairwise(list(robot.came))
@@ -76,11 +67,11 @@ def held_after_ns(robot, since_ns):
 @pytest.mark.usefixtures("real_time")
 def test_arm_is_led_and_held_where_its_process_ends(server, robot):
     with owned(server) as arm, late_if("no message", DeviceError):
-        wait_for(lambda: lead(arm, 0.05) or robot.targets_rad()[5] > HOME[5] + 0.1)
+        wait_for(lambda: lead(arm, THERE, 0.05) or robot.targets_rad()[5] > HOME[5] + 0.1)
         arm._host._process.kill()
         ended_ns = time.monotonic_ns()
         with pytest.raises(DeviceError, match=r"arm's process was killed by SIGKILL"):
-            lead(arm, 3.0)
+            lead(arm, THERE, 3.0)
         # What was sent is received a little later.
         wait_for(lambda: held_after_ns(robot, ended_ns))
     assert robot.targets_rad()[5] < THERE[5]

@@ -10,7 +10,7 @@ import pytest
 from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
-from palpate.core.ports import JointCommand, Life
+from palpate.core.ports import Life
 from palpate.drivers.errors import DriverError
 from palpate.drivers.ur import UrLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
@@ -18,7 +18,7 @@ from tests.command_line import JOB
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.virtual_ur import HOME
-from tests.wall_clock.late import TooLateError, wait_for
+from tests.wall_clock.late import TooLateError, lead, wait_for
 
 pytest.importorskip("rtde_control", reason="needs the extra ur")
 TIMEOUT_NS = 10**9
@@ -45,14 +45,6 @@ def context():
     return replace(RigContext.of("ur5", MonotonicClock()), accept_kinematics=True)
 
 
-def lead(arm, seconds):
-    end_s = time.monotonic() + seconds
-    while time.monotonic() < end_s:
-        arm.send(JointCommand(THERE))
-        arm.read()
-        time.sleep(0.007)
-
-
 def require_within(limit_s, since_s):
     if time.monotonic() - since_s > limit_s:
         raise TooLateError(f"it took more than {limit_s} s")
@@ -64,21 +56,21 @@ def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context):
         made = driver_arm("ur-rtde", {"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context)
         arm = arm_in_thread(made, context.clock, TIMEOUT_NS)
         with arm:
-            lead(arm, 0.4)
-            wait_for(lambda: lead(arm, 0.05) or arm.read().position_rad == pytest.approx(THERE, abs=2e-3))
+            lead(arm, THERE, 0.4)
+            wait_for(lambda: lead(arm, THERE, 0.05) or arm.read().position_rad == pytest.approx(THERE, abs=2e-3))
             arm.stop()
             server.cut()
             time.sleep(0.1)
             arm.deactivate()
             arm.activate()
-            lead(arm, 0.1)
+            lead(arm, THERE, 0.1)
             server.cut()
             with pytest.raises(DeviceError, match="connection to 127"):
-                lead(arm, 3.0)
+                lead(arm, THERE, 3.0)
             wait_for(lambda: arm.life is Life.FAULTED)
             arm.acknowledge_fault()
             arm.activate()
-            lead(arm, 0.1)
+            lead(arm, THERE, 0.1)
 
 
 def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context):
@@ -101,12 +93,12 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
             driver_arm("ur-rtde", {"host": server.host, "patience": 2.0}, context), context.clock, TIMEOUT_NS
         )
         with arm:
-            lead(arm, 0.1)
+            lead(arm, THERE, 0.1)
             with server.exclusive() as controller:
                 server.network = network
             since_s = time.monotonic()
             with pytest.raises(DeviceError, match="Universal Robots arm"):
-                lead(arm, 5.0)
+                lead(arm, THERE, 5.0)
             wait_for(lambda: arm.fault and controller.at_rest)
             require_within(2.0, since_s)
             assert server.host in arm.fault

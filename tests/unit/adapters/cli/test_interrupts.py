@@ -54,15 +54,10 @@ def test_who_still_waits_is_heard_again(now):
             press()
 
 
-def put_in(monkeypatch, name, function):
-    """A command of that name that calls a function."""
-    monkeypatch.setitem(COMMANDS, name, Command("for a test", "here:here"))
-    monkeypatch.setattr(main, "loaded", lambda place: function)
-
-
 def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["palpate", "ending"])
-    put_in(monkeypatch, "ending", lambda _: press())
+    monkeypatch.setitem(COMMANDS, "ending", Command("for a test", "here:here"))
+    monkeypatch.setattr(main, "loaded", lambda place: lambda _: press())
     before = signal.getsignal(signal.SIGINT)
     try:
         assert main.main() == 130

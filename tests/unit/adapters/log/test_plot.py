@@ -1,7 +1,6 @@
 """A picture of one trial, and the numbers that are drawn in it."""
 
 import math
-import struct
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.values import JointSample, Validity, WrenchSample
 from palpate.core.trial.frame import goal_in_base
 from tests.support.tool import TOOL
-from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
+from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
 
 TARE = EventEntry(tick=20, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 -3e-05 N m, sensor frame")
 
@@ -55,12 +54,6 @@ class Drawn:
 @pytest.fixture
 def drawn(monkeypatch):
     return Drawn(monkeypatch)
-
-
-def size_of(png):
-    assert png.startswith(b"\x89PNG")
-    width, height = struct.unpack(">II", png[16:24])
-    return width, height
 
 
 def test_tare_event_is_taken_from_the_wrench(tmp_path):
@@ -123,8 +116,7 @@ def test_picture_has_forces_tip_actions_phases_and_events(tmp_path, drawn):
     end = EndRecord(tick=99, outcome="inserted", success=True, true_hole_in_task_m=(0.002, -0.001, 0.0))
     trial = log(tmp_path, [tick(k) for k in range(100)], others=others, end=end)
     picture = timeline(trial)
-    width, height = size_of(picture)
-    assert width > 1000 < height
+    assert picture.startswith(b"\x89PNG")
     assert drawn.labels == ["force [N]", "torque [N m]", "tip [mm]", "symbol", "action", "phase"]
     series = series_of(trial)
     for label, values in (("force", series.wrench[:, :3]), ("torque", series.wrench[:, 3:])):
@@ -135,10 +127,6 @@ def test_picture_has_forces_tip_actions_phases_and_events(tmp_path, drawn):
     assert [line.get_ydata()[0] for line in tip.lines[3:5]] == [2.0, -1.0]
     assert {"tare, contact", "at depth, end", "settle", "explore", "insert"} <= set(drawn.texts)
     assert [text.get_text() for text in drawn.panel("action").get_yticklabels()] == ["-x"]
-    (bars,) = drawn.panel("action").collections
-    spans = [sorted({x for x, _ in path.vertices}) for path in bars.get_paths()]
-    times = np.array(spans) / (PERIOD_NS * 1e-9)
-    assert times == pytest.approx(np.array([[30, 44], [44, 58]]), abs=1e-3)
     title = drawn.figure.get_suptitle()
     assert "inserted" in title
     assert "tare event at tick 20" in title

@@ -1,6 +1,5 @@
 """Verdicts of the response on simulated springs and sensors."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,14 +11,13 @@ from palpate.core.tasks.contact import Dither, Response, Verdict
 
 STIFFNESS, DAMPING_S, RIGID_KG, PRESS_N = 5e3, 0.011, 0.05, 4.9
 AMPLITUDE_M = 0.3 * PRESS_N / STIFFNESS
-Sensor = Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
 
 @dataclass
 class Pressed:
     """A flange that dithers over a tip that does not move, and what the sensor shows of it."""
 
-    sensor: Sensor = lambda force, rng: force
+    sensor: object = lambda force, rng: force
     noise_N: float = 0.1
     step_m: float = 0.0
     late_ticks: int = 0
