@@ -157,7 +157,7 @@ def toml(value: object) -> str:
 
 
 def build(out: Path) -> int:
-    """Build the site into a folder, anew; returns the exit code of the builder."""
+    """Rebuild the site in a folder; returns the exit code of the builder."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     nav = write_pages(out / "pages")

@@ -1,6 +1,6 @@
 """Makes docs/tutorial.ipynb of docs/tutorial.md, and runs it: one text, commands run in the notebook's process.
 
-python -m docs.site.notebook                   write docs/tutorial.ipynb anew
+python -m docs.site.notebook                   write docs/tutorial.ipynb again
 python -m docs.site.notebook --run OUT.ipynb   run it in a kernel, as a reader would, with its outputs in OUT.ipynb
 """
 

@@ -133,7 +133,7 @@ def test_arm_is_taken_over_from_stored_counts(line):
     again.enable()
     assert line.modules[0].resets == resets
     assert all(module.is_on for module in line.modules)
-    # After a reset, counts of before mean nothing.
+    # After a reset, earlier counts mean nothing.
     with pytest.raises(StateError, match="at_home=True"):
         ready(Line(), store=Store((1,) * 6), at_home=False)
 

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from palpate.adapters.config import RunConfig, simulated_noise
+from palpate.adapters.files import new_folder
 from palpate.adapters.log.container import LogFile, RawMessage
 from palpate.adapters.log.export_csv import names_for
 from palpate.adapters.log.json_text import dump_json
 from palpate.adapters.log.messages import encode
-from palpate.adapters.log.reader import read_log
+from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import EndRecord, EventEntry, StartRecord, TickRecord
 from palpate.adapters.log.schema import BY_RECORD, SCHEMA
 from palpate.adapters.log.series import config_of
@@ -106,47 +107,41 @@ def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
     """Write each log as a bag, storage MCAP: samples, commands, and events as text.
 
     Times are those of the run's clock. Returns the folders of the bags.
+
+    Raises:
+        LogError: A log cannot be read; nothing is written.
+        OutputError: The folder cannot be written.
     """
-    store, bags = _store(), list[Path]()
+    store = _store()
     from rosbags.rosbag2 import StoragePlugin, Writer
 
-    out.mkdir(parents=True, exist_ok=True)
-    for path, name in zip(paths, names_for(paths), strict=True):
-        log = read_log(path)
-        names = joint_names(config_of(log))
-        with Writer(out / name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-            ways = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in _TOPICS.items()}
-
-            def write(kind: str, time_ns: int, message: Any, bag: Any = bag, ways: Any = ways) -> None:
-                bag.write(ways[kind], max(time_ns, 0), store.serialize_cdr(message, kind))
-
-            for kind, time_ns, message in _messages(log.records(), names, store.types):
-                write(kind, time_ns, message)
-            times_ns = {record.tick: record.time_ns or 0 for record in log.records()}
-            for event in log.events:
-                text = store.types[TEXT](data=f"{event.name}: {event.detail}".removesuffix(": "))
-                write(TEXT, times_ns.get(event.tick, 0), text)
-        bags.append(out / name)
-    return bags
+    names = names_for(paths)
+    with new_folder(out) as passing:
+        for path, name in zip(paths, names, strict=True):
+            log = read_log(path)
+            with Writer(passing / name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+                ways = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in _TOPICS.items()}
+                for kind, time_ns, message in _messages(log, store.types):
+                    bag.write(ways[kind], max(time_ns, 0), store.serialize_cdr(message, kind))
+    return [out / name for name in names]
 
 
-def _messages(
-    records: Iterator[TickRecord], names: tuple[str, ...], types: dict[str, Any]
-) -> Iterator[tuple[str, int, Any]]:
-    """Yield kind, time and message of each new sample and each command."""
+def _messages(log: TrialLog, types: dict[str, Any]) -> Iterator[tuple[str, int, Any]]:
+    """Yield kind, time and message of each new sample, each command and each event."""
+    names, times_ns = list(joint_names(config_of(log))), dict[int, int]()
     seen_joints = seen_wrench = None
 
     def header(time_ns: int, frame: str) -> Any:
         stamp = types["builtin_interfaces/msg/Time"](sec=time_ns // _NS, nanosec=time_ns % _NS)
         return types["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
 
-    for record in records:
+    for record in log.records():
         joints, wrench, applied = record.joints, record.wrench, record.applied
         if joints is not None and joints.sequence != seen_joints:
             seen_joints, none = joints.sequence, np.zeros(0)
             angles = np.array(joints.position_rad)
             head = header(joints.source_time_ns, "")
-            state = types[JOINT_STATE](header=head, name=list(names), position=angles, velocity=none, effort=none)
+            state = types[JOINT_STATE](header=head, name=names, position=angles, velocity=none, effort=none)
             yield JOINT_STATE, joints.source_time_ns, state
         if wrench is not None and wrench.sequence != seen_wrench:
             seen_wrench = wrench.sequence
@@ -159,19 +154,24 @@ def _messages(
                 wrench=types["geometry_msgs/msg/Wrench"](force=force, torque=torque),
             )
             yield WRENCH, wrench.source_time_ns, stamped
+        times_ns[record.tick] = record.time_ns or 0
         if applied is not None and record.time_ns is not None:
             layout = types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
             yield COMMANDS, record.time_ns, types[COMMANDS](layout=layout, data=np.array(applied.position_rad))
+    for event in log.events:
+        text = f"{event.name}: {event.detail}".removesuffix(": ")
+        yield TEXT, times_ns.get(event.tick, 0), types[TEXT](data=text)
 
 
 def _ticks(bag: Path, names: tuple[str, ...], topics: BagTopics) -> Iterator[TickRecord]:
     """Yield ticks from the first time at which joints and wrench are known."""
     joints: JointSample | None = None
     wrench: WrenchSample | None = None
-    begun_ns, tick, before_ns = 0, 0, 0
+    begun_ns: int | None = None
+    tick, before_ns = 0, 0
     for time_ns, kind, message in _samples(bag, topics):
         if joints is not None and wrench is not None:
-            begun_ns = begun_ns or before_ns
+            begun_ns = before_ns if begun_ns is None else begun_ns
             while (due_ns := begun_ns + tick * _NS // CONTROL_RATE_HZ) < time_ns:
                 yield _tick(tick, due_ns - begun_ns, begun_ns, joints, wrench)
                 tick += 1
@@ -215,10 +215,11 @@ def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
                 _only(bag, reader.connections, JOINT_STATE, "joint_states", topics.joint_states),
                 _only(bag, reader.connections, WRENCH, "wrench", topics.wrench),
             ]
-            for connection, _, data in reader.messages(connections=chosen):
+            for connection, received_ns, data in reader.messages(connections=chosen):
                 message: Any = reader.deserialize(data, connection.msgtype)
                 stamp = message.header.stamp
-                yield stamp.sec * _NS + stamp.nanosec, connection.msgtype, message
+                # A driver that leaves its stamps at zero has only the time of receipt.
+                yield stamp.sec * _NS + stamp.nanosec or received_ns, connection.msgtype, message
     except (AnyReaderError, OSError) as error:
         raise LogError(str(bag), "", f"is no bag ({error})", "name a folder that ros2 bag recorded") from error
 

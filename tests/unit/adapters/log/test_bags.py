@@ -10,7 +10,7 @@ from palpate.adapters.experiments import plain_perception, ready_pose
 from palpate.adapters.log import BagTopics, export_bags, log_of_bag, read_log
 from palpate.adapters.log.bags import JOINT_STATE, WRENCH, joint_names
 from palpate.adapters.log.series import series_of
-from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.errors import ConfigurationError, LogError, OutputError
 from tests.golden.record import HERE
 
 pytest.importorskip("rosbags")
@@ -28,11 +28,12 @@ def imported(bag, out, topics=ANY):
     return read_log(out)
 
 
-def made(folder, names, storage, topics=("/joint_states", "/wrench"), step_s=0.01):
+def made(folder, names, storage, topics=("/joint_states", "/wrench"), step_s=0.01, *, stamped=True):
     """A bag of one second; angles grow by 0.1 rad/s, forces by 1 N/s."""
     types = STORE.types
 
     def header(time_ns):
+        time_ns *= stamped
         stamp = types["builtin_interfaces/msg/Time"](sec=time_ns // 10**9, nanosec=time_ns % 10**9)
         return types["std_msgs/msg/Header"](stamp=stamp, frame_id="tool0")
 
@@ -96,6 +97,17 @@ def test_bag_with_one_of_two_wrenches_chosen_is_read(tmp_path):
     bag = made(tmp_path / "bag", joint_names(CONFIG), StoragePlugin.MCAP, ("/joint_states", "/one", "/two"))
     chosen = replace(BagTopics(), wrench="/two")
     assert len(list(imported(bag, tmp_path / "x.mcap", chosen).records())) > 100
+
+
+def test_messages_without_a_stamp_count_from_their_receipt(tmp_path):
+    bag = made(tmp_path / "bag", joint_names(CONFIG), StoragePlugin.MCAP, stamped=False)
+    assert len(list(imported(bag, tmp_path / "x.mcap").records())) == pytest.approx(140, abs=3)
+
+
+def test_bags_are_not_written_into_a_folder_with_others(tmp_path):
+    export_bags([HERE / "torque-ur5.mcap"], tmp_path / "bags")
+    with pytest.raises(OutputError, match="holds something already"):
+        export_bags([HERE / "torque-ur5.mcap"], tmp_path / "bags")
 
 
 def test_folder_that_is_no_bag_is_refused(tmp_path):

@@ -104,10 +104,10 @@ class StateBelief:
         likelihood = float(joint.sum())
         if likelihood >= IMPOSSIBLE:
             return joint / likelihood
-        anew = self._model.start * emission
-        if float(anew.sum()) < IMPOSSIBLE:
-            anew = emission if float(emission.sum()) > 0.0 else np.ones_like(emission)
-        restarted: Floats = anew / anew.sum()
+        fresh = self._model.start * emission
+        if float(fresh.sum()) < IMPOSSIBLE:
+            fresh = emission if float(emission.sum()) > 0.0 else np.ones_like(emission)
+        restarted: Floats = fresh / fresh.sum()
         return restarted
 
 

@@ -85,7 +85,7 @@ class SpatialExplore(Explore):
     @override
     def resume(self) -> None:
         super().resume()
-        # The hole was a false detection, or held the peg: stand still and choose at once.
+        # The hole was a false detection, or held the peg: stop and choose at once.
         self._spatial, self._rate_rad_s, self.countdown = _HOLD, STILL, 1
         self._caught_m: Vector3 | None = None
 
