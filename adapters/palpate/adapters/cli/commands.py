@@ -7,12 +7,7 @@ from importlib import import_module
 
 
 class Command:
-    """One command.
-
-    Args:
-        function: ``module:function`` of this package that runs it; empty for a group of commands.
-        options: ``module:Class`` of its options; empty if it has none.
-    """
+    """One command: ``module:function`` that runs it, empty for a group, and ``module:Class`` of its options, if any."""
 
     def __init__(self, text: str, function: str = "", options: str = "") -> None:
         self.text, self.function, self.options = text, function, options

@@ -106,11 +106,7 @@ def validity_note(config: RunConfig, rig: str = "") -> str:
 
 
 def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return the number of trials marked for their timing, and the reasons; empty if there are none.
-
-    Args:
-        learned: Whether such trials are learned from; None where nothing is.
-    """
+    """Return how many trials are marked for their timing, why, and whether they are learned from; empty for none."""
     if not summary["marked"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["marked_why"].items())

@@ -33,11 +33,7 @@ class CalibrationTable(Settings):
     """Stiffness of gripper, arm and plate along the tool; replaces tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
-        """Return the tables of a job with the measured values.
-
-        Args:
-            drawn: The tool in the job. The mass of its gripper's moving part is kept; the rest is fixed to the sensor.
-        """
+        """Return the measured values as tables of a job; the moving mass of the tool ``drawn`` in it is kept."""
         place = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
         if self.plate_mm is not None:
             place["z_mm"] = self.plate_mm

@@ -180,11 +180,7 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
 
 
 def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFacts | None) -> RunConfig:
-    """Return the configuration with other values of its job, and the settings derived from them updated.
-
-    Args:
-        sensor: Noise of the rig's force sensor; None for that of the simulated cell.
-    """
+    """Return the configuration with other values of its job, and settings that follow from them and the noise."""
     noise, task = sensor or simulated_noise(config), config.task.name
     other = overlay(config, measured)
     before, after = (derived_settings(job_of(each), noise, task) for each in (config, other))
@@ -223,11 +219,7 @@ def depth_step_mm(config: RunConfig) -> float:
 
 
 def verdict_on(config: RunConfig, task: str = "") -> Verdict:
-    """Judge the job of a configuration on its arm, with the noise of the simulated sensor.
-
-    Args:
-        task: Name of the task; if empty, the best of palpate's own tasks.
-    """
+    """Judge the job of a configuration with the simulated noise, for a task, or for the best of palpate's own."""
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 

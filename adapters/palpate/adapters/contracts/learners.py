@@ -52,12 +52,7 @@ def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool =
 
 
 class Practice:
-    """Practice trials in which the torque points to the hole, with the calls in the order of a real task.
-
-    Args:
-        context: States and actions.
-        seed: Seed of the trials; policy and world use separate random streams.
-    """
+    """Practice trials in which the torque points to the hole, with the calls in the order of a real task."""
 
     def __init__(self, context: PolicyContext, seed: int = 0) -> None:
         self._context, self._seed = context, seed

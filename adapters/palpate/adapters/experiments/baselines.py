@@ -34,11 +34,7 @@ class Baseline(FixedPolicy):
 
 
 class Oracle(Baseline):
-    """Moves straight to the true hole.
-
-    Args:
-        hole_m: Returns the true hole, (x, y, ...) in the task frame, of the current trial.
-    """
+    """Moves straight to the true hole of the current trial, (x, y, ...), task frame, that ``hole_m`` returns."""
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
         super().__init__("oracle", ())
@@ -122,11 +118,7 @@ class TorqueFollowing(Baseline):
 
 
 class Spiral(Baseline):
-    """Archimedean spiral from the start of exploration, at constant speed.
-
-    Args:
-        pitch_m: Distance between turns; gaps remain above twice the capture width.
-    """
+    """Archimedean spiral from the start of exploration; gaps remain for a pitch above twice the capture width."""
 
     def __init__(self, name: str, pitch_m: float, step_m: float) -> None:
         super().__init__(name, ())

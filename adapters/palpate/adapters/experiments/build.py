@@ -189,13 +189,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(
     config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
 ) -> Supervisor:
-    """Return the supervisor between the task and the arm.
-
-    Args:
-        sensor: Properties of the force sensor, from the rig or a log.
-        latch: Latch of the rig, which prevents all motion after a trip; None for a new latch, as for a new simulated
-            cell or a replay.
-    """
+    """Return the supervisor between the task and the arm; without a latch, with a new one that no trip has set."""
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration

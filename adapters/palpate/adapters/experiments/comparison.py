@@ -16,13 +16,7 @@ from palpate.adapters.log import aligned, csv_text
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of policies on the same trials.
-
-    Attributes:
-        summaries: Summary of each policy by name.
-        finished: Whether every policy ran all trials.
-        troubles: Failures of recording.
-    """
+    """Results of policies on the same trials: summaries by name, whether all trials ran, and failures of recording."""
 
     summaries: Mapping[str, Mapping[str, Any]]
     finished: bool

@@ -128,12 +128,7 @@ def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> Run
 def run_series(
     config: RunConfig, policy: str, numbers: range, world: Callable[[int], RunConfig] | None = None
 ) -> Iterator[ScoredTrial]:
-    """Run trials of one policy object. A trip ends only its own trial.
-
-    Args:
-        policy: Name of a rule; empty for a new learner of the settings.
-        world: Returns the configuration of the cell of each trial; if not given, the same for all.
-    """
+    """Run trials of a rule, or of a new learner, each in its own ``world`` if given; a trip ends only its own trial."""
     ready, rigs = ready_pose(config), list[Rig]()
     perception = plain_perception(config) if policy else build_perception(config)
     rule = baseline(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)
@@ -157,11 +152,7 @@ def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
 def simulate(
     config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
 ) -> Iterator[tuple[list[ScoredTrial], int]]:
-    """Run the trials of a job in series, each with its own policy object; independent of the number of processes.
-
-    Yields:
-        The trials of a series that count, and the number of trials run.
-    """
+    """Run a job's trials in series, each with its own policy; yield those of a series that count, and how many ran."""
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
     yield from in_processes(_series, blocks, jobs)
 

@@ -150,11 +150,7 @@ def learning_parameters(config: RunConfig) -> Settings:
 
 
 def learning_policy(config: RunConfig, perception: Perception, code: str = "") -> Policy:
-    """Return a new learner, combined with the programmed and example states of the configuration.
-
-    Args:
-        code: Code of a third-party policy as the learner; empty for the configured learner.
-    """
+    """Return a new learner, of third-party ``code`` if given, combined with the programmed and example states."""
     if code:
         return foreign_policy(foreign_entry(code), config, perception, frozen=False)
     learning, actions = config.learning, task_actions(config)

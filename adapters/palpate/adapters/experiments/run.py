@@ -305,11 +305,7 @@ class Run:
             yield self.rig
 
     def begin(self, kept: ExitStack, folder: RunFolder | None, command: str, **facts: Any) -> None:
-        """Create the folder, lock it until ``kept`` closes, and write ``run.toml``.
-
-        Args:
-            facts: Further facts of the run for ``run.toml``.
-        """
+        """Create the folder, lock it until ``kept`` closes, and write ``run.toml`` with further facts of the run."""
         if folder is not None:
             kept.enter_context(folder.writing())
             folder.write("run.toml", run_toml(self.config, command, **facts))

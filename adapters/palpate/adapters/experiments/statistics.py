@@ -116,11 +116,7 @@ def t_half_width(values: Array) -> Array:
 
 
 def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[float, float | None, float | None]:
-    """Return the mean of independent values and Student's t interval, whose ends are None for a single value.
-
-    Times and steps are not negative, so the lower end is limited to zero, and the upper end to ``highest``, which no
-    value exceeds.
-    """
+    """Return the mean of values from 0 to ``highest``, and the ends of Student's t interval, None for one value."""
     data = np.asarray(values, dtype=float)
     mean = float(data.mean())
     if len(data) < 2:
@@ -135,10 +131,7 @@ def shown_interval(value: float, low: float | None, high: float | None) -> str:
 
 
 def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Return statistics of all trials of a run; times include those of failures.
-
-    If no interval can be stated, both its ends are None.
-    """
+    """Return statistics of a run's trials, failures included; ends of an interval that cannot be stated are None."""
     times = [row.exploration_time_s for row in rows]
     successes = sum(row.success for row in rows)
     return {

@@ -56,12 +56,7 @@ def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[l
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """State of a training run.
-
-    Attributes:
-        learner: State of the learner after the finished trials.
-        clock_ticks: Control ticks on the world's clock, which continues from there.
-    """
+    """State of a training run: the learner after the finished trials, perception, and the world's control ticks."""
 
     next_trial: int
     learner: dict[str, Any]
@@ -139,13 +134,7 @@ def cut_back(folder: RunFolder, first: int) -> None:
 
 @dataclass(frozen=True)
 class Subject:
-    """The policy or learner to train.
-
-    Attributes:
-        name: Name in the run folder: a policy file, third-party code, or a new learner.
-        document: The policy file's content.
-        code: Name of the code, package.module:Name; empty for none.
-    """
+    """The policy or learner to train, by its name in the run folder; a policy file, or code as package.module:Name."""
 
     name: str
     document: PolicyDocument | None
@@ -198,11 +187,7 @@ class Subject:
 
 
 class Trainer(Trials):
-    """Trains a policy, and records each trial in a run folder.
-
-    Attributes:
-        next_trial: Number of the next trial.
-    """
+    """Trains a policy, and records each trial in a run folder."""
 
     def __init__(
         self,
@@ -236,11 +221,7 @@ class Trainer(Trials):
         self.run_all(range(self.next_trial, trials), done)
 
     def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
-        """Run one trial and learn from it.
-
-        An interrupted trial has no effect: the learner's state is restored, so that a resumed run equals an
-        uninterrupted one.
-        """
+        """Run one trial and learn from it; an interrupted one leaves the learner's state as it was."""
         before, ticks = self._learner.get_state(), self.rig.clock_ticks
         scored = super().run(number, watching)
         if scored.report.outcome is Outcome.INTERRUPTED:

@@ -143,11 +143,7 @@ def run_scored_trial(
 
 
 class _Witness(LoopObserver):
-    """Queries the device that caused a trip in the same tick, because its data may change until the trial ends.
-
-    Attributes:
-        blamed: Device whose samples, with data of its line, or whose lateness caused the trip; empty if none did.
-    """
+    """Notes in the same tick which device, or whose lateness, caused a trip, because its data may change later."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, self.blamed = rig, ""
@@ -240,10 +236,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """While inside, a signal that would end the process requests an orderly end; from then on SIGINT acts as outside.
-
-    Signals reach a program's main thread only: in any other one this does nothing.
-    """
+    """Let an ending signal request an orderly end, in the main thread; from then on SIGINT acts as before."""
 
     def act(number: int) -> None:
         signal.signal(signal.SIGINT, before)

@@ -252,10 +252,7 @@ class Episodes:
         self._agent.shown.put(shown)
 
     def _look(self, *, success: bool = False) -> tuple[Any, dict[str, Any]]:
-        """Return the observation and the information about the trial.
-
-        The information is for users, for scoring, and for repeating a trial; an agent must not learn from it.
-        """
+        """Return the observation, and information for users and scoring, from which no agent must learn."""
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
         # The cost of earlier pauses is charged to the agent.
         new, self._settled = report.decisions[self._settled :], len(report.decisions)

@@ -32,10 +32,7 @@ def spatial_of(config: RunConfig) -> SpatialOptions | None:
 
 
 class StateIndex:
-    """Index of the perceived state, as palpate's own learners see it.
-
-    Perception ends in the hole, so the last state before it is kept.
-    """
+    """Index of the perceived state, as palpate's own learners see it; in the hole, of the last state before it."""
 
     def __init__(self, states: int) -> None:
         self.space = spaces.Discrete(states)

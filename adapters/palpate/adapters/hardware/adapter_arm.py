@@ -11,11 +11,7 @@ from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample
 
 
 class AdapterArm(ServedArm):
-    """Encoders and servos with a common life cycle.
-
-    Args:
-        adapter: The arm. Encoders and servos may be two objects.
-    """
+    """Encoders and servos, which may be two objects, with a common life cycle."""
 
     answers = True
 

@@ -36,12 +36,7 @@ _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Serves one loop until the loop closes the arm, or is gone.
-
-    Args:
-        line: Connection for requests of the life cycle and their answers.
-        timeout_ns: Time without a set-point after which a moving arm is brought to rest.
-    """
+    """Serves one loop until the loop closes the arm, or is gone; without set-points for the time-out, stops the arm."""
 
     def __init__(
         self,
@@ -248,12 +243,7 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """Assignment of the process; the first message on its line.
-
-    Attributes:
-        context: Context of the rig without a clock.
-        path: Module search path of the loop's process, which includes adapters.
-    """
+    """Assignment of the process, the first message on its line; ``path`` is the loop's search path of modules."""
 
     entry: DeviceEntry
     context: RigContext

@@ -89,11 +89,7 @@ class EmulatedCell:
         return f"{job.lstrip()}\n[arm]\n{named}"
 
     def rig_toml(self, job: str = "") -> str:
-        """Return the rig file for these devices, which must be served.
-
-        Args:
-            job: Name of the job file in the same folder.
-        """
+        """Return the rig file for these devices, which must be served, with the name of a job file next to it."""
         name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
         if (factor := self.emulation.real_time_factor) != 1.0:
@@ -135,13 +131,7 @@ class EmulatedCell:
         told: Callable[[Truth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
-        """Run the cell in real time.
-
-        Args:
-            ended: Returns whether to stop.
-            told: Called with the ground truth each time the peg reaches full depth.
-            happened: Called after each event.
-        """
+        """Run the cell in real time until ``ended``; report the truth of each insertion, and each event."""
         clock = self._clock
         begun_ns = deadline_ns = start_ns = clock.now_ns()
         moved_ns = tick = 0

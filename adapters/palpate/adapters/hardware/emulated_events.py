@@ -22,11 +22,7 @@ _NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class PlannedEvent:
-    """One planned event.
-
-    Attributes:
-        from_start: Whether the time counts from the start of the devices instead of the first motion of the arm.
-    """
+    """One planned event, timed from the start of the devices or from the arm's first motion."""
 
     name: str
     after_s: float

@@ -145,10 +145,7 @@ def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSett
 
 
 def settings_table(maker: Callable[..., Any]) -> type[Settings] | None:
-    """Return the table that an adapter's settings are declared in: the type of its function's first parameter.
-
-    None where the function takes a mapping, and checks that itself.
-    """
+    """Return the type of a maker's first parameter, if it declares settings; None if it takes a mapping."""
     try:
         first = next(iter(get_type_hints(maker).values()), None)
     except (TypeError, NameError):

@@ -38,11 +38,7 @@ from palpate.core.supervision import SampleWatch
 
 
 class TurnedForceSensor(DeviceDecorator, ForceSensor):
-    """Converts wrenches to the frame of the tool.
-
-    Args:
-        mounting_deg: Turn of the sensor about the tool's axis, from x towards y.
-    """
+    """Converts wrenches of a sensor turned about the tool's axis, from x towards y, to the frame of the tool."""
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
         super().__init__(sensor)
@@ -60,11 +56,7 @@ class TurnedForceSensor(DeviceDecorator, ForceSensor):
 
 
 class DeviceRig(Rig):
-    """Devices known only from the rig file and their own reports.
-
-    Args:
-        arm: Encoders and servos.
-    """
+    """Devices known only from the rig file and their own reports."""
 
     def __init__(self, file: RigFile, sensor: ForceSensor, arm: ArmClient) -> None:
         turn_deg = file.calibration.mounting_deg

@@ -82,11 +82,7 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
 
 
 class Ros2DriverArm(DriverArm):
-    """An arm that its controller does not stop, so that each of two processes has a connection to it.
-
-    Args:
-        link: Creates such a connection.
-    """
+    """An arm that its controller does not stop, so that each of two processes makes a link to it."""
 
     def __init__(
         self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], context: RigContext

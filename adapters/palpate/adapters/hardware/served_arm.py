@@ -93,11 +93,7 @@ class ServedArm(ABC):
 
 @dataclass(frozen=True, slots=True)
 class OpenArm:
-    """A driver on an open bus.
-
-    Attributes:
-        close: Closes the port or the bus; called after the driver's own ``close``.
-    """
+    """A driver on an open bus, and a function that closes the bus after the driver."""
 
     driver: ArmDriver
     close: Callable[[], None]
@@ -118,11 +114,7 @@ class ArmTable(Settings):
 
 
 class DriverArm(ServedArm):
-    """An arm moved by one of palpate's drivers, at an integer fraction of the control rate.
-
-    Args:
-        judge: Called when the arm is open, before it gets power; returns lines for the person, or refuses the arm.
-    """
+    """An arm of palpate's drivers, at a fraction of the control rate; ``judge`` may refuse it before it gets power."""
 
     def __init__(
         self,

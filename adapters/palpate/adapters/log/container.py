@@ -32,13 +32,7 @@ class RawMessage(NamedTuple):
 
 
 class LogFile:
-    """A log being written: complete after :meth:`finish`, and readable up to its last batch without it.
-
-    Equal batches give equal bytes, without wall-clock times.
-
-    Args:
-        metadata: Facts about the trial that are readable without decoding.
-    """
+    """A log in batches, readable up to the last, complete after :meth:`finish`; equal batches give equal bytes."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str]) -> None:
         self._writer: Any = Writer(stream, enable_data_crcs=True)

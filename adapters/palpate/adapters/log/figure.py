@@ -44,11 +44,7 @@ def drawing(
     settings: Mapping[str, Any] | None = None,
     layout: Literal["constrained"] | None = "constrained",
 ) -> Iterator[Canvas]:
-    """Yield an empty canvas; after the block its ``content`` is set.
-
-    Args:
-        settings: Matplotlib parameters, applied over its defaults, so that a user's matplotlibrc has no effect.
-    """
+    """Yield an empty canvas, whose ``content`` is set after the block; a user's matplotlibrc has no effect."""
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

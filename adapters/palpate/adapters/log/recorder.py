@@ -127,11 +127,7 @@ class FlightRecorder(LoopObserver):
             self._hand_over()
 
     def _follow(self, *, final: bool = False) -> None:
-        """Record new entries of the task's report.
-
-        Args:
-            final: This is the last call: record the reinforcement of a decision even without a following decision.
-        """
+        """Record new entries of the task's report; at the end also what the last decision earned."""
         report = self._report
         if report is None:
             return

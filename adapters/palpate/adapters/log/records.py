@@ -171,11 +171,7 @@ class EndRecord:
 
 
 def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -> str:
-    """Return a digest of everything that only a third-party policy computes, for replays without its code.
-
-    Args:
-        before: State of the learner at the beginning of the trial, JSON.
-    """
+    """Return a digest of what only a third-party policy computes, and its learner before and after a trial (JSON)."""
     rows = [dataclasses.astuple(each) for each in decisions]
     return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
 

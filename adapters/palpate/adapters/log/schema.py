@@ -7,17 +7,7 @@ from typing import Any, Final
 
 from google.protobuf import descriptor_pb2
 
-from palpate.adapters.log import log_pb2
-from palpate.adapters.log.records import (
-    CallEntry,
-    DecisionEntry,
-    EndRecord,
-    EventEntry,
-    LossEntry,
-    ReinforcementEntry,
-    StartRecord,
-    TickRecord,
-)
+from palpate.adapters.log import log_pb2, records
 from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 PACKAGE: Final = "palpate.log"
@@ -37,42 +27,35 @@ REASONS: Final = (
 
 @dataclass(frozen=True)
 class ChannelKind:
-    """One channel of a log.
-
-    Attributes:
-        message: Name of its protobuf message.
-        record: Class of its records.
-        about: Description in the file, one line with units and frames.
-    """
+    """One channel of a log: message of ``log.proto``, class of records, and one line about it with units and frames."""
 
     id: int
-    topic: str
     message: str
     record: type
     about: str
 
+    @property
+    def topic(self) -> str:
+        """Name of the channel."""
+        return f"/{self.message.lower()}"
 
-START = ChannelKind(1, "/start", "Start", StartRecord, "all that the trial starts with; lengths in m in the task frame")
-TICK = ChannelKind(
-    2,
-    "/tick",
-    "Tick",
-    TickRecord,
-    "one message per control tick: samples, command asked and applied. Wrench: of the world on the tool, in the"
-    " frame it names, N and N m; joints in rad; times in ns of the run's clock",
+
+_TICKS: Final = (
+    "one message per control tick: samples, command asked and applied. Wrench: of the world on the tool, in the frame"
+    " it names, N and N m; joints in rad; times in ns of the run's clock"
 )
-CALL = ChannelKind(
-    3, "/call", "Call", CallEntry, "port calls beyond the one of each per tick: further reads, stop, errors"
-)
-DECISION = ChannelKind(
-    4, "/decision", "Decision", DecisionEntry, "symbol, state and action chosen, its displacement in m"
-)
-REINFORCEMENT = ChannelKind(
-    5, "/reinforcement", "Reinforcement", ReinforcementEntry, "what the decision of that number then earned"
-)
-EVENT = ChannelKind(6, "/event", "Event", EventEntry, "contact, tare, phases, hole, faults, the end")
-RECORDER = ChannelKind(7, "/recorder", "Recorder", LossEntry, "what the recorder lost, and why")
-END = ChannelKind(8, "/end", "End", EndRecord, "the trial's outcome, and the learner after it; depths in m")
+_CALLS: Final = "port calls beyond the one of each per tick: further reads, stop, errors"
+_DECISIONS: Final = "symbol, state and action chosen, its displacement in m"
+_EARNED: Final = "what the decision of that number then earned"
+
+START = ChannelKind(1, "Start", records.StartRecord, "all that the trial starts with; lengths in m in the task frame")
+TICK = ChannelKind(2, "Tick", records.TickRecord, _TICKS)
+CALL = ChannelKind(3, "Call", records.CallEntry, _CALLS)
+DECISION = ChannelKind(4, "Decision", records.DecisionEntry, _DECISIONS)
+REINFORCEMENT = ChannelKind(5, "Reinforcement", records.ReinforcementEntry, _EARNED)
+EVENT = ChannelKind(6, "Event", records.EventEntry, "contact, tare, phases, hole, faults, the end")
+RECORDER = ChannelKind(7, "Recorder", records.LossEntry, "what the recorder lost, and why")
+END = ChannelKind(8, "End", records.EndRecord, "the trial's outcome, and the learner after it; depths in m")
 
 CHANNELS: Final = (START, TICK, CALL, DECISION, REINFORCEMENT, EVENT, RECORDER, END)
 BY_ID: Final = {kind.id: kind for kind in CHANNELS}

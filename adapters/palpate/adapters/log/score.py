@@ -57,11 +57,7 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score.
-
-    Attributes:
-        basis: ``truth`` of the simulator, or ``outcome`` with encoders.
-    """
+    """A trial's score, on the ``truth`` of the simulator or the ``outcome`` with encoders."""
 
     path: str
     basis: str
@@ -138,12 +134,7 @@ def _falling(most: float, value: float, best: float, worst: float) -> float:
 
 
 def mean_jerk_m_s3(tip_m: np.ndarray, time_s: np.ndarray) -> float:
-    """Return the mean norm of the jerk while the tip moves; repeated joint angles count once.
-
-    Args:
-        tip_m: Positions, (n, 3).
-        time_s: Their times, (n,).
-    """
+    """Return the mean norm of the jerk of a moving tip, (n, 3) m at times (n,); repeated joint angles count once."""
     fresh = np.r_[True, np.any(np.diff(tip_m, axis=0) != 0.0, axis=1)] if len(tip_m) else np.zeros(0, bool)
     tip_m, time_s = tip_m[fresh], time_s[fresh]
     if len(tip_m) < _WINDOW:

@@ -23,11 +23,7 @@ _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 @dataclass(frozen=True)
 class Tare:
-    """A zero and its origin.
-
-    Attributes:
-        bias: Fx Fy Fz in N, Tx Ty Tz in N m, in the samples' own frame.
-    """
+    """A zero, Fx Fy Fz in N and Tx Ty Tz in N m in the samples' own frame, and its origin."""
 
     bias: tuple[float, ...]
     origin: str

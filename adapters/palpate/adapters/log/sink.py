@@ -23,12 +23,7 @@ _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
 
 
 class LogMessage(NamedTuple):
-    """A message before packing.
-
-    Attributes:
-        record: A record, or the arguments of :meth:`TickRecord.of` for a complete tick.
-        tick: The present tick.
-    """
+    """A record, or for a complete tick the arguments of :meth:`TickRecord.of`, before packing."""
 
     record: Any
     time_ns: int
@@ -37,11 +32,7 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Accepts one log after another. Only ``open`` and ``close`` may block.
-
-    Attributes:
-        troubles: Losses with their reasons; grows.
-    """
+    """Accepts one log after another. Only ``open`` and ``close`` may block. ``troubles``: losses with reasons."""
 
     troubles: list[str]
 
@@ -77,11 +68,7 @@ def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMess
 
 
 class FileSink(Sink):
-    """Writes each log into a file. An error in one log does not affect the following ones.
-
-    Args:
-        patience_s: Time-out of :meth:`close`.
-    """
+    """Writes each log into a file, with a time-out for its end. An error in one log does not affect later ones."""
 
     def __init__(self, patience_s: float = PATIENCE_S) -> None:
         self.troubles = []

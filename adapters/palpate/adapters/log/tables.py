@@ -7,12 +7,7 @@ from typing import Any
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = None) -> str:
-    """Format one line per row, columns separated by two blanks.
-
-    Args:
-        left: Number of columns from the left, or their indices, that are left-aligned; the others are right-aligned.
-            None for all.
-    """
+    """Format one line per row; the first ``left`` columns, or those of these indices, or all, are left-aligned."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     words = len(widths) if left is None else left
     words = range(words) if isinstance(words, int) else words

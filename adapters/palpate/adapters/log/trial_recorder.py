@@ -29,11 +29,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records one trial after another into a folder. A context manager: on exit all logs are finished.
-
-    Attributes:
-        troubles: Losses with their reasons; grows.
-    """
+    """Records trial after trial into a folder until the context ends; ``troubles`` are the losses with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_trouble == "stop"
@@ -70,12 +66,7 @@ class TrialRecorder:
         subfolder: str = "",
         derived_from: str = "",
     ) -> None:
-        """Set the subject of the following trials.
-
-        Args:
-            name: Name of a baseline; empty for a policy that a policy file can hold.
-            derived_from: The log of which the trials are a what-if.
-        """
+        """Set the subject of the next trials: a baseline by name, or any other policy; or a what-if of another log."""
         # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         foreign = None if document is None else document.foreign
@@ -96,11 +87,7 @@ class TrialRecorder:
         name: str,
         counterfactual: Callable[[], bool] = lambda: False,
     ) -> LoopObserver:
-        """Open the log of a trial; return its observer.
-
-        Args:
-            counterfactual: For a what-if: returns True once it has left the recorded path.
-        """
+        """Open the log of a trial and return its observer; a what-if is counterfactual off the recorded path."""
         subject = self._subject
         if subject is None:
             raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
@@ -120,11 +107,7 @@ class TrialRecorder:
         return self._flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
-        """Close the log of a completed trial.
-
-        Args:
-            facts: Fields of the end record that the core does not have: ground truth, and data of the rig.
-        """
+        """Close the log of a completed trial, with facts that the core lacks: ground truth, and data of the rig."""
         self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:

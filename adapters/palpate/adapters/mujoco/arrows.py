@@ -20,20 +20,14 @@ _LEAST_N: Final = 1.0
 
 
 def reference_N(forces_N: Iterable[float]) -> float:
-    """Return the force of the arrow that shows the scale: 1, 2 or 5 times a power of ten.
-
-    It is about half of the largest of the trial's forces, given by their norms.
-    """
+    """Return the force of the arrow of the scale: 1, 2 or 5 times a power of ten, about half of the trial's largest."""
     half = max([_LEAST_N, *forces_N]) / 2.0
     power = 10.0 ** floor(log10(half))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= half * (1.0 + 1e-9)) * power)
 
 
 def metres_per_N(reference_N: float, view: View) -> float:
-    """Return the length of an arrow per newton, such that even the largest force fits into the picture.
-
-    The largest force is below five times the reference, see :func:`reference_N`.
-    """
+    """Return the length of an arrow per newton, by which the largest force, five references, fits the picture."""
     return _LONGEST / 5.0 / reference_N / view.pixels_per_m(1)
 
 

@@ -31,12 +31,7 @@ def replay_file(
 
 @dataclass(frozen=True)
 class WhatIf:
-    """Changes to the replay of a batch.
-
-    Attributes:
-        in_mujoco: Continue in the simulator from the first command that differs from the recording.
-        out: Folder for the logs of the replays; None for no logs.
-    """
+    """Changes to the replay of a batch, whether the simulator continues it, and the folder for its logs."""
 
     changes: Changes = field(default_factory=Changes)
     in_mujoco: bool = False

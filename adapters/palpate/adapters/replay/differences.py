@@ -21,12 +21,7 @@ class Difference:
 
 
 class Differences:
-    """Collects differences.
-
-    Attributes:
-        first: The first difference in time.
-        first_gross: The first difference that exceeds the last bits.
-    """
+    """Collects differences, the first one, and the first that exceeds the last bits."""
 
     def __init__(self) -> None:
         self.first_command_tick: int | None = None
@@ -35,11 +30,7 @@ class Differences:
         self.count = 0
 
     def compare(self, tick: int, channel: str, field: str, recorded: Any, replayed: Any, *, gross: bool = True) -> None:
-        """Compare two values, number by number.
-
-        Args:
-            gross: Whether a difference of two texts matters on another processor.
-        """
+        """Compare values, number by number; a difference of texts is gross if it matters on another processor."""
         if isinstance(recorded, dict) and isinstance(replayed, dict) and recorded.keys() == replayed.keys():
             for key in recorded:
                 self.compare(tick, channel, f"{field}.{key}", recorded[key], replayed[key])

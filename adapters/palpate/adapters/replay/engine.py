@@ -116,10 +116,7 @@ def replay(
 
 
 def _torn(tape: Tape) -> bool:
-    """Return whether something outside the core, such as a second Ctrl-C, ended the trial within a tick.
-
-    It is then unknown how much of that tick was executed.
-    """
+    """Return whether an outside cause, such as a second Ctrl-C, ended the trial within a tick of unknown extent."""
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
     return by_others and last is not None and last.joints is not None and last.asked_rad is None

@@ -42,12 +42,7 @@ _OUTSIDE: Final = ("cell", "recording")
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """The core at the beginning of the trial.
-
-    Attributes:
-        recorded_decisions: Why the decisions come from the log, such as missing code of the policy; empty if the policy
-            makes them.
-    """
+    """The core at the beginning of the trial, and why decisions come from the log; empty if the policy makes them."""
 
     config: RunConfig
     setup: TrialSetup
@@ -63,12 +58,7 @@ class Rebuilt:
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes of a replay to the recording.
-
-    Attributes:
-        settings: ``name=value`` pairs that replace settings of the log.
-        policy: Another policy: a document, a factory of a third-party policy, or the name of a baseline.
-    """
+    """Changes of a replay to the recording: ``name=value`` of settings, and another policy."""
 
     settings: tuple[str, ...] = ()
     policy: PolicyDocument | ForeignEntry | str | None = None
@@ -123,11 +113,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class Rebuilder:
-    """Rebuilds the core for successive logs, and reuses what they have in common.
-
-    Args:
-        around: Wraps the policy that the task receives; None for no wrapper.
-    """
+    """Rebuilds the core for successive logs, and reuses what they share; ``around`` wraps the policy for the task."""
 
     def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
         self._changes, self._around = changes or Changes(), around

@@ -11,11 +11,7 @@ from palpate.core.policy import Action, Decision, FixedPolicy, Observation, Spat
 
 
 class RecordedDecisions(FixedPolicy):
-    """Returns the recorded decisions in order, whatever is observed; the core still computes what follows from them.
-
-    Args:
-        observed: Number of the values of a decision that do not come from the policy.
-    """
+    """Returns the recorded decisions in order; the first ``observed`` grounds of each do not come from the policy."""
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()

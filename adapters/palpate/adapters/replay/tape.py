@@ -24,11 +24,7 @@ class TapeEndError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Raised:
-    """A port call that failed.
-
-    Attributes:
-        kind: Name of the error's class.
-    """
+    """A port call that failed, with the name of the error's class."""
 
     kind: str
     text: str
@@ -77,12 +73,7 @@ class Track(Generic[T]):
 
 
 class Tape:
-    """A recorded trial with the tapes of its ports; ticks are decoded when needed.
-
-    Attributes:
-        tick: Present tick of the replay; -1 before the first.
-        last: The last tick that was loaded.
-    """
+    """A recorded trial with the tapes of its ports, its present tick (-1 before the first) and the last loaded one."""
 
     def __init__(self, log: TrialLog) -> None:
         self.log = log

@@ -66,12 +66,7 @@ class TouchWatch(Policy):
 
 @dataclass(frozen=True)
 class FoundTouches:
-    """Contacts found in recorded trials.
-
-    Attributes:
-        config: Configuration of the first trial, with the settings that suit a belief.
-        document: Content of a policy file with a belief that has learned from the trials.
-    """
+    """Contacts in recorded trials: settings of the first, and the policy file of a belief that learned from all."""
 
     config: RunConfig
     document: PolicyDocument

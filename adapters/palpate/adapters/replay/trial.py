@@ -39,12 +39,7 @@ class ReplayedRecords(Sink):
 
 @dataclass(frozen=True)
 class ReplayedTrial:
-    """A trial that is run again.
-
-    Attributes:
-        made: Records of the replay.
-        out: Another recorder and the name of its log, which marks the counterfactual ticks; None for none.
-    """
+    """A trial that is run again, its records, and another recorder with the name of its log, if any."""
 
     tape: Tape
     rebuilt: Rebuilt
@@ -58,11 +53,7 @@ class ReplayedTrial:
         facts: Callable[[TrialReport], dict[str, Any]],
         observers: Sequence[LoopObserver] = (),
     ) -> TrialReport:
-        """Run the trial.
-
-        Args:
-            facts: Returns the fields of the end record that the core does not know.
-        """
+        """Run the trial; ``facts`` returns the fields of the end record that the core does not know."""
         rebuilt = self.rebuilt
         recorders = [TrialRecorder(self.made, Path(), RecordingConfig())]
         observers = [*observers, _Interrupts(self.tape, rebuilt.task), self._begin(recorders[0], world, "")]

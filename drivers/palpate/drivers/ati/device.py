@@ -82,13 +82,7 @@ class UdpWire:
 
 
 class NetFt(PolledSensor):
-    """A box that streams.
-
-    Attributes:
-        received: Number of new records.
-        errors: Numbers of other records by kind: lost, old (not newer than a previous one), or malformed (invalid
-            datagrams).
-    """
+    """A box that streams; ``errors`` counts records that are lost, old, or malformed."""
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__(NAME, "check its power, cable and network, and that no other program has its stream")

@@ -25,11 +25,7 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier.
-
-    Attributes:
-        data: Payload. Its real length counts, whatever the interface claimed.
-    """
+    """A data frame with an 11-bit identifier, of the payload's real length, whatever the interface claimed."""
 
     can_id: int
     data: bytes = b""

@@ -96,11 +96,7 @@ def state_of(statusword: int) -> DriveState | None:
 
 
 def command_towards(state: DriveState | None, goal: DriveState, *, by_operator: bool = False) -> Controlword:
-    """Return the next controlword: step by step to operation enabled, or directly to switch on disabled.
-
-    Args:
-        by_operator: Whether an operator requested it; only then is a fault reset.
-    """
+    """Return the next controlword: in steps to operation enabled, or directly off; only an operator resets faults."""
     if state is DriveState.FAULT and by_operator:
         return Controlword.FAULT_RESET
     if state is None or goal is not DriveState.ENABLED:

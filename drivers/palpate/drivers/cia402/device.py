@@ -29,11 +29,7 @@ _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
 class Cia402Arm(LatchingArm):
-    """An arm of CiA 402 drives. It does not open or close its bus, because other devices may share it.
-
-    Args:
-        sleep: Waits for a number of seconds; not used in the cycle.
-    """
+    """An arm of CiA 402 drives. It does not open or close its bus, because other devices may share it."""
 
     def __init__(
         self,

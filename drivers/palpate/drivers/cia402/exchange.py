@@ -108,10 +108,7 @@ class CyclicExchange:
         return self.views
 
     def broadcast(self, controlword: int) -> None:
-        """Send a controlword and holding targets to all drives, without waiting and despite errors; used to stop.
-
-        Drives apply RPDOs at the next SYNC, so a SYNC follows.
-        """
+        """Send a controlword, holding targets and a SYNC, by which they apply, without waiting and despite errors."""
         for node, target in zip(self._nodes, self.hold(), strict=True):
             # An error at one drive must not prevent the command to the next.
             with contextlib.suppress(SilentError):

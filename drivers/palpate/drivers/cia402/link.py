@@ -32,10 +32,7 @@ _NOTIFIER_CYCLE_S: Final = 0.1
 
 
 class _EndOfReceiving(can.Listener):
-    """Listener that ends the receive thread on an error, which python-can keeps for :meth:`CanopenLink.require_alive`.
-
-    Without it the thread would also print a traceback.
-    """
+    """Ends the receive thread on an error without a traceback; python-can keeps it for ``require_alive``."""
 
     @override
     def on_message_received(self, msg: can.Message) -> None: ...
@@ -46,12 +43,7 @@ class _EndOfReceiving(can.Listener):
 
 
 class CanopenLink:
-    """A connected bus.
-
-    Args:
-        network: A connected ``canopen.Network``; other drivers may add listeners to its notifier.
-        name: Readable name of the bus.
-    """
+    """A connected ``canopen.Network``, to whose notifier other drivers may add listeners, and its readable name."""
 
     def __init__(self, network: Any, name: str = "CAN bus") -> None:
         self.network = network

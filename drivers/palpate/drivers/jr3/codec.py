@@ -49,11 +49,7 @@ class _Half(NamedTuple):
 
 
 class CanDecoder:
-    """Decodes the frames of one node, and joins the two halves of a reading, which arrive in any order.
-
-    Args:
-        errors: Counters of invalid frames and of halves without the other half.
-    """
+    """Decodes the frames of one node, joins halves of readings in any order, and counts invalid ones."""
 
     def __init__(self, node: int, errors: Counter[str]) -> None:
         self._node, self._errors = node, errors

@@ -114,10 +114,7 @@ class FullScales:
             raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
 
     def wrench(self, counts: tuple[int, ...], signs: Signs) -> tuple[Vector3, Vector3]:
-        """Return force in N and moment in N m.
-
-        FACT: F = counts x full scale / 16384, M = counts x full scale in 0.1 N m / 163840.
-        """
+        """Return force in N and moment in N m. FACT: counts x full scale / 16384; of moments, in 0.1 N m, / 163840."""
         axes = zip(counts, signs, (*self.force_N, *self.moment_dNm), strict=True)
         fx, fy, fz, mx, my, mz = (count * sign * scale for count, sign, scale in axes)
         force, moment = FULL_SCALE_COUNTS, 10 * FULL_SCALE_COUNTS

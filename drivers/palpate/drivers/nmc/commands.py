@@ -31,12 +31,7 @@ def read_stat(mask: StatusItem) -> NmcCommand:
 
 
 def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> NmcCommand:
-    """Loads a motion to a position, s32.
-
-    Args:
-        control: Optional bits SERVO and START_NOW.
-        words: Velocity and acceleration words; without them both stay unchanged.
-    """
+    """Loads a motion to a position, s32; without words of velocity and acceleration both stay unchanged."""
     control |= TrajectoryControl.POSITION
     if words:
         control |= TrajectoryControl.VELOCITY | TrajectoryControl.ACCELERATION
@@ -44,11 +39,7 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
 
 
 def set_gain(*values: int) -> NmcCommand:
-    """Sets the servo filter.
-
-    Args:
-        values: kp, kd, ki, limits of integral, output, current and position error, servo rate divisor, deadband.
-    """
+    """Sets kp, kd, ki, limits of integral, output, current and position error, servo rate divisor, and deadband."""
     return NmcCommand(Code.SET_GAIN, struct.pack("<4h2Bh2B", *values))
 
 

@@ -18,11 +18,7 @@ _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the message
 
 
 class StampClock:
-    """Converts a publisher's stamps to this computer's clock, assuming no delay of its fastest message.
-
-    Attributes:
-        stamp_ns: The latest stamp; 0 before the first.
-    """
+    """Converts a publisher's stamps to this computer's clock, assuming no delay of its fastest message."""
 
     def __init__(self, topic: str) -> None:
         self._topic, self.stamp_ns = topic, 0

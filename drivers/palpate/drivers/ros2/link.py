@@ -23,12 +23,7 @@ _domains: Final = dict[int, tuple[str, Any]]()
 
 
 class Ros2Link:
-    """A participant of a domain.
-
-    Args:
-        reads: Name and type of the topic to read.
-        writes: Name of the topic of commands; empty for none.
-    """
+    """A participant of a domain, which reads a topic of a type, and writes commands to another, if named."""
 
     def __init__(self, network: Ros2Network, reads: tuple[str, str], writes: str = "") -> None:
         self.network, (self.reads, self.kind), self.writes = network, reads, writes

@@ -89,10 +89,7 @@ class Served:
 
     @contextmanager
     def _ahead(self) -> Iterator[None]:
-        """Give threads that the client starts in the context a higher priority than this thread, if possible.
-
-        This thread waits for their data without sleeping, and with equal priority it would prevent their reception.
-        """
+        """Give threads that the client starts a higher priority: this one waits without sleep, and would block them."""
         policy, own = os.sched_getscheduler(0), self._priority
         if own > 1:
             os.sched_setscheduler(0, policy, os.sched_param(own))

@@ -80,13 +80,7 @@ class Transmission:
         return six([d + home for d, home in zip((d1, d2, d3, d4, d5, d6), HOME_RAD, strict=True)])
 
     def motor_rates(self, joint_rates: Sequence[float]) -> Six:
-        """Return the largest rate of each motor, in counts, for these largest rates of the joints.
-
-        Valid for velocities and accelerations, because the mapping is linear.
-
-        Args:
-            joint_rates: Magnitudes, (6,), in rad/s or rad/s2.
-        """
+        """Return each motor's largest velocity or acceleration in counts, for joints' (6,) in rad/s or rad/s2."""
         unit_rates = [self._motors(six([rate * (i == j) for i in range(JOINTS)])) for j, rate in enumerate(joint_rates)]
         return six([sum(abs(unit[axis]) for unit in unit_rates) for axis in range(JOINTS)])
 

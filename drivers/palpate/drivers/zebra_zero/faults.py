@@ -37,11 +37,7 @@ _REMEDIES: Final = {
 
 
 class ArmFaultError(DeviceFaultError):
-    """A fault of the arm.
-
-    Attributes:
-        axis: Motor, 1 to 6; None if the fault is not of a single motor.
-    """
+    """A fault of the arm, of one motor, 1 to 6, or of none."""
 
     def __init__(self, kind: FaultKind, axis: int | None, detail: str = "") -> None:
         self.kind, self.axis = kind, axis

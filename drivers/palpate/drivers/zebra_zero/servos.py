@@ -149,11 +149,7 @@ def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
 
 
 class Servos:
-    """The motors of the arm; positions in counts only.
-
-    Attributes:
-        on: Axes, 1 to 6, whose servos are on as far as is known.
-    """
+    """The motors of the arm, positions in counts only; ``on`` holds the axes, 1 to 6, whose servos are on."""
 
     def __init__(self, bus: NmcBus, settings: ZebraZeroSettings) -> None:
         self._bus, self._settings = bus, settings

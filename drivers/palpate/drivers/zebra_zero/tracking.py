@@ -65,11 +65,7 @@ class Tracking:
         self._doubts = [0] * JOINTS
 
     def take(self, axis: int, reply: Reply, now_ns: int, *, is_driven: bool) -> int:
-        """Accept a reply unless its position is impossible.
-
-        Returns:
-            0 if the reply is accepted; otherwise the number of consecutive rejected replies of this axis.
-        """
+        """Accept a reply unless its position is impossible; return 0, or how many in a row were rejected."""
         index, counts = axis - 1, reply.position_counts
         if counts is None:
             return self._doubt(index)

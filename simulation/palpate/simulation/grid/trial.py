@@ -31,12 +31,7 @@ _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Course of a trial.
-
-    Attributes:
-        symbols: Readings in order, from that of the start, without one at the goal; if the goal is reached, their
-            number equals that of the actions.
-    """
+    """Course of a trial, with the readings in order from that of the start; there is none at the goal."""
 
     start: int
     symbols: tuple[int, ...]

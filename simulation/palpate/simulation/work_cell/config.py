@@ -66,11 +66,7 @@ class PegConfig(Settings):
         return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
     def play_mm(self, worn_clearance_mm: float) -> float:
-        """Return the largest distance between two positions of the peg's axis in the hole's mouth.
-
-        Args:
-            worn_clearance_mm: The clearance after wear.
-        """
+        """Return the largest distance, mm, between positions of the peg's axis in the mouth, for a worn clearance."""
         sides, clearance_mm = SIDES.get(self.cross_section, 0), max(self.clearance_mm, worn_clearance_mm)
         across_mm = 2.0 * clearance_mm
         if sides:
@@ -90,10 +86,7 @@ class PegConfig(Settings):
 
     @property
     def facets(self) -> tuple[int, int]:
-        """Return the number of walls in the hole's round parts, and of corners in the peg's.
-
-        A hull has half as many: it has no gaps between its corners, and each corner costs more.
-        """
+        """Return the number of walls of the hole's round parts, and of corners of the peg's; half of it for a hull."""
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @property
@@ -221,11 +214,7 @@ class CellConfig(Settings):
         return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
 
     def plate_reach_m(self, wander_m: float) -> float:
-        """Return how far around the hole the plate must be closed, so that no corner of the peg is outside.
-
-        Args:
-            wander_m: Largest distance of the peg from the nominal goal.
-        """
+        """Return how far around the hole the plate is closed, in m, for a peg that wanders this far from the goal."""
         reach_m = max(PLATE_REACH_M, wander_m + self.hole_reach_mm * 1e-3 + 1e-3)
         if not (sides := self.peg.section().sides) or not self.conditions.yaw_deg:
             return reach_m

@@ -36,12 +36,7 @@ _LEGS: Final = 4
 
 
 class Felt(NamedTuple):
-    """One tick of a motion.
-
-    Attributes:
-        q_rad: Joint angles, (n,).
-        wrench: Force and torque, (6,), N and N m, as measured.
-    """
+    """One tick of a motion: joint angles, (n,) rad, and the wrench as measured, (6,) N and N m."""
 
     fresh: bool
     q_rad: JointVector

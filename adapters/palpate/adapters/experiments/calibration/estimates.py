@@ -47,12 +47,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Payload:
-    """Load of a force sensor, and its mounting.
-
-    Attributes:
-        centre_of_mass_m: Centre of mass of the load, (3,), frame of the tool.
-        mounting_deg: The sensor's turn about the tool's axis.
-    """
+    """Load of a force sensor: weight, centre of mass in the frame of the tool, and the sensor's turn about its axis."""
 
     weight_N: Estimate
     centre_of_mass_m: tuple[Estimate, Estimate, Estimate]

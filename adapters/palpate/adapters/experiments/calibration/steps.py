@@ -107,11 +107,7 @@ class Commissioning:
         return payload(np.array(down), np.array(means), np.array(sds))
 
     def plate(self) -> tuple[Estimate, Estimate]:
-        """Press on the plate at four places around the expected hole.
-
-        Returns:
-            Height of the plate, m, base frame; stiffness along the tool, N/m.
-        """
+        """Press around the hole; return the plate's height, m, base frame, and the stiffness along the tool, N/m."""
         results: list[tuple[Estimate, Estimate]] = []
         with self.arm.moving():
             self._go_above()
@@ -212,11 +208,7 @@ class Commissioning:
         raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
     def _press_at(self, x_m: float, y_m: float, height_m: float) -> Array:
-        """Touch the plate at a position in the task frame, from a given height; press, and lift again.
-
-        Returns:
-            Depth of the tip by the encoders, m; force, N; +1 inwards, -1 outwards; (3, n).
-        """
+        """Touch the plate at a place in the task frame, press, lift; return depth m, force N, +1 in -1 out, (3, n)."""
         arm, rotation = self.arm, self._ready.tip_rotation
 
         def at(depth_m: float) -> pin.SE3:

@@ -48,11 +48,7 @@ def grid_named(name: str, size: int) -> GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Bounds of a map: exact mean steps from a uniformly random start.
-
-    Attributes:
-        belief: Optimum for a known map and an unknown position; None if its computation takes too long.
-    """
+    """Exact mean steps from a random start; no optimum with a belief (known map, unknown place) if it takes long."""
 
     full: float
     belief: float | None

@@ -44,12 +44,7 @@ class Finding(NamedTuple):
 
 
 class DeviceReport:
-    """Collects the results of one device, so that a failure keeps earlier results.
-
-    Attributes:
-        facts: Measured or reported values without a judgement.
-        findings: Judgements in order.
-    """
+    """Collects facts and judgements of one device, so that a failure keeps earlier results."""
 
     def __init__(self, title: str) -> None:
         self.title = title

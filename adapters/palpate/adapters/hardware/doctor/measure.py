@@ -26,12 +26,7 @@ SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class Series(NamedTuple, Generic[SampleT]):
-    """Different samples of a device in order of arrival.
-
-    Attributes:
-        ages_ns: Age of the latest sample at each read.
-        marks: Mark of the latest sample at each read.
-    """
+    """Different samples of a device in order of arrival, with the age and the mark of the latest one at each read."""
 
     samples: list[SampleT]
     ages_ns: list[int]
@@ -69,11 +64,7 @@ def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[
 
 
 def report_pace(series: Series[SampleT], expected_Hz: float | None, report: DeviceReport) -> None:
-    """Judge rate and marks of samples.
-
-    Args:
-        expected_Hz: Configured rate of the device; None if unknown.
-    """
+    """Judge rate and marks of samples; ``expected_Hz`` is the configured rate, None if unknown."""
     ages_ms = np.array(series.ages_ns) * 1e-6
     report.facts["age"] = f"{np.median(ages_ms):.1f} ms median, {ages_ms.max():.1f} ms at most"
     # A read returns the latest sample since the previous read; no loop needs more than one per tick.

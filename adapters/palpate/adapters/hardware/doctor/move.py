@@ -26,10 +26,7 @@ _GOOD_RAD: Final = 0.25 * STEP_RAD
 def report_moves(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Move the joints one by one from the last to the first, until one does not follow.
-
-    The arm is stopped in any case.
-    """
+    """Move the joints, from the last to the first, until one does not follow; stop the arm in any case."""
     behind_rad = 0.0
     try:
         for joint in reversed(range(len(upper_rad))):

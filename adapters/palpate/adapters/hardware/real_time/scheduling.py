@@ -100,11 +100,7 @@ class RealTime:
 
 
 def take_real_time(priority: int) -> Grant:
-    """Put this thread into the real-time class for good, and with it all that it starts from now on.
-
-    Args:
-        priority: 1 to 99.
-    """
+    """Put this thread, and all that it starts, into the real-time class for good, at a priority of 1 to 99."""
     take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
 

@@ -89,11 +89,7 @@ class LoopTimer(LoopObserver):
 
 
 class RealTimeSession(RealTime):
-    """Real-time settings and timing of one run.
-
-    Attributes:
-        timer: The first observer of each trial.
-    """
+    """Real-time settings of one run, and its timer, the first observer of each trial."""
 
     def __init__(self, config: RealTimeConfig) -> None:
         super().__init__(config)

@@ -20,11 +20,7 @@ _SAME_S: Final = 1e-6
 
 @dataclass(frozen=True)
 class Course:
-    """All moments of a trial, in order.
-
-    Attributes:
-        tared: Whether the forces are tared.
-    """
+    """All moments of a trial, in order, and whether their forces are tared."""
 
     moments: tuple[Moment, ...]
     tared: bool

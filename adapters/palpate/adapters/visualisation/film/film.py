@@ -54,10 +54,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: int) -> None:
-    """Write ``count`` RGB pictures of one size as an endlessly repeated GIF.
-
-    The format counts time in hundredths of a second.
-    """
+    """Write ``count`` RGB pictures of one size as an endless GIF, which counts time in hundredths of a second."""
     frames = iter(pictures)
     first = next(frames)
     first.save(path, "GIF", save_all=True, append_images=frames, duration=gif_durations_ms(count, fps), loop=0)

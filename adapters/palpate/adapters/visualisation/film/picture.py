@@ -144,11 +144,7 @@ def _font(size_px: int) -> ImageFont.FreeTypeFont:
 
 
 def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
-    """Return the caption of a moment: names and values, one per line.
-
-    Args:
-        force_N: The measured force in the task frame, (3,); None if it was not measured.
-    """
+    """Return a moment's caption, with the measured force in the task frame, (3,) N, or None if it was not measured."""
     decision, force, parts = moment.decision, "not measured", "-"
     if force_N is not None:
         x, y, z = (round(value, 1) + 0.0 for value in force_N)

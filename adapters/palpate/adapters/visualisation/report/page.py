@@ -45,12 +45,7 @@ class PageSection(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A report.
-
-    Attributes:
-        facts: Names and values at the top.
-        notices: Important notices, such as an early end.
-    """
+    """A report, with facts at its top and important notices."""
 
     title: str
     kind: str

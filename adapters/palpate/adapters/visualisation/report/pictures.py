@@ -41,12 +41,7 @@ def mean_s(rows: Sequence[TrialRow]) -> float:
 
 
 def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[TrialRow]], title: str = "") -> Picture:
-    """Draw time above and success below, over the trials.
-
-    Args:
-        curves: Learners by name. Several runs have a band, the t interval of their mean.
-        levels: Trials of policies that do not learn, by name; drawn as lines.
-    """
+    """Draw time and success over the trials: learners as curves, with t intervals of several runs, others as lines."""
     ends = []
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
@@ -84,11 +79,7 @@ def _averages(values: Sequence[Sequence[float]]) -> Any:
 
 
 def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping[str, Runs]]) -> Picture:
-    """Draw time above and success below, against the values of a setting.
-
-    Args:
-        lines: By policy, the trials that count of each seed, by value of the setting.
-    """
+    """Draw time above and success below, against the values of a setting: of each policy, the trials of each seed."""
     described = []
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))

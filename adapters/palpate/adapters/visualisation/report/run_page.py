@@ -33,13 +33,7 @@ _LATE: Final = 25
 
 @dataclass(frozen=True)
 class RunSource:
-    """The content of a run's folder.
-
-    Attributes:
-        settings: Its configuration.
-        facts: Command, trials, policy and versions of its call.
-        summary: ``summary.json``; empty while the run is unfinished.
-    """
+    """A run's folder: trials, configuration, facts of its call, and ``summary.json``, empty while it is unfinished."""
 
     path: Path
     rows: tuple[TrialRow, ...]

@@ -73,10 +73,7 @@ class EmulatedBox:
 
 
 class NetFtServer:
-    """A thread that serves a box on this computer. A context manager.
-
-    The box sends to the client of the last request, as a real one does.
-    """
+    """A thread that serves a box on this computer; as a real box, it sends to the client of the last request."""
 
     host = "127.0.0.1"
 

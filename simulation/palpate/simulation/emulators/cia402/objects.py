@@ -47,11 +47,7 @@ _OFFERS_CSP: Final = 1 << 7
 
 @dataclass(slots=True)
 class Entry:
-    """One object: its value and access.
-
-    Attributes:
-        signed: Whether the value is in two's complement.
-    """
+    """One object: its value, in two's complement if signed, and its access."""
 
     value: int
     size: int
@@ -69,11 +65,7 @@ class Entry:
 
 
 class ObjectDictionary:
-    """All objects of one drive, at their values after power-up.
-
-    Args:
-        written: Called with the index of an object that an SDO has written.
-    """
+    """All objects of one drive, at their values after power-up; ``written`` is called with what an SDO has written."""
 
     def __init__(self, node: int, *, serial: int, written: Callable[[int], object]) -> None:
         self.object_dictionary: dict[int, object] = {}

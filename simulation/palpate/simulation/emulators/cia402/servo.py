@@ -81,11 +81,7 @@ class PowerMachine:
             self.state = PowerState.FAULT_REACTION
 
     def stopped(self, *, stay: bool) -> None:
-        """Complete a quick stop or a fault reaction, when the motor has come to rest.
-
-        Args:
-            stay: Whether the motor keeps torque in quick stop (option code 5 to 8 of object 0x605A).
-        """
+        """Complete a fault reaction, or a quick stop, after which the motor may keep torque (0x605A, 5 to 8)."""
         if self.state is PowerState.FAULT_REACTION:
             self.state = PowerState.FAULT
         elif self.state is PowerState.QUICK_STOP and not stay:

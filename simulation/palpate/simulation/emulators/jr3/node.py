@@ -44,12 +44,7 @@ class Notice(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One reading as sent on the bus.
-
-    Attributes:
-        counts: Six signed 16-bit counts; 16384 is one full scale.
-        counter: Acquisitions since START, modulo 65536.
-    """
+    """One reading: six signed 16-bit counts, 16384 at full scale, and acquisitions since START, modulo 65536."""
 
     counts: tuple[int, ...]
     counter: int

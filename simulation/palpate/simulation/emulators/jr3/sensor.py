@@ -29,21 +29,14 @@ _MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)
 
 
 def counts_of(wrench: Iterable[float]) -> list[float]:
-    """Return the six counts of a true wrench along the sensor's axes, saturated but not rounded.
-
-    Args:
-        wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, in right-handed axes.
-    """
+    """Return six counts, saturated but not rounded, of Fx Fy Fz in N and Mx My Mz in N m, in right-handed axes."""
     axes = zip(wrench, _TENTHS, _MIRRORED, WRIST_FULL_SCALES, strict=True)
     counts = [load * tenths * sign * FULL_SCALE_COUNTS / scale for load, tenths, sign, scale in axes]
     return [min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts]
 
 
 def smoothing_factor(cut_off_cHz: int) -> float:
-    """Return the weight of a new acquisition for a cut-off frequency, above 0 and at most 1.
-
-    FACT (jr3-mbed-firmware Jr3Controller.cpp): Ts / (Ts + 1 / (2 pi fc)), and 1 without a filter.
-    """
+    """Return a new acquisition's weight, Ts / (Ts + 1 / (2 pi fc)), 1 without filter. FACT: jr3-mbed-firmware."""
     if cut_off_cHz == UNFILTERED:
         return 1.0
     period_s = ACQUISITION_PERIOD_ns * 1e-9
@@ -51,9 +44,6 @@ def smoothing_factor(cut_off_cHz: int) -> float:
 
 
 def smoothed(value: Iterable[float], counts: Iterable[float], alpha: float, acquisitions: int) -> list[float]:
-    """Return the state of the exponential moving average after a number of equal inputs.
-
-    CALC: after k acquisitions of x the state y has become x + (y - x) (1 - alpha)^k.
-    """
+    """Return the moving average after k equal inputs x: from y, it is x + (y - x) (1 - alpha)^k (CALC)."""
     left = (1.0 - alpha) ** acquisitions
     return [count + (old - count) * left for count, old in zip(counts, value, strict=True)]

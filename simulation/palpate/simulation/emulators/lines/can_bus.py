@@ -8,12 +8,7 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class BusFrame:
-    """One classic CAN data frame with an 11-bit identifier.
-
-    Attributes:
-        arbitration_id: Identifier, 0 to 0x7FF.
-        data: Payload, 0 to 8 bytes.
-    """
+    """One classic CAN data frame with an 11-bit identifier and 0 to 8 bytes."""
 
     arbitration_id: int
     data: bytes
@@ -36,13 +31,7 @@ class CanNode(Protocol):
 
 
 class EmulatedCanBus:
-    """A bus with emulated nodes and one host, without any input or output of its own.
-
-    All participants but the sender receive a frame. There is no arbitration and no limit of the load.
-
-    Args:
-        bit_rate_Hz: Bit rate that a host must set to communicate.
-    """
+    """A bus with emulated nodes and one host, at one bit rate, without I/O of its own, arbitration or limit of load."""
 
     def __init__(self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = 1_000_000) -> None:
         self.bit_rate_Hz = bit_rate_Hz
@@ -54,11 +43,7 @@ class EmulatedCanBus:
         self._sent.append((None, frame))
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Advance the time and return the frames that the host receives, in order.
-
-        Args:
-            now_ns: New time, ns; never before an earlier one.
-        """
+        """Advance the time, never back, and return the frames that the host receives, in order."""
         for node in self._nodes:
             self._sent += [(node, frame) for frame in node.advance(now_ns)]
         heard: list[BusFrame] = []

@@ -71,13 +71,7 @@ _WAKES_LATE_NS: Final = 60_000  # usual delay of a wake-up on an ordinary kernel
 
 
 class PtyServer(Generic[Emulator]):
-    """A thread that connects an emulator to a pseudo-terminal. A context manager, within which it is plugged in.
-
-    Other threads access the device within `exclusive()`.
-
-    Args:
-        paced: Whether bytes take time on the line.
-    """
+    """A thread that connects an emulator to a pseudo-terminal in its context; bytes take time if ``paced``."""
 
     def __init__(
         self, emulator: Emulator, clock_ns: Callable[[], int] = time.monotonic_ns, *, paced: bool = True

@@ -36,11 +36,7 @@ Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
 class SerialLine(Generic[Emulator]):
-    """The line, without any input, output or clock of its own. The device keeps its power without a host.
-
-    Args:
-        paced: Whether bytes take time (10 bits each at the device's rate); otherwise they are immediate.
-    """
+    """The line, without I/O or clock of its own; bytes take 10 bits each if ``paced``. The device needs no host."""
 
     def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
         self.emulator = emulator

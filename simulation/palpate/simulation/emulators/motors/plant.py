@@ -113,10 +113,7 @@ class JointPlant:
         return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:
-        """Return the joint set-points that the motors hold, (n,) rad.
-
-        A free motor stays where it was released: gears of this ratio cannot be driven backwards (INFERENCE).
-        """
+        """Return the joint set-points that the motors hold, (n,) rad; a free motor stays where it was (INFERENCE)."""
         return self._gears.joints_rad(tuple(self._driven))
 
     def measured_rad(self, joints_rad: JointVector) -> None:

@@ -78,12 +78,7 @@ class StopMotorBits(enum.IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One complete command.
-
-    Attributes:
-        address: A module's own (0 to 0x7F) or a group's (0x80 to 0xFF).
-        data: Up to 15 bytes.
-    """
+    """One complete command, to a module (address 0 to 0x7F) or a group (0x80 to 0xFF), with up to 15 bytes."""
 
     address: int
     command: int

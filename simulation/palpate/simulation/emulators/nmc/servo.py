@@ -14,12 +14,7 @@ _TURN: Final = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """Trajectory buffered by LOAD_TRAJ.
-
-    Attributes:
-        velocity: Velocity word, 1/65536 counts per tick.
-        acceleration: Acceleration word, 1/65536 counts per tick squared.
-    """
+    """Trajectory buffered by LOAD_TRAJ; words in 1/65536 counts per tick, and per tick squared."""
 
     control: int = 0
     position_counts: int = 0

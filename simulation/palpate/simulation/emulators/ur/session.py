@@ -27,11 +27,7 @@ def _names(payload: bytes) -> list[str]:
 
 
 class RtdeSession:
-    """A client of the controller's RTDE server.
-
-    Attributes:
-        is_broken: Whether the client has sent an invalid package, after which the controller disconnects.
-    """
+    """A client of the controller's RTDE server; it is broken after an invalid package, and is then disconnected."""
 
     def __init__(self, controller: UrController) -> None:
         self.is_broken = False
