@@ -1,15 +1,15 @@
-"""Mutants of the core: which of them does no golden log and no unit test of their package find?
+"""Find mutants of core, log and replay that neither a golden log nor a unit test of their package kills.
 
     python -m benchmarks.gate --seeds 7101 7102 7103 --count 100 --jobs 2 --out gate.jsonl
-    python -m benchmarks.gate --packages supervision tasks motion --out gate.jsonl
+    python -m benchmarks.gate --packages supervision tasks motion replay log --out gate.jsonl
 
 A mutant is one small change (a dropped statement, another operator, constant, comparison, branch) at a place that a
 recorded trial runs; checks of settings and texts are left out. Each seed draws ``--count`` places by their digests, so
 that a change elsewhere draws no others. A mutant is killed when a golden log does not replay equal in every bit, or
 else by the first unit test of its package that fails. Every log is replayed twice, in a fork of this process.
 
-Verdicts go to ``--out`` as they are reached, and the next call resumes; one is reached again if the core, the logs or
-the tests have changed. The table has killed and drawn mutants for each package; the survivors follow.
+Verdicts go to ``--out`` as they are reached, and the next call resumes; one is reached again if the source, the logs
+or the tests have changed. The table has killed and drawn mutants for each package; the survivors follow.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def in_parts(jobs: int, ones: Sequence[Candidate], *arguments: Any) -> None:
 
 
 def verdicts(out: Path, of: str) -> dict[str, dict[str, Any]]:
-    """Those in the file that hold for this core, these logs and these tests; a line cut short is left out."""
+    """Those in the file that hold for this source, these logs and these tests; a line cut short is left out."""
     found = {}
     for line in out.read_text(encoding="utf-8").splitlines() if out.exists() else []:
         try:
@@ -133,7 +133,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", nargs="+", type=int, default=[17])
     parser.add_argument("--count", type=int, default=100, help="mutants of each seed")
-    parser.add_argument("--packages", nargs="+", default=[], help="of the core, such as tasks; all of them by default")
+    parser.add_argument("--packages", nargs="+", default=[], help="such as tasks or replay; all of them by default")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""What can be mutated of the core: what a trial runs, and no refusals of settings, texts or annotations."""
+"""What can be mutated: what a trial runs, and no refusals of settings, texts or annotations."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _MODULE: Final = "<module>"
 
 @dataclass(frozen=True)
 class Mutant:
-    """One small change of the core.
+    """One small change.
 
     Attributes:
         id: The same for the same change of the same function.
-        package: Of the core, such as ``tasks``.
+        package: Such as ``tasks`` or ``replay``.
         file: Relative to the checkout.
         line: Where the change is.
         function: With its classes; ``<module>`` for none.

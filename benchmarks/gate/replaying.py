@@ -1,4 +1,4 @@
-"""Golden logs and unit tests in a fork of this process, with a mutant in place of a file of the core."""
+"""Golden logs and unit tests in a fork of this process, with a mutant in place of a file of the source."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from types import CodeType, FrameType, FunctionType
 from typing import Any, Final
 
 ROOTS: Final = ("core", "adapters", "drivers", "simulation")
-_CORE: Final = "core/palpate/core"
+_CORE: Final = "core/palpate/core/"
+_MUTATED: Final = (_CORE, "adapters/palpate/adapters/log/", "adapters/palpate/adapters/replay/")
+"""What is mutated: the core, and what records and replays its trials."""
 _CPU_S: Final = 30
 _TRACED_CPU_S: Final = 900
 _WALL_PER_CPU: Final = 60.0
@@ -103,7 +105,7 @@ def in_child(work: Callable[[], Any], cpu_s: int = _CPU_S) -> tuple[str, Any]:
 
 
 def lines_run(checkout: Path, kept: Path) -> dict[str, dict[int, set[str]]]:
-    """The core's lines that replaying the golden logs runs, by file, each with the logs that run it.
+    """The lines that replaying the golden logs runs, by file, each with the logs that run it.
 
     Args:
         checkout: Whose core, and whose logs.
@@ -132,11 +134,11 @@ def _traced(checkout: Path, logs: Sequence[Path]) -> dict[str, dict[int, list[st
         nonlocal trials
         code = frame.f_code
         name = code.co_filename.removeprefix(root)
-        if not name.startswith(_CORE):
+        if not name.startswith(_MUTATED) or name.endswith("_pb2.py"):
             return None
         whole = code.co_name == "run_trial"
         trials += whole
-        if trials and code.co_name != "<module>":
+        if (trials or not name.startswith(_CORE)) and code.co_name != "<module>":
             in_trials.add(name)
         if code not in left:
             left[code] = {line for _, _, line in code.co_lines() if line is not None}
@@ -211,13 +213,14 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def unit_tests(checkout: Path, package: str) -> list[str]:
-    """Where the tests of a package of the core are."""
-    folder = checkout / "tests" / "unit" / "core"
-    return [str(path) for path in [folder / package, *folder.glob(f"test_{package}*.py")] if path.exists()]
+    """Where the tests of a package are."""
+    folders = [checkout / "tests" / "unit" / root for root in ("core", "adapters")]
+    found = [path for folder in folders for path in (folder / package, *folder.glob(f"test_{package}*.py"))]
+    return [str(path) for path in found if path.exists()]
 
 
 def failed_test(checkout: Path, package: str) -> str:
-    """The first unit test of a package that fails with the core as it is loaded here; empty if none does."""
+    """The first unit test of a package that fails with the source as it is loaded here; empty if none does."""
     import pytest
 
     class Failures:
