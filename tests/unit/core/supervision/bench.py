@@ -18,7 +18,7 @@ UNTARED = Expectation(contact=True)
 READY_TIP = (0.0, 0.0, -3e-3)
 
 
-def supervisor(config=None, arm="zebra-zero", *, noisy=False, **more):
+def supervisor(config=None, arm="zebra-zero", *, noisy=False, sensor=None, **more):
     """A supervisor for made-up wrenches, which have no noise."""
     kinematics = Kinematics(arm_named(arm), TOOL)
     return Supervisor(
@@ -26,7 +26,7 @@ def supervisor(config=None, arm="zebra-zero", *, noisy=False, **more):
         TaskConfig(),
         INSERTION.workspace(TaskConfig()),
         kinematics,
-        SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0),
+        sensor or (SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0)),
         **{"scale": (1.0,) * 6, **more},
     )
 

@@ -1,7 +1,7 @@
 """Every reason to trip: at the first tick at which it should, and not just below the limit."""
 
 from dataclasses import replace
-from math import nan
+from math import inf, nan, nextafter
 
 import pytest
 
@@ -107,6 +107,28 @@ class TestLimits:
         bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 1.0, 1.0))
         bench.clean(5, force_N=(0, 0, -9.9))
         assert bench.trip(force_N=(0, 0, -10.1)).text.startswith("force 30.30 N")
+
+    @pytest.mark.parametrize("place", range(3))
+    @pytest.mark.parametrize("above", [True, False])
+    def test_limit_of_the_workspace_is_inside_and_the_next_number_outside(self, place, above):
+        watch = WorkspaceWatch(SupervisionConfig(), Workspace((6.5, 7.5), 3.0, 10.0))
+        most = ((26.5e-3, 27.5e-3, 22e-3), (-26.5e-3, -27.5e-3, -53e-3))[not above][place]
+        for tip, outside in ((most, False), (nextafter(most, inf if above else -inf), True)):
+            tip_m = tuple(tip * (each == place) for each in range(3))
+            assert (watch.trip(1, tip_m, TOUCHING, (0.0, 0.0)) is not None) is outside
+
+    @pytest.mark.parametrize(("which", "limit_ms"), [("wrench", 50), ("joints", 100)])
+    @pytest.mark.parametrize("sign", [1, -1])
+    def test_age_and_gap_at_their_limits_are_allowed_and_a_nanosecond_more_is_not(self, which, limit_ms, sign):
+        for more_ns in (0, 1):
+            bench = Bench()
+            bench.clean(3)
+            now = bench.snapshots[-1].time_ns + 50 * MS
+            old = {"source_time_ns": now - sign * (limit_ms * MS + more_ns)}
+            bench.tick(
+                time_ns=now, **({"wrench": {"source_time_ns": now}, "joints": {"source_time_ns": now}} | {which: old})
+            )
+            assert (bench.supervisor.trip is not None) is bool(more_ns)
 
     @pytest.mark.parametrize(("good", "bad"), [((0.17, -0.3), (0.18, 0.0)), ((0.0, 0.3), (0.0, -0.36))])
     def test_tool_that_leans_or_turns_too_far_trips(self, good, bad):
@@ -269,11 +291,13 @@ class TestOverTicks:
         assert f"what the arm says that it applied has {said}" in trip.text
         assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)
 
-    def test_joint_that_shows_one_angle_while_its_commands_go_on_is_found(self):
+    @pytest.mark.parametrize("moves_before", [0, 1])
+    def test_joint_that_shows_one_angle_in_fourteen_new_samples_while_its_commands_go_on_is_found(self, moves_before):
         bench = Bench()
-        bench.clean(10)
+        first, *others = bench.home_rad
+        bench.clean(moves_before, measured_rad=(first - 1e-5, *others))
         for tick in range(40):
-            asked = (bench.home_rad[0] + 2e-4 * tick, *bench.home_rad[1:])
-            bench.tick(measured_rad=bench.home_rad, asked_rad=asked)
+            bench.tick(measured_rad=bench.home_rad, asked_rad=(first + 5e-4 * tick, *others))
         assert bench.tripped.reason is TripReason.TRACKING_ERROR
         assert "stays at" in bench.tripped.text
+        assert bench.tripped.tick == 13 + 2 * moves_before

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from palpate.core.ports.rig import SensorFacts
 from palpate.core.supervision import SupervisionConfig
 from palpate.core.trial import TripReason
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
@@ -108,3 +109,17 @@ def test_a_sample_that_is_no_news_is_no_sign_of_death():
         for _ in range(5):
             tick(bench, shown, wrench={"sequence": number})
             assert bench.supervisor.trip is None
+
+
+def test_channel_without_declared_noise_may_be_constant():
+    bench, readings = Bench(sensor=SensorFacts(0.1, 0.0)), live()
+    clean(bench, (shown * (1, 1, 1, 0, 0, 0) for shown in readings), 100)
+
+
+def test_noise_is_that_of_the_samples_of_its_own_trial():
+    bench, readings = Bench(noisy=True), live()
+    clean(bench, readings, 40, expectation=UNTARED)
+    bench.supervisor.begin()
+    bench.snapshots.clear()
+    clean(bench, (shown + 2.0 for shown in readings), 20, expectation=UNTARED)
+    clean(bench, (shown + 2.0 for shown in readings), 5)
