@@ -32,6 +32,15 @@ RT_EMULATOR = ("--priority", 30)
 JOB = ("--job", str(Path(__file__).parent / "support" / "job.toml"))
 """A job without an arm, for rigs that state theirs."""
 
+STUDY = """
+[study]
+trials = 2
+seeds = [0, 1]
+policies = ["q-learning", "torque"]
+[base]
+task.time_limit_s = 0.3
+"""
+
 
 class Done(NamedTuple):
     """What a command came to."""

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from tests.command_line import CommandLine, shared_folder
+from tests.command_line import STUDY, CommandLine, shared_folder
 
 TRIALS = 3
 
@@ -39,3 +39,14 @@ def compared(tmp_path_factory, trained):
         (out.parent / f"{out.name}.txt").write_text(printed)
 
     return shared_folder(tmp_path_factory, "compared", make)
+
+
+@pytest.fixture(scope="session")
+def studied(tmp_path_factory):
+    """The folder of a small study; to be read, not changed."""
+
+    def make(out):
+        out.with_suffix(".toml").write_text(STUDY)
+        CommandLine().succeed("study", out.with_suffix(".toml"), "--out", out, "--jobs", 1)
+
+    return shared_folder(tmp_path_factory, "studied", make)

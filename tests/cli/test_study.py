@@ -7,16 +7,8 @@ from pathlib import Path
 import pytest
 
 from palpate.simulation.work_cell.cell import WorkCell
-from tests.command_line import PATIENCE_S, RESULTS, CommandLine, Done, files_in, results_in, shared_folder, wait_until
+from tests.command_line import PATIENCE_S, RESULTS, STUDY, CommandLine, Done, files_in, results_in, wait_until
 
-SMALL = """
-[study]
-trials = 2
-seeds = [0, 1]
-policies = ["q-learning", "torque"]
-[base]
-task.time_limit_s = 0.3
-"""
 ENDLESS = """
 [study]
 trials = 3
@@ -40,12 +32,6 @@ def make(text, out):
     done = run(text, out, "--jobs", 1)
     assert done.code == 0, done
     return done
-
-
-@pytest.fixture(scope="session")
-def studied(tmp_path_factory):
-    """The folder of the small study; to be read, not changed."""
-    return shared_folder(tmp_path_factory, "studied", lambda out: make(SMALL, out))
 
 
 def finished_in(out):
@@ -74,9 +60,9 @@ def test_a_condition_is_what_train_or_run_leaves(palpate, studied, tmp_path):
 
 def test_finished_conditions_are_not_run_again(palpate, studied, tmp_path):
     out = tmp_path / "out"
-    make(SMALL.replace("[0, 1]", "[1]"), out)
+    make(STUDY.replace("[0, 1]", "[1]"), out)
     before = times_in(out)
-    assert "4 conditions of 2 trials in " in (printed := make(SMALL, out).stdout)
+    assert "4 conditions of 2 trials in " in (printed := make(STUDY, out).stdout)
     assert "2 of them are finished" in printed
     assert before.items() <= times_in(out).items()
     assert files_in(out) == files_in(studied)
@@ -90,7 +76,7 @@ def test_finished_conditions_are_not_run_again(palpate, studied, tmp_path):
 def test_a_condition_that_fails_is_named_and_the_others_are_run(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.study.Condition.require_possible", lambda condition: None)
     out = tmp_path / "out"
-    text = SMALL.replace("[0, 1]", "[0]") + "[grid]\ntask.goal.x_mm = [400.0, 1900.0]\n"
+    text = STUDY.replace("[0, 1]", "[0]") + "[grid]\ntask.goal.x_mm = [400.0, 1900.0]\n"
     done = run(text, out, "--jobs", 1)
     assert done.code == 1
     assert "2 of 4 conditions are finished" in done.stdout
@@ -109,7 +95,7 @@ def test_a_full_disk_ends_the_study_in_one_line_and_what_is_finished_stays(tmp_p
         advance(cell)
 
     monkeypatch.setattr(WorkCell, "advance", fail)
-    done = run(SMALL, out, "--jobs", 1)
+    done = run(STUDY, out, "--jobs", 1)
     assert done.code == 2
     assert done.stderr.count("palpate: ") == 1
     assert "cannot be written (No space left on device); make room and run the same command again" in done.stderr
@@ -151,10 +137,11 @@ def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path, monkeypatch):
         advance(cell)
 
     monkeypatch.setattr(WorkCell, "advance", interrupted)
-    require_ended_in_order(run(SMALL, out, "--jobs", 1), out)
+    require_ended_in_order(run(STUDY, out, "--jobs", 1), out)
     assert len(finished_in(out)) == 1
 
 
+@pytest.mark.nightly
 def test_study_that_is_interrupted_ends_its_workers_first(tmp_path, start):
     out = tmp_path / "out"
     (tmp_path / "out.toml").write_text(ENDLESS)

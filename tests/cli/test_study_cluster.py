@@ -14,18 +14,9 @@ import pytest
 
 from palpate.adapters.experiments.study import cluster
 from palpate.core.errors import ConfigurationError
-from tests.command_line import PATIENCE_S, CommandLine, files_in
+from tests.command_line import PATIENCE_S, STUDY, CommandLine, files_in
 
 pytest.importorskip("distributed")
-
-STUDY = """
-[study]
-trials = 2
-seeds = [0, 1]
-policies = ["q-learning", "torque"]
-[base]
-task.time_limit_s = 0.3
-"""
 
 
 @pytest.fixture
@@ -76,8 +67,7 @@ def kill_at_work(out, workers, killed):
         time.sleep(0.002)
 
 
-def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin, address, tmp_path, monkeypatch):
-    assert run(tmp_path / "alone", "--jobs", 1).code == 0
+def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin, address, studied, tmp_path, monkeypatch):
     started = [begin("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(2)]
     out, killed = tmp_path / "out", list[int]()
     with monkeypatch.context() as other:
@@ -94,7 +84,7 @@ def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin, addre
     assert len(killed) == 1
     assert done.code == 0, done
     assert "4 of 4 conditions are finished" in done.stdout
-    assert files_in(out) == files_in(tmp_path / "alone")
+    assert files_in(out) == files_in(studied)
 
 
 def test_worker_with_several_threads_is_refused():

@@ -12,12 +12,13 @@ class TooLateError(AssertionError):
 
 
 def wait_for(condition, within_s=10.0):
-    """Wait until something has come about."""
+    """Wait until something has come about, and return it."""
     deadline_s = time.monotonic() + within_s
-    while not condition():
+    while not (found := condition()):
         if time.monotonic() > deadline_s:
             raise TooLateError(f"it did not come about within {within_s} s")
         time.sleep(0.002)
+    return found
 
 
 @contextmanager

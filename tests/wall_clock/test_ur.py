@@ -1,6 +1,5 @@
 """The client ur_rtde itself against an emulated controller, over sockets of this computer."""
 
-import sys
 import time
 from contextlib import contextmanager
 from dataclasses import replace
@@ -8,13 +7,11 @@ from dataclasses import replace
 import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
-from palpate.adapters.hardware.plugins import force_sensor_maker
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Life
 from palpate.drivers.errors import DriverError
 from palpate.drivers.ur import UrLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
-from tests.command_line import JOB
 from tests.support.arm_thread import arm_in_thread
 from tests.support.arms import driver_arm
 from tests.virtual_ur import HOME
@@ -73,18 +70,6 @@ def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context):
             lead(arm, THERE, 0.1)
 
 
-def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context):
-    with served() as server:
-        sensor = force_sensor_maker("ur-rtde")({"host": server.host, "max_age_ms": 400.0}, context)
-        sensor.configure()
-        sensor.activate()
-        assert sensor.read().force_N == (0.0, 0.0, -5.0)
-    time.sleep(0.1)
-    with pytest.raises(DeviceError, match=r"connection to 127.* is broken: "):
-        sensor.read()
-    sensor.close()
-
-
 @pytest.mark.parametrize("network", [lambda data: b"", lambda data: b"\x00\x01U"], ids=["silence", "garbage"])
 @pytest.mark.usefixtures("real_time")
 def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(context, network):
@@ -124,13 +109,3 @@ def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(w
             with pytest.raises(DriverError, match="is broken"):
                 wait_for(lambda: link.state() is None)
         link.close()
-
-
-def test_without_the_client_one_line_names_the_extra(palpate, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "rtde_control", None)
-    (tmp_path / "rig.toml").write_text(
-        "[arm]\nname = 'ur5'\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
-    )
-    done = palpate("run", "--rig", "rig.toml", "--confirm", "rig", *JOB, "--policy", "torque", "--trials", "1")
-    assert done.code == 2
-    assert "pip install 'palpate[ur]'" in done.stderr.splitlines()[-1]

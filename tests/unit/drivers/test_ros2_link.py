@@ -1,7 +1,6 @@
 """Two links in one process, over the loopback of this computer: what one writes, the other reads."""
 
 import os
-import time
 
 import pytest
 
@@ -9,18 +8,10 @@ from palpate.drivers.errors import GarbledError, SettingError, SilentError
 from palpate.drivers.ros2 import JOINT_STATE, Ros2Link, Ros2Network
 from palpate.drivers.ros2 import link as module
 from palpate.drivers.ros2.settings import COMMANDS
+from tests.wall_clock.late import wait_for
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-LIMIT_S = 20.0
 LOOPBACK = Ros2Network(100 + os.getpid() % 100, "127.0.0.1", ("127.0.0.1",))
-
-
-def until(done):
-    began_s = time.monotonic()
-    while not (found := done()):
-        assert time.monotonic() - began_s < LIMIT_S
-        time.sleep(0.001)
-    return found
 
 
 @pytest.fixture
@@ -37,15 +28,15 @@ def test_command_arrives_and_both_sides_know_each_other(links):
     arm, robot = links
     assert robot.take() == []
     assert arm.publishers() == 0
-    until(lambda: arm.subscribers() and robot.publishers())
+    wait_for(lambda: arm.subscribers() and robot.publishers())
     arm.write((0.1, -0.2))
-    (taken,) = until(robot.take)
+    (taken,) = wait_for(robot.take)
     assert list(taken.data) == [0.1, -0.2]
     assert arm.endpoints("/commands") == [(COMMANDS, "Volatile, BestEffort")]
     assert robot.endpoints("/commands") == [(COMMANDS, "Volatile, Reliable")]
     assert arm.endpoints("/joint_states") == []
     arm.close()
-    until(lambda: not robot.publishers())
+    wait_for(lambda: not robot.publishers())
     assert robot.take() == []
 
 

@@ -4,7 +4,6 @@ import json
 import socket
 import sys
 import threading
-import time
 from types import ModuleType
 
 import pytest
@@ -12,10 +11,10 @@ import pytest
 from palpate.drivers.errors import SettingError, SilentError, WiringError
 from palpate.drivers.ur import UrLink, process_main
 from palpate.drivers.ur.process_main import Served
+from tests.wall_clock.late import wait_for
 
 POSE = (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)
 LIMIT_S = 20.0
-"""Of waits that take milliseconds on an idle computer."""
 
 
 class Client:
@@ -78,18 +77,10 @@ def link(client, monkeypatch):
     made.thread.join(LIMIT_S)
 
 
-def until(done):
-    began_s = time.monotonic()
-    while not (found := done()):
-        assert time.monotonic() - began_s < LIMIT_S
-        time.sleep(0.001)
-    return found
-
-
 def test_link_leads_the_client_and_shows_its_state(link, client):
     hello = link.open(LIMIT_S)
     assert (hello.version, hello.serial) == ("5.11", "2020")
-    state = until(link.state)
+    state = wait_for(link.state)
     assert (state.q_rad, state.timestamp_s, state.robot_mode, state.payload_kg) == (POSE, 3.0, 7, 0.5)
     assert 0 <= link.stamp_ns() - state.stamp_ns < LIMIT_S * 1e9
     assert link.call("remote", LIMIT_S) is True
@@ -100,7 +91,7 @@ def test_link_leads_the_client_and_shows_its_state(link, client):
     assert link.call("control", LIMIT_S, 6.0)
     assert client.called("setWatchdog", "reuploadScript") == [("reuploadScript",), ("setWatchdog", 6.0)]
     link.servo(POSE, 0.007, 0.03, 1000.0)
-    assert until(lambda: client.called("servoJ")) == [("servoJ", list(POSE), 0.5, 0.5, 0.007, 0.03, 1000.0)]
+    assert wait_for(lambda: client.called("servoJ")) == [("servoJ", list(POSE), 0.5, 0.5, 0.007, 0.03, 1000.0)]
     assert link.call("unlock", LIMIT_S) is None
     assert client.called("closeSafetyPopup", "unlockProtectiveStop")
     link.close()
@@ -113,7 +104,7 @@ def test_stopped_program_is_not_stopped_again_at_the_end(link, client):
     assert link.call("stop", LIMIT_S, 15.0)
     link.call("control", LIMIT_S, 0.0)
     link.servo(POSE, 0.007, 0.03, 1000.0)
-    until(lambda: client.called("servoJ"))
+    wait_for(lambda: client.called("servoJ"))
     assert link.call("stop", LIMIT_S, 15.0)
     link.close()
     link.thread.join(LIMIT_S)
@@ -148,7 +139,7 @@ def test_lost_controller_is_named_and_a_closed_link_is_refused(link, client):
     link.open(LIMIT_S)
     client.answers["isConnected"] = False
     with pytest.raises(SilentError, match="connection to arm is broken: the controller has closed the RTDE"):
-        until(lambda: link.state() and None)
+        wait_for(lambda: link.state() and None)
     link.thread.join(LIMIT_S)
     with pytest.raises(SilentError, match="is broken: the controller has closed"):
         link.servo(POSE, 0.007, 0.03, 1000.0)
@@ -169,7 +160,7 @@ def test_client_that_hangs_takes_no_set_points(link, client, go):
     link.open(LIMIT_S)
     client.answers["isConnected"] = lambda: go.wait(LIMIT_S)
     with pytest.raises(SilentError, match="the client takes no set-points: arm does not answer it"):
-        until(lambda: link.servo(POSE, 0.007, 0.03, 1000.0))
+        wait_for(lambda: link.servo(POSE, 0.007, 0.03, 1000.0))
     go.set()
 
 

@@ -1,12 +1,11 @@
-"""The gears against the published relations, and motors that drive an arm simulated elsewhere."""
+"""The gears against the published relations."""
 
 from math import pi
 
 import numpy as np
 import pytest
 
-from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears, JointPlant
-from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
+from palpate.simulation.emulators.motors.plant import HOME_RAD, ArmGears
 
 W = 11_034.53
 
@@ -22,18 +21,3 @@ def test_gears_agree_with_the_published_inverse_and_its_rounded_constants():
         assert [joint4, joint5, joint6] == pytest.approx(offsets[3:], abs=5e-6)
     assert gears.counts(HOME_RAD) == (0.0,) * 6
     assert gears.counts((HOME_RAD[0] + 2 * pi, *HOME_RAD[1:]))[0] == pytest.approx(192_000, abs=0.5)
-
-
-def test_servos_follow_an_arm_that_is_measured_at_140_hertz():
-    plant = JointPlant()
-    bench = Bench(plant=plant).running()
-    for address in range(1, 7):
-        bench.ask(address, 0x4, trajectory(0x97, 30_558, 1_025_348, 5_250))
-    worst = 0
-    for _ in range(200):
-        plant.measured_rad(plant.targets_rad())
-        bench.wait(14)  # 7.2 ms
-        worst = max(worst, *(abs(module.servo.error_counts) for module in bench.bus.modules))
-    assert [bench.position(address) for address in range(1, 7)] == [30_558] * 6
-    # The encoders stand still for 14 ticks at 15.6 counts: well below the limit of 4000.
-    assert 200 < worst < 240

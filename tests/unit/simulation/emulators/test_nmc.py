@@ -108,17 +108,6 @@ def test_trapezoid_tells_its_phases():
     assert (bench.position(1), bench.plant.motor_counts(0)) == (0, -250)
 
 
-@pytest.mark.parametrize(("way", "farther"), [(b"\x05", False), (b"\x09", True)], ids=["abrupt", "smooth"])
-def test_stop_holds_at_once_or_after_a_ramp(way, farther):
-    bench = moving(bench_of_one())
-    here = bench.position(1)
-    done = bench.ask(1, 0x7, way).status & MOVE_DONE
-    assert bool(done) is not farther
-    bench.ticks_until(lambda: bool(bench.status(1) & MOVE_DONE), 201)
-    assert (bench.position(1) > here > 0) is farther
-    assert bench.auxiliary(1) & SERVO_ON
-
-
 def test_position_error_trips_at_the_limit_and_stays_until_cleared():
     bench = bench_of_one()
     bench.plant.jam(0)
