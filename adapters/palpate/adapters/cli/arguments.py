@@ -236,8 +236,8 @@ def flags_of(kind: type) -> set[str]:
 def _unknown(kind: type, command: str, word: str) -> UsageError:
     word = word.split("=", 1)[0].replace("_", "-")
     near = difflib.get_close_matches(word, sorted(flags_of(kind)), n=1, cutoff=0.6)
-    places = {name: found.options for name, found in COMMANDS.items() if found.options}
-    others = [name for name, place in places.items() if word in flags_of(options_of(place))] if word[:2] == "--" else []
+    others = [name for name, found in COMMANDS.items() if found.module and word in flags_of(options_of(name))]
+    others = others if word.startswith("--") else []
     belongs = f", but of palpate {', '.join(others)}" if others else ""
     hint = f"; did you mean {near[0]}?" if near else "" if others else "; see --help"
     return UsageError(f"{word} is not an option of palpate {command}{belongs}{hint}")

@@ -12,18 +12,7 @@ import tyro
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.files import load_automaton, new_file, new_folder, require_free_folder, require_no_file
 from palpate.adapters.log import aligned, strings_from
-from palpate.core.automata import (
-    Inference,
-    InferenceSettings,
-    Machine,
-    Progress,
-    difference,
-    infer,
-    network_text,
-    shown_output,
-    to_dot_text,
-    to_json_text,
-)
+from palpate.core import automata
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports import Settings
 
@@ -46,10 +35,12 @@ class InferOptions(Settings):
     compare: bool = False
     """Compare two automata instead. Exit code 0: equal outputs for every word; 1: not equal, and the shortest word with
     different outputs is printed."""
-    settings: Annotated[InferenceSettings, tyro.conf.arg(name="")] = field(default_factory=InferenceSettings)
+    settings: Annotated[automata.InferenceSettings, tyro.conf.arg(name="")] = field(
+        default_factory=automata.InferenceSettings
+    )
 
 
-def infer_command(options: InferOptions) -> int:
+def infer(options: InferOptions) -> int:
     """Infer, report and save; return 0, or 2 if no network became consistent with labelled strings."""
     if options.show and options.compare:
         raise UsageError("palpate infer takes --show or --compare, not both")
@@ -66,7 +57,7 @@ def infer_command(options: InferOptions) -> int:
     with ExitStack() as opened:
         bars: list[Any] = []
 
-        def show(point: Progress) -> None:
+        def show(point: automata.Progress) -> None:
             if not bars:
                 # Not before training really goes on: settings may still be refused.
                 total = training.restarts * training.steps
@@ -76,7 +67,7 @@ def infer_command(options: InferOptions) -> int:
             bar.update(point.restart * training.steps + batch * point.step - bar.n)
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 
-        found = infer(strings, options.settings, progress=show)
+        found = automata.infer(strings, options.settings, progress=show)
     with new_folder(out) as folder:
         _save(found, folder)
     sys.stdout.write(
@@ -91,15 +82,15 @@ def infer_command(options: InferOptions) -> int:
     return 0
 
 
-def _save(found: Inference, folder: Path) -> None:
+def _save(found: automata.Inference, folder: Path) -> None:
     machine = found.machine
-    (folder / "automaton.json").write_text(to_json_text(machine), encoding="utf-8")
-    (folder / "automaton.dot").write_text(to_dot_text(machine), encoding="utf-8")
-    (folder / "network.json").write_text(network_text(found.network.network), encoding="utf-8")
+    (folder / "automaton.json").write_text(automata.to_json_text(machine), encoding="utf-8")
+    (folder / "automaton.dot").write_text(automata.to_dot_text(machine), encoding="utf-8")
+    (folder / "network.json").write_text(automata.network_text(found.network.network), encoding="utf-8")
     (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
 
 
-def _report(found: Inference) -> dict[str, object]:
+def _report(found: automata.Inference) -> dict[str, object]:
     return {
         "strings": found.strings,
         "held_out": found.held_out,
@@ -124,7 +115,7 @@ def _show(options: InferOptions) -> int:
         options.require("out", out.suffix == ".dot", "with --show a name that ends in .dot")
         require_no_file(out)
         with new_file(out) as passing:
-            passing.write_text(to_dot_text(machine), encoding="utf-8")
+            passing.write_text(automata.to_dot_text(machine), encoding="utf-8")
         sys.stdout.write(f"{_size(machine)}; saved in {out}\n")
     else:
         sys.stdout.write(f"{_size(machine)}\n\n{_table(machine)}")
@@ -135,7 +126,7 @@ def _compare(options: InferOptions) -> int:
     if options.out:
         raise UsageError("palpate infer --compare writes nothing: leave out --out")
     one, other = _automata(options.files, 2, "--compare")
-    found = difference(one, other)
+    found = automata.difference(one, other)
     if found is None:
         sys.stdout.write(f"they answer every word alike ({_size(one)}; {_size(other)})\n")
         return 0
@@ -143,7 +134,7 @@ def _compare(options: InferOptions) -> int:
     return 1
 
 
-def _automata(files: tuple[str, ...], count: int, flag: str) -> list[Machine]:
+def _automata(files: tuple[str, ...], count: int, flag: str) -> list[automata.Machine]:
     if len(files) != count:
         raise UsageError(f"palpate infer {flag} needs {count} automaton file{'s' * (count > 1)} (got {len(files)})")
     for path in files:
@@ -153,17 +144,17 @@ def _automata(files: tuple[str, ...], count: int, flag: str) -> list[Machine]:
     return [load_automaton(path) for path in files]
 
 
-def _table(machine: Machine) -> str:
+def _table(machine: automata.Machine) -> str:
     """Return the states with their outputs and transitions."""
     names = machine.names
     rows = [["state", "output", *machine.alphabet]]
     for state, row in enumerate(machine.transitions):
         name = f"{names[state]} (start)" if state == machine.start else names[state]
         targets = ("-" if target is None else names[target] for target in row)
-        rows.append([name, shown_output(machine.state_outputs[state]), *targets])
+        rows.append([name, automata.shown_output(machine.state_outputs[state]), *targets])
     return aligned(rows)
 
 
-def _size(machine: Machine) -> str:
+def _size(machine: automata.Machine) -> str:
     states, known = len(machine.transitions), "" if machine.complete else ", incomplete"
     return f"{machine.kind.value}, {states} state{'s' * (states != 1)}, {len(machine.alphabet)} symbols{known}"

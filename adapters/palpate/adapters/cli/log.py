@@ -156,7 +156,7 @@ def export(options: ExportOptions) -> int:
     return 0
 
 
-def import_bag(options: ImportOptions) -> int:
+def import_(options: ImportOptions) -> int:
     """Convert a bag to a log."""
     from palpate.adapters.config import configured
     from palpate.adapters.experiments import plain_perception, ready_pose

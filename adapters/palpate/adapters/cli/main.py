@@ -13,7 +13,7 @@ from contextlib import ExitStack, suppress
 from time import monotonic
 from typing import Final
 
-from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
+from palpate.adapters.cli.commands import GROUPS, commands_of, function_of, help_of, options_of
 from palpate.adapters.signals import on_ending_signal
 from palpate.core.errors import (
     ConfigurationError,
@@ -181,14 +181,12 @@ def _run(name: str, words: Sequence[str]) -> int:
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise UsageError(f"{name} is no command of {f'palpate {group}'.rstrip()}; {hint}there are {', '.join(known)}")
-    command = known[name]
-    options: object = words
-    if command.options:
-        # A command is imported after its arguments were checked, because it may load the simulator.
-        from palpate.adapters.cli.arguments import parse
+    # A command is imported after its arguments were checked, because it may load the simulator.
+    from palpate.adapters.cli.arguments import parse
 
-        options = parse(options_of(command.options), f"{group} {name}".lstrip(), words)
-    code = loaded(command.function)(options)
+    whole = f"{group} {name}".lstrip()
+    options: object = parse(options_of(whole), whole, words)
+    code = function_of(whole)(options)
     return code if isinstance(code, int) else 0
 
 

@@ -30,7 +30,7 @@ _COLUMN, _WIDTH = 36, 118
 
 
 @dataclass(frozen=True)
-class RigNewOptions(Settings):
+class NewOptions(Settings):
     """Print a rig file for an arm and a force sensor, with all settings, their defaults and their meanings.
 
     palpate rig new --arm ur-rtde --force ati-netft > rig.toml
@@ -47,7 +47,7 @@ class RigNewOptions(Settings):
     """Print a job file instead, with part, tool, place and limits of the paper's peg."""
 
 
-def new(options: RigNewOptions) -> None:
+def new(options: NewOptions) -> None:
     """Print the file."""
     if options.job:
         sys.stdout.write(job_text())

@@ -7,7 +7,6 @@ import sys
 import pytest
 
 from palpate.adapters.cli import main
-from palpate.adapters.cli.commands import COMMANDS, Command
 from palpate.adapters.cli.main import QUIET_S, Interrupts
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import BLOCK, RunFolder
@@ -55,9 +54,8 @@ def test_who_still_waits_is_heard_again(now):
 
 
 def test_the_end_of_the_interpreter_is_not_interrupted(monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["palpate", "ending"])
-    monkeypatch.setitem(COMMANDS, "ending", Command("for a test", "here:here"))
-    monkeypatch.setattr(main, "loaded", lambda place: lambda _: press())
+    monkeypatch.setattr(sys, "argv", ["palpate", "settings"])
+    monkeypatch.setattr(main, "function_of", lambda name: lambda _: press())
     before = signal.getsignal(signal.SIGINT)
     try:
         assert main.main() == 130
