@@ -36,9 +36,7 @@ def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iter
 
     Signals that are ignored, as SIGHUP under ``nohup``, and those that another handler serves keep their meaning,
     except SIGINT and SIGTERM. Python runs handlers in its main thread only: in any other thread this does nothing.
-
-    Args:
-        always: Take SIGINT and SIGTERM also where they are ignored or another handler serves them.
+    With ``always``, they are taken also where they are ignored or another handler serves them.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

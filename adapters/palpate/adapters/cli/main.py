@@ -31,16 +31,11 @@ QUIET_S: Final = 5.0
 
 
 class Interrupts:
-    """Context in which the signals that end a process raise KeyboardInterrupt.
+    """Context in which the signals that end a process raise KeyboardInterrupt; ``raised`` says whether one did.
 
     SIGINT and SIGTERM do so also where a shell lets them be ignored. Another signal within ``QUIET_S`` does nothing: it
     would interrupt the closing of logs and devices. Later ones raise again, for a command that still has not ended.
-
-    Args:
-        last: The process ends with the command: SIGINT is ignored from then on, and does not interrupt its end.
-
-    Attributes:
-        raised: Whether there was one.
+    With ``last``, the process ends with the command: SIGINT is ignored from then on, and does not interrupt its end.
     """
 
     def __init__(self, *, last: bool = False) -> None:

@@ -27,10 +27,7 @@ _EXAMPLES: Final = "examples/jobs holds some to begin with, such as dowel-12-h7.
 
 
 def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a job.
-
-    Args:
-        source: A job file, or its tables.
+    """Return the tables of a job, from its file or as given.
 
     Raises:
         ConfigurationError: The job cannot be read, has unknown tables, or lacks required fields.
@@ -68,8 +65,6 @@ def compose(
 
     Args:
         name: Scenario; ``job`` for a job without one.
-        tables: Nested tables of settings, such as a file's and the flags'.
-        job: Tables of a job file; without one the paper's job.
         sensor: Noise of a rig's force sensor; if not given, that of the simulated cell.
 
     Raises:

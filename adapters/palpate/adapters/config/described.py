@@ -21,14 +21,7 @@ _UNITS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """One setting.
-
-    Attributes:
-        name: Dotted name.
-        kind: Its type annotation.
-        default: Default value; None if there is none.
-        text: Help text.
-    """
+    """One setting: dotted name, type annotation, default (None if there is none) and help text."""
 
     name: str
     kind: Any

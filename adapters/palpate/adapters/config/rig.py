@@ -166,11 +166,6 @@ class RigFile(Settings):
     ) -> tuple[dict[str, Any], dict[str, Any] | None]:
         """Return settings and job without a simulated cell, with the arm and the measurements of this rig.
 
-        Args:
-            table: Settings of a file.
-            arm: Name of the arm, if the caller gives one.
-            measured: Whether measurements replace values of job and settings.
-
         Raises:
             ConfigurationError: There is no model of the arm.
             UsageError: Neither settings nor job state part and tool.

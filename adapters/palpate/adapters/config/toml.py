@@ -84,10 +84,7 @@ def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def field_value(base: Settings, name: str, value: Any) -> Any:
-    """Convert a TOML value to the type of a field, given by its dotted name. Other fields are not checked.
-
-    Args:
-        base: A configuration that holds the field, directly or in a table.
+    """Convert a TOML value to the type of a field of ``base``, given by its dotted name; other fields are not checked.
 
     Raises:
         ConfigurationError: The field is unknown, is a table of fields, or refuses the value.

@@ -46,7 +46,6 @@ class DeviceRig(Generic[DeviceT]):
     """Common part of the rigs of the three device ports.
 
     Attributes:
-        clock: Clock of the time stamps on the adapter's samples.
         advance: Advances the world and its time by a number of control ticks, in every state of the adapter.
         is_open: Returns whether the adapter holds a connection or another resource.
         provoke_fault: Makes the active device fail, and returns when the adapter has latched the fault.

@@ -211,8 +211,7 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
     """Build a task once, because some settings are refused only then, before a folder is created.
 
-    Args:
-        rig_file: File of the rig, whose sensor must be read before :func:`require_limits` can be called.
+    The sensor of a rig must be read before :func:`require_limits` can be called.
 
     Raises:
         ConfigurationError: A setting is refused.
@@ -273,7 +272,6 @@ def open_rig(
 
     Args:
         acknowledge: ``NUMBER NAME: why`` of a person who acknowledges the rig's open fault.
-        accept_kinematics: Whether a person accepts that the arm moves by its nominal model.
 
     Raises:
         ConfigurationError: The rig file or a setting in it cannot be used, or there is no fault to acknowledge.

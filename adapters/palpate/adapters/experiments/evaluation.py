@@ -45,9 +45,6 @@ class ChosenPolicy:
 
     Args:
         policy: A baseline's name, the path of a policy file, code, ``package.module:Name``, or a policy as it is.
-
-    Attributes:
-        document: The policy file; None for a baseline and for a policy as it is.
     """
 
     def __init__(self, policy: str | os.PathLike[str] | Policy, config: RunConfig) -> None:

@@ -33,12 +33,9 @@ def run_blocks(
     folder: RunFolder | None,
     on_trial: Callable[[int], object],
 ) -> tuple[list[TrialRow], list[str]]:
-    """Run trials in several processes, until all are finished or Ctrl-C ends them.
+    """Run trials in several processes, until all are finished or Ctrl-C ends them; also return failures of recording.
 
     A policy without memory of past trials gives the same trials and files as in one process.
-
-    Returns:
-        The finished trials, and failures of recording.
 
     Raises:
         PalpateError: A trial failed, with the message of its error.

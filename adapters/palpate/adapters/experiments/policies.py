@@ -199,10 +199,7 @@ def accepted_policies() -> str:
 
 
 def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, str]:
-    """Return the policy file or the third-party policy with this name.
-
-    Args:
-        accepted: Accepted names, for the error; if empty, those of all policies.
+    """Return the policy file or the third-party policy with this name; ``accepted`` names are for the error.
 
     Raises:
         ConfigurationError: There is neither, or the file cannot be read.

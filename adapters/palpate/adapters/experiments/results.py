@@ -158,11 +158,8 @@ class RunResult:
     """Finished trials.
 
     Attributes:
-        rows: Lines of ``trials.csv``.
-        summary: Statistics of all trials, as in ``summary.json``.
         finished: Whether all requested trials are finished.
         folder: Folder of the run; None if nothing was kept.
-        troubles: Failures of recording.
         timing: Punctuality of the control loop; empty in the simulator.
     """
 

@@ -81,11 +81,8 @@ class Claim:
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
     """Return an interval of a quantile between two of the values, chosen by exact binomial probabilities.
 
-    It is valid for any distribution, and covers the true quantile with at least 95 %, unlike the bootstrap.
-
-    Returns:
-        The interval; None with too few values: fewer than 6 for the median, fewer than 72 for the
-        95th percentile.
+    It is valid for any distribution, and covers the true quantile with at least 95 %, unlike the bootstrap. It is None
+    with too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
     """
     from scipy.stats import quantile_test
 
@@ -97,13 +94,10 @@ def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, 
 
 
 def t_half_width(values: Array) -> Array:
-    """Return half the width of Student's t interval of the mean over the first axis.
+    """Return half the width of Student's t interval of the mean over the first axis of (n, ...), n at least 2.
 
     The bootstrap is not used because there are few seeds: three resampled values stay within the range of the three, so
     its intervals are far too narrow.
-
-    Args:
-        values: Independent values, (n, ...), n at least 2.
     """
     from scipy.stats import t
 

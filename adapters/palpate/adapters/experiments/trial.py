@@ -26,8 +26,6 @@ class ScoredTrial:
     """A trial with the core's report and the ground truth.
 
     Attributes:
-        report: Report of the core, from port data.
-        truth: Ground truth; None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that ended by a trip.
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
@@ -105,9 +103,6 @@ def run_scored_trial(
     """Prepare the world, run one trial on the ports, and score it.
 
     In the simulator a trip is a result: it is not latched, and the next trial starts.
-
-    Args:
-        recorder: Recorder of the trial, prepared with the facts of the run.
 
     Raises:
         ConfigurationError: The trial's number is not from 0 to 10^9.

@@ -51,13 +51,9 @@ class Trials:
     """Task, supervisor and recorder of a policy, ready for its trials.
 
     Args:
-        command: Command that the logs name.
         name: Name of a policy that no policy file can hold; empty for any other.
         subfolder: Folder for the logs in that of the recorder.
         first: Number of the trial that logs and tables count as 0.
-
-    Attributes:
-        interrupted: Whether Ctrl-C or another signal ended the trials.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).

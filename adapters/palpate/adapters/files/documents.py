@@ -57,9 +57,7 @@ def load_examples(
 ) -> tuple[tuple[str, str], ...]:
     """Return pairs of state and action names from a CSV file, such as the ``decisions.csv`` of a run, in its order.
 
-    Args:
-        path: A file with a header line that has at least ``state`` and ``action``; other columns are ignored.
-        states: If given with ``actions``, names are checked, and an error states the line.
+    Other columns are ignored. With ``states`` and ``actions`` given, names are checked.
 
     Raises:
         ConfigurationError: The file cannot be used; the error states the file and the line.

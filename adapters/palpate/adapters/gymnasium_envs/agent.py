@@ -49,8 +49,6 @@ class Agent(FixedPolicy, LoopObserver):
     Attributes:
         look: Returns the agent's view when a decision is due; called in the loop's thread.
         shown: Views for the agent, or the error that ended the trial.
-        late_decisions: Number of pauses in this trial.
-        left: True if the agent has left the trial.
     """
 
     def __init__(self, limit_s: float = inf, grace_s: float | None = None) -> None:

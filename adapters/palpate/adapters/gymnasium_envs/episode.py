@@ -71,15 +71,12 @@ class Episodes:
     that of ``palpate run``.
 
     Args:
-        run: The run, not yet entered.
         out: On a rig, the folder for the recording; empty takes the next free one below ``runs``.
         limit_s: On a rig, time limit of a decision, after which the arm is stopped and the rig latched.
 
     Attributes:
         running: True if a trial waits for a decision.
-        trial: Index of the trial.
         skipped: Number of trials since :meth:`begin` that ended without a decision.
-        observe: Returns the agent's observation of the task.
 
     Raises:
         ConfigurationError: A setting is refused, or the task is not an insertion.
@@ -173,11 +170,10 @@ class Episodes:
         raise DeviceError("work cell", problem)
 
     def decide(self, decision: Decision) -> float:
-        """Execute an action, and run to the next decision or the end of the trial.
+        """Execute an action, run to the next decision or the end of the trial, and return the action's reinforcement.
 
-        Returns:
-            The reinforcement of the action, as a learner of the core receives it. If the core gives none, because a
-            supervisor or a fault ended the trial, that of an action without excess effort.
+        It is as a learner of the core receives it. If the core gives none, because a supervisor or a fault ended the
+        trial, it is that of an action without excess effort.
 
         Raises:
             NotRunningError: No trial runs.

@@ -82,9 +82,6 @@ class PortReadings:
 
     Joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
     measurements, and the applied command of the previous tick. Unbounded.
-
-    Attributes:
-        names: Name of each number, with its unit.
     """
 
     def __init__(self, joints: int) -> None:

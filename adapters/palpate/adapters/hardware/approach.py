@@ -70,7 +70,6 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
     Args:
         limit_N: Change of force that stops the arm, from that at the start or after the withdrawal; doubled during the
             withdrawal, because an arm that was left pressing releases that force.
-        watch: The supervisor's check whether samples are valid and new.
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back, meets something, or a
@@ -102,8 +101,7 @@ def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None
 def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVector]:
     """Return joint poses, tick by tick, that withdraw a tool along its axis until it is clear of the plate.
 
-    Returns:
-        The poses; none if the tip is already clear, or the tool is not aligned with the hole.
+    There are none if the tip is already clear, or the tool is not aligned with the hole.
 
     Raises:
         DeviceError: The arm cannot withdraw the tool from its present pose.

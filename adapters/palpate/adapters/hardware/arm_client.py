@@ -46,11 +46,7 @@ _LEFT: Final = "what stops the arm now is its drives' own time-outs; switch the 
 
 
 class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
-    """Encoders and servos of an arm that another process owns.
-
-    Args:
-        arm: The arm of the other process; it is never opened in this one.
-        tell: Receives the arm's messages when it is opened.
+    """Encoders and servos of an arm that another process owns; ``tell`` receives its messages when it is opened.
 
     Attributes:
         listens: Whether only angles are read, without power and commands. Set it before :meth:`activate`.
@@ -303,7 +299,6 @@ def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeC
     """Return the arm of a rig file in a separate process, which starts with ``configure``.
 
     Args:
-        real_time: Real-time settings of the run; the process uses them with a priority above the loop's.
         timeout_ns: Time without a set-point after which the process brings the arm to rest.
 
     Raises:

@@ -87,8 +87,6 @@ class ArmMemory:
     Attributes:
         stop_asked_ns: When the arm was last asked to stop; written by any thread of the loop's process, and by signal
             handlers.
-        stopped_ns: Time of the last stop command because of that.
-        beat_ns: Time of the last activity of the arm's process.
     """
 
     BYTES: Final = _WORDS_BYTES + 2 * Board.BYTES

@@ -34,8 +34,6 @@ class EmulatedCell:
     Args:
         config: The simulated cell; trial 0 of its seed determines hole and sensor errors.
         counts_file: Name of the file, for the rig file, that keeps the arm's counters between runs.
-        events: Events of the devices, in the format of the option ``--event``.
-        hidden: Values of the cell that the rig file does not contain.
     """
 
     def __init__(

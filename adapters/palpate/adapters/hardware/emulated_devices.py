@@ -49,11 +49,9 @@ class EmulatedDevice:
     """An emulated device with its server.
 
     Attributes:
-        server: Context manager that serves the device.
         entries: Returns the device's entries in the rig file; call it while the device is served, because the address
             is known only then.
         faults: Functions that trigger faults, by name of the event.
-        facts: Properties of a force sensor for the rig file.
     """
 
     server: AbstractContextManager[Any]

@@ -52,9 +52,6 @@ class FaultFile(FaultLatch):
         rig_file: The latch is the file next to it; None keeps the latch in memory only.
         words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; used up by :meth:`begin`.
 
-    Attributes:
-        still: Returns the fault that a device reports at present; empty for none.
-
     Raises:
         OutputError: The file cannot be read.
         FaultLatchedError: A fault is open, and it is not acknowledged.

@@ -26,10 +26,7 @@ class OperatorStop:
 
     A context manager that belongs to the main thread, because of the signal. While the main thread is busy in C the
     signal waits; an arm that gets no set-points meanwhile is stopped by its own process.
-
-    Args:
-        arm: Is stopped, from a thread of this class or from the signal handler.
-        tell: Is told once what tripped; called from a signal handler, too.
+    The signal's handler, too, stops the arm and tells once what tripped.
     """
 
     def __init__(

@@ -46,10 +46,6 @@ class RigContext:
     """Context of an adapter, in addition to its settings.
 
     Attributes:
-        clock: The run's clock; samples carry its time.
-        lower_rad: Lower joint limits of that arm, (n,).
-        upper_rad: Upper joint limits, (n,).
-        velocity_limit_rad_s: Joint velocity limits, (n,).
         tool: Tool on the flange according to the job; None without a job.
         accept_kinematics: Whether a person has accepted a nominal model of the arm, or the rig is emulated.
         hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time

@@ -39,9 +39,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     The protocols carry no time of measurement: source and receive time are both that of the poll that found the
     reading, which is older by the delays of the sensor's filter, the line, and the wait for the poll.
-
-    Attributes:
-        device: The driver; None before ``configure``.
     """
 
     REMEDY: ClassVar[str] = "look at it"

@@ -108,12 +108,10 @@ class HardwareRig(DeviceRig):
     """Real devices behind the ports. A context manager: on exit the arm is stopped and every device closed.
 
     Args:
-        approach: Way of the arm to the ready pose before the first trial.
         latch: Latch that outlasts the program; None for one that ends with it.
 
     Attributes:
         latch: Set by a trip, an operator's stop or a device fault; while it is set, nothing moves.
-        operator: The operator's stop.
     """
 
     def __init__(
@@ -201,13 +199,10 @@ class NoArm(ManagedDevice, ArmCommand):
 
 
 class DryRig(DeviceRig):
-    """Sensors and encoders of a rig; commands end in :class:`NoArm`.
+    """Sensors and encoders of a rig; commands end in :class:`NoArm`. ``is_on``: whether the arm had to be activated.
 
     The arm gets no power, unless a third-party adapter has encoders and servos in one object, which must be activated
     to report angles.
-
-    Attributes:
-        is_on: Whether the arm had to be activated.
     """
 
     def __init__(self, file: RigFile, config: RunConfig) -> None:

@@ -32,7 +32,6 @@ class ServedArm(ABC):
 
     Attributes:
         limiter: Limiter of commands before they reach the arm's process.
-        divider: Control ticks per cycle.
         max_age_ns: Age above which a sample of the joints is stale; 0 if the arm marks stale samples itself.
         answers: Whether the applied command of a set-point is known only from its cycle.
         listens_unpowered: Whether the arm reports angles without power.

@@ -77,9 +77,6 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
     Commands are the measured joint angles, because a bag does not state the cause of a motion. The policy is the torque
     rule, so that a replay with a policy shows its perception and choices.
 
-    Args:
-        perception: Perception for a replay.
-
     Raises:
         LogError: The bag cannot be read, or has no joint states or wrenches.
         ConfigurationError: A topic or a joint name is not in the bag.

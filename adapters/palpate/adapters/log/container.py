@@ -72,11 +72,9 @@ def bytes_of(path: str | Path) -> bytes:
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
-    """Read the messages of a log, up to the first damage.
+    """Read the messages of a log, up to the first damage, of which a description is returned, too.
 
-    Returns:
-        The messages, sorted by sequence number if the file is undamaged, otherwise in file order; and a description of
-        the damage, empty for an undamaged file.
+    They are sorted by sequence number if the file is undamaged, otherwise in file order.
 
     Raises:
         LogError: The file is not an MCAP file.

@@ -23,10 +23,7 @@ _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Write the logs into a new folder: directly for one log, in a subfolder each for several.
-
-    Returns:
-        The folders with the files of each trial.
+    """Write the logs into a new folder: directly for one log, in a subfolder each for several; return these folders.
 
     Raises:
         LogError: A log cannot be read; nothing is written.

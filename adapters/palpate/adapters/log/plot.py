@@ -29,9 +29,6 @@ _LABEL_SHARE: Final = 0.015
 def timeline(log: TrialLog, kind: str = "png") -> bytes:
     """Plot forces, torques, tip position, states, actions, phases and events over one time axis.
 
-    Args:
-        kind: Format of the figure: png, svg or pdf.
-
     Raises:
         LogError: The log has nothing to plot, or its configuration is invalid.
     """

@@ -46,8 +46,6 @@ class TrialLog:
     """The log of one trial, decoded except for its ticks.
 
     Attributes:
-        end: The outcome; None if the log ends before the trial.
-        counts: Number of messages by channel.
         damage: Description and position of damage; the log contains the part before it. Empty if undamaged.
         missing: Missing messages according to the sequence numbers; empty if there are none.
     """

@@ -30,7 +30,6 @@ class FlightRecorder(LoopObserver):
     """Passes a trial as messages to a sink, which packs them.
 
     Args:
-        sink: A sink with an open log.
         start: Returns the start record; called after the task has begun or failed to begin.
         counterfactual: For a what-if: returns True once the trial has left the recorded path, for marking messages.
         stop_on_trouble: A message that cannot be stored ends the trial; otherwise it is reported.

@@ -15,21 +15,15 @@ class StartRecord:
     """Complete initial state of a trial, so that it can be replayed alone.
 
     Attributes:
-        schema: Version of the log's schema.
-        trial: Index of the trial; with the seed it determines every random stream.
         start_m: Start of the trial above the plate, (2,), task frame.
         ready_rad: The ready pose, (n,).
         tip_rotation: Initial orientation of the tool, (9,) row by row, base frame.
         perception_json: Stages of perception, including fitted values.
         policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
         policy_json: The policy document, also that of a third-party policy.
-        learner_json: State of the learner at the beginning of the trial; empty if nothing learns.
-        filter_state: Tare and state of the wrench filter.
-        generator_json: State of the policy's random generator.
         temperature: Temperature of the exploration; None for a policy without one.
         world: ``simulator``, or the name of a rig.
         world_json: Values that reproduce the world, with its ground truth if there is one.
-        versions_json: Versions of palpate and of the packages that results depend on.
         processor_json: Properties of the processor that may affect the last bits.
         derived_from: The log of which this is a what-if; empty for a recording.
     """
@@ -181,7 +175,6 @@ class TickRecord:
     """Port data of one control tick.
 
     Attributes:
-        tick: Counts the ticks of the trial from 0.
         time_ns: Clock reading; None if the clock was not read.
         wrench: The force sample; None if none was read.
         asked_rad: The requested command, (n,); None if none was sent.

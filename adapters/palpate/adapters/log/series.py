@@ -63,11 +63,8 @@ class Series:
 
     Attributes:
         ticks: Tick numbers, (n,); -1 in a row for missing ticks.
-        time_s: Time since the first tick, (n,).
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
         tip_mm: Tip from the encoders, (n, 3), task frame.
-        joints_rad: The newest joint angles not marked invalid, (n, joints).
-        command_rad: The applied command, (n, joints).
         altered_mrad: Applied minus requested command, (n, joints).
     """
 

@@ -23,9 +23,6 @@ def strings_from(paths: Sequence[str]) -> Strings:
     From logs, each trial that ended in the hole gives the symbols at its decisions, in order. The alphabet is that of
     the trials' perception, including symbols that did not occur.
 
-    Args:
-        paths: A text file; or logs, and folders with logs, of trials with the same symbols.
-
     Raises:
         ConfigurationError: There are no strings, or the trials have different symbols.
         LogError: A name matches no file, or a log cannot be read.

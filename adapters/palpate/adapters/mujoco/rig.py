@@ -15,11 +15,7 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 class SimulatedRig(Rig):
     """The MuJoCo work cell with its four ports. A context manager, which closes every device on exit.
 
-    Attributes:
-        latch: Set by a trip or a device fault; while it is set, no trial starts.
-        simulated: True.
-        cell: The simulated work cell, for scoring and for pictures.
-        seed: Determines, with a trial's index, its hole and sensor errors; it may change between trials.
+    ``seed`` determines, with a trial's index, its hole and sensor errors; it may change between trials.
     """
 
     simulated = True

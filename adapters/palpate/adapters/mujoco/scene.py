@@ -23,8 +23,6 @@ class Moment:
     """Known values at one tick.
 
     Attributes:
-        time_s: Time since the first tick that can be drawn.
-        joints_rad: Latest valid joint angles, (n,).
         force_N: Tared force of the world on the tool, (3,), sensor frame; None if it was not measured.
         torque_Nm: Its torque about the sensor's origin, (3,); None if ``force_N`` is None.
         decision: The current action and its reason; None outside actions.
@@ -58,10 +56,7 @@ _MOST_GEOMS: Final = 2000
 
 
 class DrawnCell:
-    """Geometry of the cell of a log, without graphics.
-
-    Attributes:
-        hole_known: Whether the hole is drawn at its true position; otherwise it is drawn at the nominal goal.
+    """Geometry of the cell of a log, without graphics; the hole is drawn at its true position if ``hole_known``.
 
     Raises:
         LogError: The log does not describe the cell completely.

@@ -22,8 +22,6 @@ class View:
     """A camera that looks at a point.
 
     Attributes:
-        target_m: The point in the centre of the picture, (3,), base frame.
-        distance_m: Distance from the camera to the target.
         azimuth_deg: Heading in which the camera looks, from the base's x towards its y.
         elevation_deg: Above the horizon; negative looks down.
         cut: Whether the half of the plate nearer to the camera is omitted, to show the inside of the hole.

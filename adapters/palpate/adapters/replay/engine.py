@@ -34,8 +34,6 @@ class Replay:
     """Replay of one log.
 
     Attributes:
-        replayed_outcome: Outcome in the replay; empty if the trial would continue.
-        decisions: Decisions in the replay, for a what-if.
         counterfactual_from: Tick of the first command that differs from the recording; the recorded samples after it do
             not result from the core's commands. None if all commands are equal.
         other_code: Whether different code of the core recorded the log; False if the log does not tell.
@@ -61,11 +59,9 @@ class Replay:
 def replay(
     log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
-    """Replay one log.
+    """Replay one log; ``out`` is the recorder of the replay, and the name of its log.
 
-    Args:
-        in_mujoco: Continue in the simulator from the first command that differs from the recording.
-        out: Recorder of the replay, and the name of its log.
+    With ``in_mujoco``, the simulator continues from the first command that differs from the recording.
 
     Raises:
         LogError: The log cannot be replayed.

@@ -75,10 +75,9 @@ class FoundTouches:
 
 
 def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundTouches:
-    """Return the contacts in the logs of one tool. The core is replayed over each log, so any policy may have acted.
+    """Return the contacts in the logs of one tool, in the order of learning.
 
-    Args:
-        paths: At least one log, in the order of learning.
+    The core is replayed over each log, so any policy may have acted.
 
     Raises:
         ConfigurationError: The logs are of different tools, or contain too few contacts.

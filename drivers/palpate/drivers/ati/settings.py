@@ -42,9 +42,6 @@ class NetFtBox:
 def read_box(host: str, port: int, timeout_s: float) -> NetFtBox:
     """Fetch and parse the page of settings.
 
-    Args:
-        timeout_s: Longest wait for each part of the page.
-
     Raises:
         WiringError: The page cannot be fetched.
         SettingError: See :func:`parse_box`.

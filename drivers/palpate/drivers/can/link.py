@@ -83,9 +83,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
 
     Args:
         interface: Of python-can: ``socketcan``, ``slcan``, ``virtual``, and so on.
-        channel: For example ``can0`` or ``/dev/ttyACM0``.
         bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
-        options: Further options of that interface, as python-can takes them.
 
     Raises:
         WiringError: There is no such bus, or no permission.
@@ -123,7 +121,6 @@ class CanLink:
 
     Attributes:
         garbled: Lines that the interface could not decode, and frames of another kind.
-        bus_offs: Error frames that tell of bus-off.
         send_failures: Frames that the interface did not take, for example because its queue was full.
     """
 
@@ -162,10 +159,7 @@ class CanLink:
         return frames
 
     def send(self, frame: CanFrame) -> bool:
-        """Send a frame.
-
-        Returns:
-            False when the interface did not take it; the time-out of the request deals with that.
+        """Send a frame; False when the interface did not take it, with which the time-out of the request deals.
 
         Raises:
             SilentError: The interface is gone.

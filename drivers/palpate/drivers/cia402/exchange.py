@@ -35,9 +35,6 @@ class CyclicExchange:
 
     Attributes:
         views: State of the joints at the last SYNC; empty before the first.
-        targets: Position targets sent last, in counts.
-        cycles: Number of cycles.
-        missing: Number of SYNCs that each drive did not answer.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:

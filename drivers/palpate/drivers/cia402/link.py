@@ -58,10 +58,7 @@ class CanopenLink:
         bitrate: int,
         **options: Any,
     ) -> Self:
-        """Connect to a bus.
-
-        Args:
-            interface: As in :func:`palpate.drivers.can.open_bus`, like the other arguments.
+        """Connect to a bus; arguments as in :func:`palpate.drivers.can.open_bus`.
 
         Raises:
             WiringError: The bus does not exist, or permission is denied.

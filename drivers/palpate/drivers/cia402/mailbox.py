@@ -29,7 +29,6 @@ class NodeBox:
     Attributes:
         answered: Whether the node answered the latest SYNC in time. A late answer cannot be distinguished from an
             answer to the next SYNC, because process data carry no number.
-        nmt_state: State in the latest heartbeat; None before the first.
         active: EMCY messages of errors that are not cleared.
     """
 

@@ -27,7 +27,6 @@ class JointDrive:
     Attributes:
         node: CANopen node number, 1 to 127.
         counts_per_rad: Position counts per radian of the joint; negative if the motor turns in the opposite direction.
-        velocity_rad_per_s: Maximum joint speed.
         zero_counts: Position counts at joint angle 0.
 
     Raises:
@@ -68,11 +67,9 @@ class ArmSettings:
         divider: Control ticks per cycle.
         missed_cycles: Number of consecutive unanswered cycles after which the arm latches a stop.
         heartbeat_timeout_ms: Time without a drive's heartbeat after which the arm latches a stop.
-        host_node: Node number of the host's heartbeat.
         host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops by itself.
         quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
             (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
-        sdo_timeout_s: Time limit for an SDO answer.
         transition_timeout_s: Time limit for a change of state of all drives.
 
     Raises:

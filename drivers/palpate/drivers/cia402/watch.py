@@ -18,15 +18,9 @@ _KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise 
 
 @dataclass(frozen=True, slots=True)
 class AxisView:
-    """One joint as the last SYNC showed it.
+    """One joint as the last SYNC showed it; None for what is not known yet.
 
-    Attributes:
-        statusword: Newest statusword, or None before the first.
-        state: State in the statusword; None also if it matches no pattern.
-        counts: Newest position counts, or None before the first.
-        position_rad: Position as a joint angle, or None before the first.
-        moved_counts: Change of the position counts since the previous answer.
-        mode: Mode of operation that the drive reports; None before the first.
+    ``state`` is None also if the statusword matches no pattern; ``moved_counts`` is since the previous answer.
     """
 
     box: NodeBox

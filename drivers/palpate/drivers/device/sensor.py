@@ -24,7 +24,6 @@ class ForceSample:
         receive_time_ns: Time of the poll that received it; the reading is older by the wait for that poll, the
             transmission and the delay of the sensor's filter.
         saturated: Whether it is at, or close to, the limit of the sensor's range, or the sensor reports so.
-        settling: Whether the sensor's filter is still settling after a start.
     """
 
     force_N: Vector3
@@ -41,13 +40,9 @@ def listed(counts: Mapping[str, int]) -> str:
 
 
 class PolledSensor(ABC):
-    """A driver of a force sensor.
-
-    Args:
-        remedy: Advice in the error when the sensor is silent.
+    """A driver of a force sensor; ``remedy`` is advice in the error when the sensor is silent.
 
     Attributes:
-        latest: Latest sample; None before the first one.
         failure: Error after which no more samples are accepted; None without one.
         errors: Numbers of invalid messages by kind.
     """

@@ -33,10 +33,7 @@ def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> Ca
     """Return the frame of a request.
 
     FACT (jr3-mbed-firmware-can main.cpp): the cut-off of START is 16 bits, and the period 32 bits after it.
-
-    Args:
-        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START.
-        period_us: Time between readings in microseconds; START.
+    START alone has a cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered, and a period.
     """
     return CanFrame(op + node, struct.pack("<HI", cutoff_cHz, period_us) if op is Op.START else b"")
 

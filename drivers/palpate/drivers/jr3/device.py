@@ -35,7 +35,6 @@ class Jr3(PolledSensor):
     Args:
         cutoff_Hz: Cut-off of the board's first-order low-pass filter, up to 655.35; 0 = unfiltered.
         period_us: Time between readings, in microseconds.
-        signs: See :data:`palpate.drivers.jr3.messages.LEFT_HANDED`.
 
     Attributes:
         after_boot: Whether the board restarted during a run; kept until acknowledged.
@@ -230,11 +229,7 @@ _INTERVAL_S: Final = 0.002
 
 
 def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], None], timeout_s: float = 30.0) -> None:
-    """Open a sensor and wait until it streams.
-
-    Args:
-        device: Closed, silent or faulted.
-        timeout_s: Longest wait, in s.
+    """Open a closed, silent or faulted sensor and wait until it streams.
 
     Raises:
         DriverError: The sensor does not stream; the class of the error states why.

@@ -97,10 +97,6 @@ class FullScales:
     FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors at can-plotter.py
         of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).
 
-    Attributes:
-        force_N: Fx, Fy, Fz.
-        moment_dNm: Mx, My, Mz in tenths of a newton metre.
-
     Raises:
         DeviceFaultError: A full scale is 0, so that every reading would be 0.
     """

@@ -96,9 +96,6 @@ class RequestInFlight:
 
     An acknowledgement "not initialised" does not complete the request, which is repeated after its time-out: a board
     that is booting answers so, and the other content of such an answer is stale (FACT).
-
-    Attributes:
-        request: Pending request, sent or not; None if there is none.
     """
 
     def __init__(self) -> None:

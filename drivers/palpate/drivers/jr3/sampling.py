@@ -26,9 +26,6 @@ def settling_ns(cutoff_cHz: int) -> int:
 class Sampler:
     """Converts readings to samples, numbered in order of arrival.
 
-    Args:
-        errors: Counters of readings that are not new, and of unannounced restarts of the board.
-
     Attributes:
         full_scales: Full scales reported by the board; None before that, when readings give no samples.
     """

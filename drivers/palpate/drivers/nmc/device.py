@@ -47,10 +47,6 @@ class NmcBus:
     Not thread-safe: only one thread may use it. Any exception of a port means that it is gone: besides ``OSError``,
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
 
-    Attributes:
-        exchanges: Number of exchanges.
-        errors: Numbers of failures by kind and module.
-
     Raises:
         SilentError: By all methods that communicate: the port is gone.
     """

@@ -32,12 +32,9 @@ class Module:
 
 
 def start(bus: NmcBus) -> tuple[Module, ...]:
-    """Reset all modules, assign addresses from 1, and change to the baud rate of the settings.
+    """Reset all modules, assign addresses from 1, change to the baud rate of the settings; return them in that order.
 
     Every motor is switched off, and every position counter is set to zero.
-
-    Returns:
-        The modules in the order of the chain.
 
     Raises:
         WiringError: No module answers, or only at an unexpected rate, or the line echoes.
@@ -57,8 +54,7 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
 def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
     """Take over modules that still have addresses from an earlier run, without a reset or a change of motors.
 
-    Returns:
-        The modules, or None if module 1 answers at no known rate, so that :func:`start` is necessary.
+    Returns None if module 1 answers at no known rate, so that :func:`start` is necessary.
 
     Raises:
         SilentError: Module 1 answers but some others do not, as after a reset of these; or the port is gone.

@@ -29,8 +29,6 @@ class Ros2ArmSettings:
     """Settings of the arm in the rig file. Vectors have one number per joint, base first, (n,).
 
     Attributes:
-        joints: Names of the joints in the messages.
-        lower_rad: Lower joint limits. upper_rad: Upper ones. velocity_rad_s: Velocity limits.
         period_s: Time between two commands.
         velocities: Command velocities, instead of positions.
         start_s: Longest wait for publisher and first message.

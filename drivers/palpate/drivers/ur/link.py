@@ -41,7 +41,6 @@ class UrState:
         stamp_ns: Time of reception on the clock of :meth:`UrLink.stamp_ns`.
         q_rad: Joint angles, (6,).
         wrench: Raw force and torque in the tool flange, (6,) N and N m, including the weight of the tool.
-        robot_mode: RTDE's robot_mode. safety_mode: RTDE's safety_mode. runtime: RTDE's runtime_state.
         payload_cog_m: Centre of gravity of the payload from the flange, (3,).
         tcp_pose: Tool centre point in the controller's base, (6,): metres and a rotation vector.
     """

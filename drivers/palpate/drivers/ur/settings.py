@@ -40,7 +40,6 @@ class UrSettings:
     """Settings of the arm in the rig file.
 
     Attributes:
-        lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.

@@ -44,13 +44,9 @@ class ZebraZero(LatchingArm):
     """The arm on an open port.
 
     Args:
-        stream: The open port, 8N1; the caller closes it after the arm.
-        clock_ns: Monotonic clock, ns.
         at_home: A person's confirmation that the arm is in its home pose whenever its controller is switched on.
-        store: Store of the counters between runs; None for none.
 
     Attributes:
-        modules: Modules found by :meth:`open`, in the order of the chain.
         streaming: Method of sending set-points to them.
         stopped: Result of the last stop; None since the arm was enabled.
     """

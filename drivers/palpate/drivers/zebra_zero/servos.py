@@ -71,8 +71,6 @@ def bring_to_rest(
     Args:
         addresses: Modules whose servos are on. One that turns out to have switched itself off is left so: a stop
             might switch it on again.
-        timeout_s: Time in which they must be seen at rest.
-        are_all: These are all modules, so that one command to the group can stop them together.
     """
     if not addresses:
         return StopOutcome.NOTHING_ON

@@ -39,7 +39,6 @@ class GridMap:
     """A map, and the result of each move on it.
 
     Attributes:
-        rows: Rows of the map, from the top, all of the same length.
         cells: (column, row) of each cell that the agent can occupy, in reading order, without the goal.
         readings: Sensor value of each cell, as an index into ``symbols``.
         moves: Next cell by cell and action, (cells, 8); None is the goal. Against a wall the agent stays.
@@ -91,7 +90,6 @@ class GridMap:
 
         Args:
             notation: Three rows of three, separated by ``/``, with the goal in the centre.
-            size: Length of a side in cells, odd.
 
         Raises:
             ConfigurationError: The notation or the size is invalid, or the map is (see the class).

@@ -53,9 +53,7 @@ and 24 about 595 000. It is reached in one or two seconds."""
 def belief_optimum(grid: GridMap, most_cells: int | None = None) -> Fraction:
     """Return the mean steps of the best policy over all past readings and actions, from a uniformly random start.
 
-    Args:
-        most_cells: Limit of the search, in cells of visited beliefs; None for ``MOST_CELLS``, or ``MOST_BLIND_CELLS``
-            with a single symbol.
+    ``most_cells`` limits the search, in cells of visited beliefs.
 
     Raises:
         ConfigurationError: The search exceeds the limit.

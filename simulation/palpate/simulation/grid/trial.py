@@ -48,8 +48,6 @@ class Walker:
     """The agent on its map during one trial; the caller chooses the moves.
 
     Args:
-        grid: The map; the agent receives only readings of it.
-        identifier: Identifies states from readings; it is reset first.
         trial: Index of the trial; with the seed it determines the start.
         start: Index of the first cell; None for the one determined by seed and trial.
 
@@ -130,11 +128,6 @@ def run_trial(
     The policy learns as usual: a trial that is cut off ends with an ordinary transition. The policy receives the
     outcome as in the insertion task, but without a position.
 
-    Args:
-        grid: The map; the agent receives only readings of it.
-        trial: Index of the trial; with the seed it determines the start and the policy's random numbers.
-        start: Index of the first cell; None for the one determined by seed and trial.
-
     Raises:
         ConfigurationError: The symbols of identifier and map differ, or the limit is below 1.
         CommandError: The policy chose an action outside the action set.
@@ -184,8 +177,6 @@ def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT
     after ``longest`` steps is replaced by the next. :mod:`palpate.core.automata.strings` describes the strings.
 
     Args:
-        count: Number of strings, at least 1.
-        seed: Determines the walks, which are independent of learning runs with the same seed.
         longest: Largest number of symbols of a string, and of steps of a walk.
 
     Raises:

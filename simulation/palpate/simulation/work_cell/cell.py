@@ -40,7 +40,6 @@ class WorkCell:
     """A simulated work cell. Time advances by whole control ticks, exactly.
 
     Args:
-        kinematics: The arm with its tool; its configuration is read only at construction.
         ready_rad: Joint angles at the start of every trial, (n,), tool pointing down.
         wander_m: Largest distance of the peg from the nominal goal; it determines the size of the plate.
         hidden: Hidden values of the rig; None if there are none. The configuration already includes their physical
@@ -48,7 +47,6 @@ class WorkCell:
 
     Attributes:
         model: MuJoCo's model, rebuilt for a trial with another grip or clearance.
-        data: State of the model, rebuilt with it.
         contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts in every step.
         ticks: Control ticks since construction; not reset between trials.
         time_ns: Time of that tick, exact and rounded down to nanoseconds.

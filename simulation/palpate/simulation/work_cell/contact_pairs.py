@@ -26,7 +26,6 @@ class Leeway:
     Attributes:
         aside_m: Distance of the tip from the hole's axis.
         lean: Sine of the angle between the axes of peg and hole.
-        turn: Sine of the turn about the peg's axis.
         play_m: Distance of the peg's axis from the hole's at the height of the upper ring, once that ring is in the
             hole.
     """

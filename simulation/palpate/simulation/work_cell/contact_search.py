@@ -24,13 +24,11 @@ class ContactSearch:
     state. A level is an index of a model; a higher one finds all contacts of a lower one.
 
     Args:
-        model: The cell, with all contacts checked.
         listed: For each leeway, narrowest first, the cell with the listed pairs of this region.
         radius_m: Distance of the peg's outermost sphere from its axis.
         yaw_rad: Angle from the plate's x to the tip's x about the plate's z.
 
     Attributes:
-        models: Models by level: no checks, each list, all contacts.
         level: Level of the newest step.
     """
 

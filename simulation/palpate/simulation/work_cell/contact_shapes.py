@@ -19,7 +19,6 @@ class Box:
     """One box of the plate.
 
     Attributes:
-        heading_rad: Direction of its x axis, from the hole's axis outwards.
         distance_m: Distance of its centre from the hole's axis.
         depth_m: Depth of its centre below the surface.
         half_m: Half its size along its own axes: away from the hole, along the wall, downwards.

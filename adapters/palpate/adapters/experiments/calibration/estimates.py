@@ -71,10 +71,10 @@ def mean_of(wrenches: Array) -> tuple[Array, Array]:
 def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
     """Return weight, centre of mass and mounting angle from wrenches at rest in several poses.
 
+    Means and standard deviations are (n, 6), N and N m, as measured.
+
     Args:
         down_in_tool: Downward unit vectors, (n, 3), frame of the tool from the encoders.
-        means: Mean wrenches, (n, 6), N and N m, as measured.
-        sds: Their standard deviations, (n, 6).
 
     Raises:
         UndeterminedError: The poses do not determine the values, or other forces than a rigid tool's weight act.
@@ -114,7 +114,6 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
     """Return depth of the plate's surface, m, and stiffness, N/m, from pressing and releasing.
 
     Args:
-        depth_m: Depth of the tip by the encoders, (n,).
         direction: +1 on the way in, -1 on the way out, (n,); friction and delay cause the difference between them.
 
     Raises:

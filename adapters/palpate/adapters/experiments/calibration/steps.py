@@ -126,12 +126,7 @@ class Commissioning:
     def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[Estimate, Estimate]:
         """Insert the peg slowly a few times, guided by its torque; the core verifies that it is in the hole.
 
-        Args:
-            mounting_deg: The sensor's turn about the tool's axis.
-            weight_N: Weight of the sensor's load; 0 for the configured masses.
-
-        Returns:
-            Position of the hole, x and y, m, base frame.
+        Returns the position of the hole, x and y, m, base frame. A weight of 0 means the configured masses.
 
         Raises:
             UndeterminedError: The peg was not inserted.

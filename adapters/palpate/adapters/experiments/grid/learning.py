@@ -66,10 +66,7 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
 
 
 def states_named(name: str, grid: GridMap) -> StateIdentifier:
-    """Return the state identification of that name for a map.
-
-    Args:
-        name: ``symbols``; ``last-2``, ``last-3`` and so on; or an automaton file.
+    """Return the state identification of a map: ``symbols``, ``last-2``, ``last-3`` and so on, or an automaton file.
 
     Raises:
         ConfigurationError: The name is unknown, there are too many states to learn, or the file is not an automaton

@@ -45,14 +45,7 @@ SUMMARY: Final = "summary.json"
 
 @dataclass(frozen=True)
 class Condition:
-    """One run of a study.
-
-    Attributes:
-        name: Name of its folder.
-        fields: Settings that the study varies, by dotted name.
-        policy: A learner, a baseline, a policy file or a third-party policy.
-        file: Absolute path of the policy file; empty if there is none.
-    """
+    """One run of a study, with the settings that the study varies and the absolute path of a policy file, or empty."""
 
     name: str
     fields: Mapping[str, Any]

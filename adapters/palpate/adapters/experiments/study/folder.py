@@ -34,9 +34,6 @@ class StudyFolder:
     def writing(self, file: Path, job: str, conditions: Sequence[Condition]) -> Iterator[list[Condition]]:
         """Create and lock the folder, write the study file, and yield the unfinished conditions.
 
-        Args:
-            job: Absolute path of the job file; empty if there is none.
-
         Raises:
             OutputError: The folder contains something else, or another process writes to it.
         """

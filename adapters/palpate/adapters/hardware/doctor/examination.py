@@ -24,13 +24,9 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class ExaminationSettings:
-    """Settings of an examination.
+    """Settings of an examination: time of reading each device, person who pushes the tool, whether joints are moved.
 
-    Attributes:
-        seconds: Time of reading each device.
-        person: Person who pushes the tool; None to skip this.
-        move: Whether to switch the arm on and move each joint.
-        before_move: Called before the first motion; refuses it by raising an error.
+    ``before_move`` is called before the first motion; it refuses it by raising an error.
     """
 
     seconds: float

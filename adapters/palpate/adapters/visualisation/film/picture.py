@@ -50,9 +50,6 @@ _PAPER: Final = (255, 255, 255, 190)
 class Painter:
     """Paints pictures of one trial. A context manager, which releases the graphics library on exit.
 
-    Args:
-        camera: ``close-up``, ``arm`` or ``both``.
-
     Raises:
         LogError: The log does not describe the cell completely.
         UsageError: No graphics library works.

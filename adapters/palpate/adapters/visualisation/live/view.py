@@ -77,9 +77,6 @@ class LiveView(TrialsObserver):
     def serving(cls, port: int = 0) -> Self:
         """Serve viewers on this computer.
 
-        Args:
-            port: Port for viewers; 0 for Rerun's default port.
-
         Raises:
             ConfigurationError: The port is taken.
         """
@@ -226,10 +223,7 @@ class LiveView(TrialsObserver):
 
 
 class CellShapes:
-    """Geometry of a cell.
-
-    Attributes:
-        shapes: Shapes of each frame by name.
+    """Geometry of a cell: shapes of each frame by name.
 
     Raises:
         LogError: The log does not describe the cell completely.

@@ -25,7 +25,6 @@ class EmulatedBox:
         rate_Hz: Records per second, at most 7000.
 
     Attributes:
-        status: Status word of the records.
         network: Filter of outgoing datagrams; set it to lose, repeat or reorder some.
     """
 

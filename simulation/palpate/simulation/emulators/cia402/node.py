@@ -45,15 +45,7 @@ _NMT_RESETS: Final = (0x81, 0x82)
 
 
 class CanopenDrive(CanNode):
-    """One drive; a ``CanNode``.
-
-    Args:
-        node: Node number, 1 to 127.
-        axis: Index of the motor of this drive.
-
-    Attributes:
-        outgoing: Filter of outgoing frames; set it to lose, keep, change or repeat some.
-    """
+    """One drive; a ``CanNode``. Set ``outgoing``, a filter of its frames, to lose, keep, change or repeat some."""
 
     def __init__(self, node: int, motors: JointPlant, axis: int) -> None:
         self.node = node

@@ -57,11 +57,9 @@ class Jr3Node:
     step, so a load that changes quickly needs short steps.
 
     Attributes:
-        silent: Whether the node's messages do not reach the bus.
         connected: Whether the sensor is plugged into the board. Without it acquisitions stop and streams repeat
             themselves (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp).
         serving: Whether the board has booted; before that it loses received commands.
-        state: Reported state of the sensor.
     """
 
     def __init__(self, wrench: WrenchSource, boot_ns: int = BOOT_NS) -> None:
@@ -124,11 +122,6 @@ class Jr3Node:
         A start after a stop begins with the filter at zero (FACT: it is local to the sampling thread, jr3-mbed-firmware
         Jr3Controller.cpp). While sampling, only cut-off and period change (INFERENCE, same source).
         The first sample of a stream comes one acquisition after the start (assumed).
-
-        Args:
-            cut_off_cHz: Cut-off of the filter in hundredths of a hertz; 0 for none.
-            now_ns: Time, ns.
-            period_us: Period of the stream, us. The mode that sends on SYNC is not emulated.
         """
         if self.state is not BoardState.READY:
             return

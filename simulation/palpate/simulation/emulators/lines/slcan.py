@@ -21,11 +21,6 @@ class SlcanAdapter:
     It supports the commands that hosts need: S sets the bit rate, O opens, C closes, t sends a frame. Extended and
     remote frames are refused, because no emulated node reacts to them. An empty line is ignored (assumed; python-can
     sends one while it sets the bit rate). An adapter whose bit rate differs from that of the bus exchanges no frames.
-
-    Attributes:
-        baud: Default of python-can, without meaning on USB.
-        is_open: Whether the channel is open.
-        bit_rate_Hz: Bit rate set by the host; None before.
     """
 
     baud: Final = 115_200

@@ -88,10 +88,6 @@ class JointPlant:
     joint angles to `measured_rad()`. Encoders show these angles, so they are constant between two control ticks while
     the set-points move. The limit of position error must allow for that, and the modules' velocity item has the same
     steps.
-
-    Args:
-        joints_rad: Initial joint angles of the arm, (n,) rad.
-        gears: Gears between motors and joints; those of the Zebra Zero if not given.
     """
 
     def __init__(self, joints_rad: JointVector = HOME_RAD, gears: ArmGears | DirectGears | None = None) -> None:

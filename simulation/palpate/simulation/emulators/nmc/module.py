@@ -35,8 +35,6 @@ class NmcModule:
     """A servo module. The bus selects its frames; `execute()` handles the host's commands.
 
     Attributes:
-        address: Own address, 0 until SET_ADDR.
-        group: Group address, 0x80 to 0xFF.
         rejected: Number of commands since construction with an unsuitable length or kind, which have no effect
             (assumed: the firmware would use any content of its buffer). Only trapezoidal trajectories that start
             immediately are emulated, without homing and outputs.

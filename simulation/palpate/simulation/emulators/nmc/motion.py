@@ -18,7 +18,6 @@ class Profile:
     Attributes:
         position: Commanded position in 1/65536 counts.
         velocity: Commanded velocity in 1/65536 counts per tick, signed.
-        acceleration: Acceleration word of the current motion, which a smooth stop also uses.
     """
 
     def __init__(self) -> None:

@@ -14,7 +14,6 @@ class GainParameters:
         kp: Proportional gain; with 0 the motor does not follow.
         kd: Derivative gain, without effect here, because the plant represents the closed loop.
         output_limit: Largest duty, 0 to 255; with 0 the motor does not follow.
-        current_limit: Limit of the motor's current, without effect here.
         error_limit: Position error in counts at which the servo switches off.
     """
 

@@ -15,14 +15,6 @@ class Ros2Robot:
 
     According to the source of ros2_controllers, commands of another size are dropped, and the last one is held without
     a time limit.
-
-    Args:
-        names: Names of the joints in controller and messages, base first.
-        velocities: Whether commands are velocities instead of positions.
-
-    Attributes:
-        is_active: Whether a controller accepts commands.
-        command_ns: Time of the last command.
     """
 
     def __init__(self, names: Sequence[str], start_rad: JointVector, *, velocities: bool = False) -> None:

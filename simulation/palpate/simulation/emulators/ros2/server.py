@@ -21,14 +21,10 @@ _CONFIGURATION: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInte
 class Ros2Server:
     """A thread that serves and steps a robot. A context manager, within which the robot is available.
 
-    Args:
-        wrench: Force and torque on the sensor at a time in ns, (6,).
-
     Attributes:
         domain: A free ROS_DOMAIN_ID.
         commands: Topic of the controller.
         network: Filter of messages; set it to change some, or to lose some by returning None.
-        is_unplugged: Whether all messages are lost.
     """
 
     address: Final = "127.0.0.1"

@@ -79,12 +79,7 @@ class UrController:
     Joints approach their servo target with the time constant of servoj's look-ahead (INFERENCE), within the limits of
     speed and acceleration, and brake when the program ends for any reason.
 
-    Args:
-        joints_rad: Initial joint angles, (6,).
-        wrench: Reading of the sensor in the flange at a time in ns, (6,).
-
     Attributes:
-        remote: Whether the controller is in remote control; otherwise scripts are refused.
         owner: The session that may write each input register.
     """
 

@@ -14,13 +14,10 @@ N m. Quoted from memory, not checked with the data sheet.
 
 
 class ToolForce:
-    """A noisy reading of a wrench.
+    """A noisy reading of the wrench on the flange, (6,).
 
     INFERENCE: precision is two standard deviations of white noise. A real flange has less noise between readings, and
     drifts with temperature.
-
-    Args:
-        wrench: The true wrench on the flange at a time in ns, (6,).
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], seed: int = 0) -> None:
