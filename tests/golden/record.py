@@ -94,6 +94,10 @@ COMMANDS = {
         "run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *_SHALLOW,
         "--task.time-limit-s", "0.5",
     ),
+    "claims-done": (
+        "run", "--policy", "tests.golden.claims:Claims", "--trials", "1", "--seed", "6", "--scenario", "blind",
+        *_SHALLOW,
+    ),
     # Six degrees of freedom: a square and a keyed peg.
     "corner-first": ("run", *_CORNER, "--seed", "4", "--job", _JOBS + "square-20.toml", *_SHALLOW[:4]),
     "flat-first": ("run", *_CORNER, "--seed", "36", "--scenario", "blind-keyed", *_SHALLOW),
@@ -110,6 +114,7 @@ CLAIMS = {
     "torque-ur5": "inserted",
     "oracle-blind": "inserted",
     "spiral-force-limit": "force limit",
+    "claims-done": "wedged",
     "corner-first": "inserted",
     "oracle-pose": "inserted",
     **{name: one.shows for name, one in SCENARIOS.items()},

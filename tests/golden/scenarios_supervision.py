@@ -82,7 +82,6 @@ LIMITS = {
         "safety trip, TRACKING_ERROR", (joints("spike", 20, magnitude=0.02, channels=(3,)),)
     ),
     "trip-workspace-x": _walled(20, 1, 0.13, side_margin_mm=1.0),
-    "trip-workspace-y": _walled(20, 0, -0.08),
     "trip-workspace-top": _walled(20, 1, -0.13, height_margin_mm=1.0, side_margin_mm=200.0),
     "trip-workspace-bottom": _walled(20, 1, 0.12, side_margin_mm=200.0),
     "trip-turned": FaultScenario(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _UNITS: Final = (
     ("_N_s_per_m", 1.0, "N s/m"), ("_m_per_N_s", 1e3, "mm/(N s)"), ("_Nm", 1e3, "mN m"), ("_m", 1e3, "mm"),
-    ("_N", 1.0, "N"), ("_s", 1.0, "s"), ("_Hz", 1.0, "Hz"), ("", 1.0, ""),
+    ("_N", 1.0, "N"), ("_m_s", 1e3, "mm/s"), ("_N_s", 1.0, "N/s"), ("_s", 1.0, "s"), ("_Hz", 1.0, "Hz"), ("", 1.0, ""),
 )  # fmt: skip
 """Suffix of a name in SI units, factor to the displayed unit, and that unit; the first match counts."""
 

@@ -115,7 +115,7 @@ def task_reach(config: RunConfig) -> Reach:
     """Return the region that a belief must cover: the whole area for all possible centres."""
     task = config.task
     half_mm = task.area_half_width_mm + (task.start_uncertainty_mm if task.area_centre == "start" else 0.0)
-    return Reach(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ)
+    return Reach(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ, task.longest_step_m)
 
 
 def build_perception(config: RunConfig) -> Perception:

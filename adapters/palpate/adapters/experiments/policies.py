@@ -237,6 +237,9 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         document.check_matches(configured.states, task_actions(config))
     # Fitted stages come from the file; stages defined by the configuration must be equal in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
+    if configured is not None and not document.reads_states:
+        # Its contact model is a torque over the press: thresholds of another press, so of another force limit, fit.
+        own, mine = configured, {**theirs, "signal": {}}
     # A different tool has its own remedy.
     for each, signal in ((mine, _signal_in(document)), (theirs, theirs["signal"])):
         each["signal"] = {name: value for name, value in signal.items() if name != "tool"}

@@ -4,6 +4,7 @@ from .derived import Derived as Derived
 from .derived import Quantities as Quantities
 from .derived import derive as derive
 from .derived import jamming_force_N as jamming_force_N
+from .derived import sliding_N as sliding_N
 from .derived import wall_force_N as wall_force_N
 from .regime import DEVIATIONS as DEVIATIONS
 from .regime import Regime as Regime

@@ -44,6 +44,10 @@ JAMS_FROM: Final = 0.8
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
 """Largest pressing force of an insertion over the force limit; walls and stops add to it."""
+_FRICTION_PEAK: Final = 1.3
+"""Press at the peak of the dither, over the press."""
+_NOISE_SHARE: Final = 0.15
+"""Four standard deviations of the force over the press, for the noisiest acceptable sensor."""
 _STEP_SHARE: Final = 0.2
 """Step length over half the width of the area: five steps from the centre to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
@@ -62,6 +66,7 @@ class Constants:
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
+        stopped_kg: Mass of the arm that a wall stops: at 19 mm/s and 40 N/mm a caught peg met up to 15 N.
         most_capture_m: Largest capture half-width; above it one path covers most areas and a wider strip saves no time.
         capture_delay_s: Reduction of the capture half-width over the speed (1.5 to 2 ms).
         area_margin_m: Margin of the area around the farthest hole and start, for the last half step.
@@ -82,6 +87,7 @@ class Constants:
     speed_in_air_m_s: float = 0.012258
     edge_m: float = 1e-4
     search_speed_m_s: float = 0.016
+    stopped_kg: float = 15.0
     most_capture_m: float = 2e-3
     capture_delay_s: float = 1.5625e-3
     area_margin_m: float = 5e-4
@@ -179,6 +185,7 @@ class Derived:
     lateral_m_per_N_s: Annotated[float, "integral gain of the lateral force in the hole"]
     capture_m: Annotated[float, "half-width of the strip that takes the peg into the hole at the speed of a search"]
     pitch_m: Annotated[float, "distance of neighbouring paths of a search"]
+    slide_m_s: Annotated[float, "highest speed on the plate, at which a caught peg stops within the force limit"]
     half_width_m: Annotated[float, "half the side of the searched square"]
     step_m: Annotated[float, "length of an exploratory step"]
     time_s: Annotated[float, "time limit of the exploration"]
@@ -188,6 +195,11 @@ class Derived:
     torque_limit_Nm: Annotated[float, "torque about the sensor that stops the arm"]
     ready_height_m: Annotated[float, "height of the ready pose above the plate"]
     end_tilt_m: Annotated[float, "how much lower one side of the peg is on the plate than in the hole"]
+
+
+def sliding_N(friction: float, press_N: float) -> float:
+    """Return the largest sideways force of a peg that slides under a press with its dither and noise."""
+    return (_FRICTION_PEAK * friction + _NOISE_SHARE) * press_N
 
 
 def wall_force_N(job: Quantities) -> float:
@@ -219,7 +231,11 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     critical_N_s_per_m = sqrt(job.axial_N_per_m * job.moving_kg)
     passed = sqrt(NOISE_BAND * known.cutoff_Hz * 2.0 * known.period_s)
     edge_m = max(known.edge_m, job.chamfer_m)
-    capture_m = min(job.clearance_m + edge_m - known.capture_delay_s * known.search_speed_m_s, known.most_capture_m)
+    # A wall stops the arm at v sqrt(k m), in addition to the sliding peg's force.
+    left_N = max(job.force_N - sliding_N(job.friction, press_N), 0.1 * job.force_N)
+    slide_m_s = left_N / sqrt(job.lateral_N_per_m * known.stopped_kg)
+    search_m_s = min(known.search_speed_m_s, slide_m_s)
+    capture_m = min(job.clearance_m + edge_m - known.capture_delay_s * search_m_s, known.most_capture_m)
     half_width_m = max(job.deviation_m, job.start_m) + known.area_margin_m
     side_m = 2.0 * half_width_m
     calm_N = _NOISES_UNEXPECTED * job.noise_N
@@ -230,7 +246,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
     k_N_per_m = max(job.axial_N_per_m, job.lateral_N_per_m)
     met_N = (k_N_per_m * known.period_s + 2.0 * job.damping_ratio * sqrt(k_N_per_m * job.moving_kg)) * speed_m_s
     sudden_N = min(max(_LETS_GO * max(press_N, insertion_N), met_N), job.force_N)
-    sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * known.search_speed_m_s)
+    sweep_s = side_m * side_m / (_SMALLEST_SWEEP * capture_m * search_m_s)
     return Derived(
         press_N=press_N,
         insertion_press_N=insertion_N,
@@ -248,6 +264,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
         lateral_m_per_N_s=1.0 / (job.lateral_N_per_m * known.lateral_time_s),
         capture_m=capture_m,
         pitch_m=2.0 * capture_m,
+        slide_m_s=slide_m_s,
         half_width_m=half_width_m,
         step_m=min(_STEP_SHARE * half_width_m, job.radius_m / 2.0),
         time_s=max(known.least_time_s, known.search_s + _SWEEP_SLACK * sweep_s),

@@ -57,7 +57,7 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
         wedge_number=job.friction * job.tilt_rad * job.radius_m / job.clearance_m,
         wall_N=wall_force_N(job),
         held_N=jam_N,
-        search_s=side_m * side_m / (found.pitch_m * known.search_speed_m_s),
+        search_s=side_m * side_m / (found.pitch_m * min(known.search_speed_m_s, found.slide_m_s)),
         noise_m=noise_m,
         tilted_m=tilted_m,
         step_m=encoder_m,

@@ -84,6 +84,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "contact_kgf": _shown(found.contact_N / N_PER_KGF),
             "area_half_width_mm": _shown(found.half_width_m * 1e3),
             "step_mm": _shown(found.step_m * 1e3),
+            "slide_speed_mm_s": min(_shown(found.slide_m_s * 1e3), 100.0),
             "time_limit_s": _shown(found.time_s),
             "ready_height_mm": _shown(found.ready_height_m * 1e3),
         },

@@ -1,4 +1,5 @@
 from .base import COMPASS_NAMES as COMPASS_NAMES
+from .base import DONE as DONE
 from .base import EXAMPLES as EXAMPLES
 from .base import LEARNED as LEARNED
 from .base import PERSON as PERSON

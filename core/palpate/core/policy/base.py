@@ -89,6 +89,10 @@ class Action:
             raise ConfigurationError("actions.displacement_m", self.displacement_m, "two finite lengths in m")
 
 
+DONE: Final = Action("done", (0.0, 0.0))
+"""States that the peg is in: the task verifies the depth and ends the trial with what it finds."""
+
+
 def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
     """Return steps of equal length in equally spaced directions, counter-clockwise from +x.
 
@@ -134,6 +138,8 @@ class Observation:
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
+        press_N: Pressing force of this trial. Torque over press is a lever arm, the same at any force limit.
+        limit_N: Force limit of this trial.
     """
 
     state: int
@@ -144,6 +150,8 @@ class Observation:
     action_number: int
     turn_rad: Vector3 = (0.0, 0.0, 0.0)
     depth_m: float = 0.0
+    press_N: float = 0.0
+    limit_N: float = 0.0
 
     def __post_init__(self) -> None:
         _check_index("state", self.state)

@@ -57,7 +57,7 @@ def new_learner(
         ConfigurationError: A value is out of range, names repeat, or the learner does not fit the task.
     """
     if isinstance(parameters, BeliefParameters):
-        return BeliefLearner(parameters, reach.half_width_m, reach.action_s, frozen=frozen)
+        return BeliefLearner(parameters, reach, frozen=frozen)
     if isinstance(parameters, HmmParameters):
         return HmmLearner(states, actions, parameters, frozen=frozen)
     if isinstance(parameters, QParameters):

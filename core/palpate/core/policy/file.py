@@ -86,6 +86,11 @@ class PolicyDocument(Settings):
                     rows.append(TableRow(state, LEARNED, names[best], best, q, visits))
         return tuple(rows)
 
+    @property
+    def reads_states(self) -> bool:
+        """Return True if a choice depends on the state; that of a belief alone depends on lever arms only."""
+        return bool(self.learner is None or self.learner.kind != "belief" or self.programmed or self.examples)
+
     def to_json_text(self) -> str:
         """Return the text of the file; floats are written so that they are read back exactly."""
         return json.dumps(asdict(self), indent=1, allow_nan=False) + "\n"

@@ -3,6 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Annotated, Any, Final, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -18,10 +19,12 @@ class Reach:
 
     Attributes:
         half_width_m: Half the side of the square around the nominal goal that contains the hole and the tip.
+        longest_m: Longest step that an action completes within the force limit.
     """
 
     half_width_m: float
     action_s: float
+    longest_m: float = inf
 
 
 ANY_REACH: Final = Reach(1e-3, 0.1)

@@ -6,9 +6,11 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
-from palpate.core.ports import OneOf, Range, Settings
+from palpate.core.ports import PERIOD_S, OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
+_IN_TIME: Final = 0.95
+"""Share of the highest speed at which the tip keeps up with successive steps."""
 LEAST_PLAY_MM: Final = 0.6
 """Smallest play of a hole whose play is not stated."""
 
@@ -50,6 +52,8 @@ class TaskConfig(Settings):
     """goal: the area is centred at the nominal goal; start: at the start of the trial, as in the paper."""
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
     """Length of one exploratory step."""
+    slide_speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 32.84
+    """Highest speed on the plate, at which a caught peg stops within the force limit."""
     directions: Annotated[int, Range(2, 360)] = 8
     """Number of step directions for the policy, evenly spaced about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
@@ -95,6 +99,11 @@ class TaskConfig(Settings):
     def insertion_press_N(self) -> float:
         """Return the force with which the peg is pressed into the hole."""
         return (self.insertion_press_kgf or self.press_kgf) * N_PER_KGF
+
+    @property
+    def longest_step_m(self) -> float:
+        """Return the longest step on the plate that the tip completes in one action."""
+        return _IN_TIME * self.slide_speed_mm_s * 1e-3 * self.moving_share * self.ticks_per_action * PERIOD_S
 
     @property
     def reach_m(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.adapters.config import overlay, scenario
+from palpate.adapters.config import compose, overlay, scenario
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
 from palpate.adapters.experiments import baseline, build_perception, learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
@@ -145,6 +145,17 @@ def learned():
 def load(document, config):
     perception = perception_of(document, config, build_perception(config))
     return loaded_policy(document, config, perception, frozen=True)
+
+
+def test_a_belief_serves_another_force_limit_with_shorter_steps(learned):
+    gentle = compose("blind", "belief", {"limits": {"force_N": 5.0}})
+    policy = load(learned, gentle)
+    policy.begin_trial(0, np.random.default_rng(0))
+    length_m = hypot(*policy.choose(observation()).action.displacement_m)
+    assert length_m <= gentle.task.longest_step_m < 0.2e-3
+    # Its states matter once a person has programmed one.
+    with pytest.raises(ConfigurationError, match="thresholds"):
+        load(replace(learned, programmed={learned.states[0]: learned.actions[0].name}), gentle)
 
 
 @pytest.mark.parametrize(

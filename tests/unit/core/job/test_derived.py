@@ -101,6 +101,13 @@ class TestRegime:
         # A harder press on a peg that jams; no more than the limit of the force in one sample.
         assert derive(DOWEL).rate_N_s == pytest.approx(30.93 * 140.0)
 
+    def test_a_caught_peg_stops_within_the_force_limit(self):
+        # Left of 30 N beside 1.3 times the friction and noise; 15 kg stop at v sqrt(k m).
+        assert derive(DOWEL).slide_m_s == pytest.approx((30.0 - 0.67 * 4.903325) / sqrt(40e3 * 15.0))
+        gentle = derive(replace(DOWEL, force_N=5.0))
+        assert gentle.slide_m_s == pytest.approx((5.0 - 0.67 * 2.0) / sqrt(40e3 * 15.0))
+        assert gentle.time_s > derive(DOWEL).time_s
+
     @pytest.mark.parametrize("units", [(1e3, 1.0, 1.0), (1e3, 1e3, 1e3), (39.37, 2.2, 60.0)])
     def test_other_units_give_the_same_settings_and_regime(self, units):
         """(1e3, 1e3, 1e3) are mm, g, ms, so mN is g m / s^2 in these: forces differ by their factor alone."""

@@ -17,7 +17,7 @@ from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTa
 from palpate.core.policy.belief.places import SINGLE, Places, place_prior
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial
-from palpate.core.policy.learner import ModelLearner
+from palpate.core.policy.learner import ModelLearner, Reach
 from palpate.core.ports import Range, Settings
 
 SEARCH: Final = "search"
@@ -68,22 +68,24 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     Until a trial has ended in the hole there is no contact model, and the learner searches in a spiral.
 
     Args:
-        half_width_m: Half the side of the exploration area around the goal.
+        reach: Task bounds: the exploration area around the goal, and the longest step.
 
     Raises:
         ConfigurationError: The area has too many cells to process within a tick.
     """
 
-    def __init__(self, parameters: BeliefParameters, half_width_m: float, action_s: float, *, frozen: bool) -> None:
+    def __init__(self, parameters: BeliefParameters, reach: Reach, *, frozen: bool) -> None:
+        half_width_m, action_s = reach.half_width_m, reach.action_s
         if half_width_m > _WIDEST_M:
             accepted = f"at most {_WIDEST_M * 1e3:g} mm from the goal to be explored, for a belief"
             raise ConfigurationError("task.area_half_width_mm", half_width_m * 1e3, accepted)
         super().__init__(frozen=frozen)
         self.parameters = parameters
         self._half_width_m = half_width_m
-        self._search_step_m = parameters.search_speed_mm_s * 1e-3 * action_s
+        self._search_step_m = min(parameters.search_speed_mm_s * 1e-3 * action_s, reach.longest_m)
+        step_m = min(parameters.speed_mm_s * 1e-3 * action_s, reach.longest_m)
         self._places = Places(half_width_m)
-        self._planner = Planner(self._places, parameters.capture_mm * 1e-3, parameters.speed_mm_s * 1e-3 * action_s)
+        self._planner = Planner(self._places, parameters.capture_mm * 1e-3, step_m)
         self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
         self._model: TouchModel | None
         self._table: TouchTable | None

@@ -52,10 +52,12 @@ class Agent:
         torque_Nm: Vector3,
         turn_rad: Vector3,
         depth_m: float,
+        press_N: float = 0.0,
+        limit_N: float = 0.0,
     ) -> Observation:
         """Learn from the completed action; return the observation for the next :meth:`choose`."""
         number = len(self.decisions)
-        rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, depth_m
+        rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, depth_m, press_N, limit_N
         seen = Observation(0 if self.percept is None else self.percept[1], *rest)
         led_to = self._learn_from(tick, seen)
         observation = seen if led_to == seen.state else Observation(led_to, *rest)

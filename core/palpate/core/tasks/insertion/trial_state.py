@@ -19,6 +19,7 @@ class InsertionState(TrialState):
         hole_tick: Tick in which the hole was found; None before, and after a false drop.
         surface_m: Estimated height of the plate's surface below the nominal plane.
         slack_m: Uncertainty of that height; 0 if the plate was touched.
+        claimed: True if the policy has stated that the peg is in; then the trial ends with what is verified.
         edge_m: Distance by which the surface may be higher, if the contact was brief enough to be the hole's edge.
     """
 
@@ -31,6 +32,7 @@ class InsertionState(TrialState):
         super().begin(setup)
         self.explore_start = 0
         self.hole_tick: int | None = None
+        self.claimed = False
         self.surface_m = self.slack_m = self.edge_m = 0.0
 
     def agent_begun(self) -> None:

@@ -79,6 +79,9 @@ class SpatialInsert(Insert):
             super()._begin_look()
 
     def _wedged(self, text: str) -> None:
+        if self._state.claimed:
+            super()._wedged(text)
+            return
         self._state.event("stuck", text)
         self._state.hole_tick = None
         self.over = True

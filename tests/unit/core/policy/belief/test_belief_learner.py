@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Hindsight, Observation
+from palpate.core.policy import Hindsight, Observation, Reach
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
 from palpate.core.policy.belief.planner import SpiralSearch
 from palpate.core.policy.belief.touches import TORQUE_NM
@@ -15,7 +15,7 @@ from tests.unit.core.policy.belief.simulated_touch import touch_at
 
 
 def learner(*, frozen=False):
-    return BeliefLearner(BeliefParameters(), 3.5e-3, 0.05, frozen=frozen)
+    return BeliefLearner(BeliefParameters(), Reach(3.5e-3, 0.05), frozen=frozen)
 
 
 def play(policy, hole_m, start_m, seed=0, most=400):
@@ -84,7 +84,7 @@ class TestLearner:
 
     def test_an_area_too_wide_for_a_tick_is_refused(self):
         with pytest.raises(ConfigurationError, match="at most 8 mm"):
-            BeliefLearner(BeliefParameters(), 9e-3, 0.05, frozen=False)
+            BeliefLearner(BeliefParameters(), Reach(9e-3, 0.05), frozen=False)
 
     def test_a_search_that_leaves_gaps_is_refused(self):
         with pytest.raises(ConfigurationError, match="twice capture_mm"):

@@ -9,6 +9,7 @@ import pytest
 
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError
+from palpate.core.policy import DONE, Decision
 from palpate.core.ports import PERIOD_S
 from palpate.core.ports.values import Validity
 from palpate.core.trial import Outcome, Phase, TaskConfig, TrialSetup
@@ -211,6 +212,22 @@ def interrupted(when):
         return snapshot
 
     return Trial(FakeWorld(HOLE), policy, task=task, on_step=interrupt)
+
+
+class Claims(FollowTorque):
+    """States after some steps that the peg is in."""
+
+    def choose(self, observation):
+        assert (observation.press_N, observation.limit_N) == (pytest.approx(4.903325), 30.0)
+        return Decision(DONE, None, "claims") if observation.action_number == 3 else super().choose(observation)
+
+
+def test_a_policy_that_lies_about_the_end_is_not_believed():
+    trial = Trial(FakeWorld(FAR_AWAY), Claims())
+    assert trial.events("done")[0].detail == "by the policy, to be verified"
+    assert trial.report.outcome is Outcome.WEDGED
+    assert len(trial.report.decisions) == 4
+    assert trial.report.depth_m < 1e-4
 
 
 @pytest.mark.parametrize("when", [119, 130, 131, 132, 133, 146])

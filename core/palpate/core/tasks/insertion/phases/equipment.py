@@ -44,7 +44,10 @@ class Laws:
             return DampingControl(control.damping_N_s_per_m, (0.0, 0.0, -force_N), travel, axial_N_per_m, PERIOD_S)
 
         along = pressing(task.press_kgf * N_PER_KGF)
-        free = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
+        free, slide = (
+            PositionControl(control.position_gain_per_s, speed, PERIOD_S)
+            for speed in (travel, min(travel, task.slide_speed_mm_s * 1e-3))
+        )
         inserting = HybridControl(
             ForceControl(
                 control.force_integral_m_per_N_s,
@@ -56,7 +59,7 @@ class Laws:
             ),
             pressing(task.insertion_press_N),
         )
-        return cls(free, HybridControl(free, along), along, inserting)
+        return cls(free, HybridControl(slide, along), along, inserting)
 
 
 @dataclass(frozen=True, slots=True)

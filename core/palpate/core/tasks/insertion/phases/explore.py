@@ -3,7 +3,8 @@
 from math import hypot
 from typing import Final
 
-from palpate.core.policy import Action
+from palpate.core.job import sliding_N
+from palpate.core.policy import DONE, Action
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
@@ -16,10 +17,6 @@ _SUNK_TICKS: Final = 2
 _CAUGHT_SHARE: Final = 1.5
 """A lateral force above this share of the pressing force cannot be friction: an edge of the hole holds the peg.
 Friction there may carry the peg, so that neither loss of contact nor depth reveals it."""
-_FRICTION_PEAK: Final = 1.3
-"""Press at the peak of the dither, over the press."""
-_NOISE_SHARE: Final = 0.15
-"""Four standard deviations of the force over the press, for the noisiest acceptable sensor."""
 _LAG_S: Final = 3.0 * PERIOD_S
 """Additional time to stop: the lag that the supervisor allows, supervision.tracking_lag_ticks."""
 _SURFACE_M: Final = 1e-4
@@ -40,8 +37,7 @@ class Explore(RunningPhase):
         press_N = task.press_kgf * N_PER_KGF
         # If the peg is caught, the arm stops within the force limit, unless friction alone reaches it.
         stop_N = monitor.lateral_N_per_m * task.travel_speed_mm_s * 1e-3 * _LAG_S
-        sliding_N = (_FRICTION_PEAK * task.friction + _NOISE_SHARE) * press_N
-        self._caught_N = min(_CAUGHT_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N))
+        self._caught_N = min(_CAUGHT_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N(task.friction, press_N)))
         self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
         self._ticks, self._moving_ticks = task.ticks_per_action, task.moving_share * task.ticks_per_action
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, press_N
@@ -124,6 +120,9 @@ class Explore(RunningPhase):
         x, y = self.area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self.countdown = self._task.ticks_per_action
+        if action == DONE:
+            self._state.event("done", "by the policy, to be verified")
+            self._state.claimed = self.over = True
 
     def _way_on(self) -> Vector3:
         """Return the velocity of the running action in this tick: constant speed, then a pause for the torque."""
@@ -154,6 +153,8 @@ class Explore(RunningPhase):
             torque,
             self._motion.turn_rad,
             self._depth_m,
+            self._press_N,
+            self._task.max_force_N,
         )
 
     def _refine_surface(self) -> None:

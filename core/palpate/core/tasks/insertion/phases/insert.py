@@ -111,6 +111,8 @@ class Insert(RunningPhase):
             state.event("false drop", f"to {self._best_m * 1e3:.3f} mm")
             state.hole_tick = None
             self.over = True
+            if state.claimed:
+                self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
         elif stalled > _WEDGED_TICKS or state.tick - self._entered_tick > self._limit_ticks:
             self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
