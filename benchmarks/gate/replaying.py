@@ -236,8 +236,7 @@ def failed_test(checkout: Path, package: str) -> str:
     tests, failures = unit_tests(checkout, package), Failures()
     if not tests:
         return ""
-    # The plug-in of this project is imported long before pytest is.
-    ignored = "ignore:Module already imported:pytest.PytestAssertRewriteWarning"
-    words = ["-x", "-q", "-p", "no:cacheprovider", "-W", ignored, f"--rootdir={checkout}"]
+    # Assertions as they are: what rewrites them also loads the project's plug-in, and without the mutant.
+    words = ["-x", "-q", "-p", "no:cacheprovider", "--assert=plain", f"--rootdir={checkout}"]
     code = pytest.main([*words, *tests], plugins=[failures])
     return failures.first or ("" if code == 0 else f"pytest ended with {int(code)}")
