@@ -11,6 +11,7 @@ from _pytest.runner import runtestprotocol
 from hypothesis import settings
 from xdist.scheduler import LoadGroupScheduling
 
+from palpate.adapters.experiments import evaluation, learning_curve, training
 from palpate.adapters.log import decisive, processor, read_log
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
@@ -41,6 +42,16 @@ MIXED = pytest.StashKey[bool]()
 """Whether some of the tests run against the wall clock, and some do not."""
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _one_picture():
+    """Runs of this process leave one and the same picture, which is drawn once."""
+    picture = cache(lambda: learning_curve([], ""))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(training, "learning_curve", lambda rows, title: picture())
+        patched.setattr(evaluation, "trials_picture", lambda rows, title: picture())
+        yield
+
+
 @pytest.fixture(scope="session")
 def golden_here(tmp_path_factory):
     """A golden log that holds the very bits that this machine gives.
@@ -62,9 +73,10 @@ def golden_here(tmp_path_factory):
 
 
 def pytest_configure():
-    """Wait for no disk, and take Ctrl-C as ever, also in the background of a script, where it is ignored."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Wait for no disk, and take signals of the keyboard also in the background of a script, which ignores them."""
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGQUIT, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, handler)
     # What tests write need not outlast a power cut.
     os.fsync = lambda fd: None
 

@@ -52,6 +52,9 @@ class Bench(BusBench):
 
 
 class TestCia402Encoder(JointEncoderContract):
+    # It is the arm, whose lives are below.
+    test_life_follows_the_table = None
+
     def make(self):
         bench = Bench()
         return JointEncoderRig(max_age_ns=250_000_000, joints=3, expected_rad=HOME, arm=bench.arm, **bench.knobs())

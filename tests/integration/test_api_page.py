@@ -22,6 +22,7 @@ def test_the_examples_run_one_after_the_other(tmp_path, monkeypatch):
         exec(compile(example, f"example {number + 1}", "exec"), {"__name__": f"example_{number}"})
 
 
+@pytest.mark.nightly
 def test_the_examples_are_typed(tmp_path):
     for number, example in enumerate(EXAMPLES):
         (tmp_path / f"example_{number}.py").write_text(example, encoding="utf-8")

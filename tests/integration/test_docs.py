@@ -77,6 +77,7 @@ def shortened(line):
     return line
 
 
+@pytest.mark.nightly
 def test_the_tutorial(palpate, tmp_path, monkeypatch):
     """Its notebook, cell by cell in this process; the page has the same text and commands."""
     written = (DOCS / "tutorial.ipynb").read_text(encoding="utf-8")

@@ -22,9 +22,9 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
     ("kind", "arm", "force", "age_ticks"),
     [
         ("zebra-zero", "zebra-nmc", "jr3-can", (0.7, 1.8)),
-        ("zebra-zero", "cia402", "jr3-can", (0.7, 1.7)),
+        pytest.param("zebra-zero", "cia402", "jr3-can", (0.7, 1.7), marks=pytest.mark.nightly),
         ("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0)),
-        ("ur5e", "ros2", "ros2", (0.0, 1.0)),
+        pytest.param("ur5e", "ros2", "ros2", (0.0, 1.0), marks=pytest.mark.nightly),
     ],
 )
 def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(kind, arm, force, age_ticks, tmp_path):

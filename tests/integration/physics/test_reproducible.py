@@ -33,7 +33,7 @@ def digests(config, numbers):
 @pytest.mark.parametrize(
     ("variables", "needed"),
     [
-        ({}, ""),
+        pytest.param({}, "", marks=pytest.mark.nightly),
         ({"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"}, "pni"),
         pytest.param({"OPENBLAS_CORETYPE": "Haswell"}, "avx2", marks=pytest.mark.nightly),
         pytest.param({"OPENBLAS_CORETYPE": "SkylakeX"}, "avx512bw", marks=pytest.mark.nightly),

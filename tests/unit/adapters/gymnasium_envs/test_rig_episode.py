@@ -44,8 +44,6 @@ def on_rig(config, out=""):
 @pytest.fixture
 def episodes(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
-    # Drawing takes longer than all the rest; the tests of real wires do it.
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     config = RunConfig(task=TaskConfig(time_limit_s=2.0))
     made = on_rig(config, str(tmp_path / "run"))
     made.observe = lambda task: task.tip_m
@@ -84,7 +82,6 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes):
 
 def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     table = {"learner": "skills", "task": {"time_limit_s": 3.0, "options": {"corners": 4.0, "corner_mm": 20.5}}}
     config = configured(scenario="blind-square", settings=table, task="insertion-6dof")
     # A test's thread that a busy computer holds up is no late agent: no rest comes between the skills.
@@ -157,7 +154,6 @@ def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(episodes, mo
 
 
 def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_nor_drawn(tmp_path, monkeypatch):
-    monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.write_evaluation", lambda *words: None)
     monkeypatch.setattr(
         "palpate.adapters.experiments.run.open_rig",
         lambda config, ready, file, acknowledge, accept_kinematics: SimulatedRig(config, ready),

@@ -99,7 +99,7 @@ def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale, trips):
 
 def test_honest_noise_never_trips():
     bench, readings = tared()
-    clean(bench, readings, 10_000)
+    clean(bench, readings, 3_000)
 
 
 def test_a_sample_that_is_no_news_is_no_sign_of_death():
