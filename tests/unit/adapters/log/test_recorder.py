@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.contracts import FakeClock
-from palpate.adapters.log import CallEntry, EndRecord, TickRecord
+from palpate.adapters.log import CallEntry, EndRecord, TickRecord, raised_by
 from palpate.adapters.log.container import read_messages
 from palpate.adapters.log.reader import assemble
 from palpate.adapters.log.recorder import FlightRecorder
@@ -189,3 +189,28 @@ def _with_sequence(bench, sequence):
 def test_end_says_who_raised_the_error(name, by):
     end = log_of(recorded(SCENARIOS[name])).end
     assert end.raised_by == by
+
+
+LOOP = "palpate.core.control_loop"
+
+
+@pytest.mark.parametrize(
+    ("modules", "by"),
+    [
+        (("palpate.adapters.x", LOOP), "core"),
+        ((LOOP, "palpate.core.tasks.x", "numpy"), "core"),
+        ((LOOP, "palpate.core.ports.x", "palpate.core.tasks.x"), "outside"),
+        ((LOOP, "observer", "palpate.core.tasks.x"), "outside"),
+        ((LOOP, "palpate.core.tasks.x", "palpate.adapters.signals"), "outside"),
+        (("palpate.core.tasks.x",), "outside"),
+    ],
+)
+def test_error_is_of_the_core_where_the_loop_called_only_the_core(modules, by):
+    source, inner = "def step(): raise inner", DeviceError("arm", "gone")
+    for name in reversed(modules):
+        scope = {"__name__": name, "inner": inner}
+        exec(source, scope)
+        source, inner = "def step(): inner()", scope["step"]
+    with pytest.raises(DeviceError) as caught:
+        inner()
+    assert raised_by(caught.value) == by

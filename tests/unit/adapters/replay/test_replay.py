@@ -166,6 +166,15 @@ def test_a_log_that_was_cut_replays_as_far_as_it_goes(golden_here, tmp_path, sha
     assert exit_code([one], strict=False) == 2
 
 
+@pytest.mark.parametrize(
+    ("name", "note"), [("train-paper", ""), ("aborted", "the recording was ended by DeviceError at")]
+)
+def test_note_names_what_ended_a_recording_from_outside(golden_here, name, note):
+    one = replay_file(golden_here(name), Rebuilder())
+    assert one.verdict is Verdict.EQUAL
+    assert one.note.partition(" tick")[0] == note
+
+
 @pytest.mark.parametrize(("topic", "field"), [("/end", "learner_json"), ("/start", "versions_json")])
 def test_a_field_that_is_no_json(messages, replayed, topic, field):
     for text in ("x", "3"):
