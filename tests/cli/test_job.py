@@ -8,6 +8,7 @@ import pytest
 
 from palpate.adapters.config import compose, overlay, read_job, read_toml, run_facts
 from palpate.adapters.config.run import RunConfig
+from palpate.adapters.log import read_log
 from tests.command_line import QUICK
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
@@ -47,6 +48,20 @@ def test_flags_and_files_change_a_job_and_what_follows_from_it(palpate):
     palpate.succeed("run", *words, *QUICK, "--trials", 1, "--out", "run")
     table = tomllib.loads(Path("run/run.toml").read_text())
     assert (table["cell"]["peg"]["clearance_mm"], table["task"]["area_half_width_mm"]) == (0.05, 3.5)
+
+
+def test_trials_take_the_places_of_a_job_in_turn_also_after_a_failure(palpate):
+    text = DOWEL.read_text().replace("z_mm = 50.0", "z_mm = 50.0\nfurther_mm = [[600.0, 160.0, 52.0]]")
+    Path("two.toml").write_text(text)
+    words = ("run", "--job", "two.toml", "--policy", "oracle", "--trials", 3, "--cell.peg.friction", 0.1)
+    palpate.succeed(*words, "--out", "run")
+    with Path("run/trials.csv").open(newline="") as stream:
+        assert [row["place"] for row in csv.DictReader(stream)] == ["1", "2", "1"]
+    configs = [tomllib.loads(read_log(log).start.config_toml) for log in sorted(Path("run/logs").iterdir())]
+    assert [config["place"]["y_mm"] for config in configs] == [100.0, 160.0, 100.0]
+    assert "3 of 3 equal" in palpate.succeed("replay", "run", "--jobs", 1)
+    Path("two.toml").write_text(text.replace("600.0, 160.0", "1600.0, 160.0"))
+    assert "place" in palpate.refusal(*words, "--out", "other")
 
 
 def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig, SensorFactsTable
+from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.adapter_arm import AdapterArm
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports import CommandReason, JointCommand, Life
+from palpate.core.trial import find_ready_pose
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
 from tests.support.arm_thread import arm_in_thread
 from tests.support.stopped_arm import nothing_left_behind
@@ -95,6 +96,11 @@ def test_the_arm_walks_to_the_ready_pose_once(rig_of):
             rig.ports.clock.sleep_until(rig.ports.clock.now_ns() + 10**9)
             assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
         assert rig.stopped_by() == ""
+        other = overlay(CONFIG, {"task": {"goal": {"y_mm": 60.0}}})
+        there = find_ready_pose(other.arm, other.tool.geometry, other.task)
+        rig.move(other, there)
+        rig.prepare(2)
+        assert rig.ports.joint_encoder.read().position_rad == pytest.approx(there.q_rad, abs=2e-3)
 
 
 def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_of, tmp_path, capsys):

@@ -90,6 +90,9 @@ def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[A
         raise UsageError(f"{flag} needs a value")
     origin, items = get_origin(base) or base, get_args(base)
     if origin is tuple:
+        if get_origin(items[0]) is tuple:
+            numbers, width = [_plain(value, float) for value in values], len(get_args(items[0]))
+            return [numbers[n : n + width] for n in range(0, len(numbers), width)], len(values)
         return [_plain(value, items[0]) for value in values], len(values)
     if isinstance(origin, type) and issubclass(origin, Mapping):
         if len(values) % 2:

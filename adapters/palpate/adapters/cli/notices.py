@@ -63,10 +63,11 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
         KeyboardInterrupt: The person does not confirm.
     """
     file, run = RigFile.load(Path(options.rig)), options.run
-    place, policy, trials = run.place, options.policy or run.learner, options.trials
+    policy, trials = options.policy or run.learner, options.trials
+    places = ", then ".join(f"({x:g}, {y:g}, {z:g})" for x, y, z in run.place.centres_mm)
     sys.stderr.write(
         f"palpate: the arm of {file.name!r} will move: from where it is to 100 mm above"
-        f" ({place.x_mm:g}, {place.y_mm:g}, {place.z_mm:g}) mm and down to {run.task.ready_height_mm:g} mm above it,"
+        f" {places} mm and down to {run.task.ready_height_mm:g} mm above it,"
         f" joints at up to {file.approach_rad_s:g} rad/s; then {trials} trials of {run.task.name}, {policy}\n"
     )
     if file.emulated:

@@ -5,6 +5,7 @@ from .compose import compose as compose
 from .compose import configured as configured
 from .compose import depth_step_mm as depth_step_mm
 from .compose import job_of as job_of
+from .compose import of_trial as of_trial
 from .compose import read_job as read_job
 from .compose import remeasured as remeasured
 from .compose import scenario as scenario

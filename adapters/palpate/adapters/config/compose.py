@@ -18,6 +18,7 @@ from palpate.core.errors import ConfigurationError, did_you_mean, require_one_of
 from palpate.core.job import JOB_TABLES, STATED, Job, PlaceConfig, Verdict, derived_settings, judge
 from palpate.core.motion import arm_named, arm_of_table
 from palpate.core.ports import SensorFacts
+from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell import CellConfig
 
 Tables: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
@@ -180,6 +181,23 @@ def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFac
     other = overlay(config, measured)
     before, after = (derived_settings(job_of(each), noise, task) for each in (config, other))
     return overlay(other, _changed(other, before, after))
+
+
+def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
+    """Return the configuration of one trial: its place, in turn, and its own force limit.
+
+    Args:
+        drawn: Whether the trial draws a force limit, if the job says so.
+    """
+    place, limits, measured = config.place, config.limits, dict[str, Any]()
+    if place.further_mm:
+        x, y, z = place.centres_mm[trial % len(place.centres_mm)]
+        measured["place"] = {"x_mm": x, "y_mm": y, "z_mm": z, "further_mm": ()}
+    if limits.drawn_from_N and drawn:
+        force_N = generator(config.seed, Purpose.LIMIT, trial).uniform(limits.drawn_from_N, limits.force_N)
+        measured["limits"] = {"force_N": round(force_N, 2), "drawn_from_N": 0.0}
+    # What a learner was made with stays.
+    return replace(remeasured(config, measured, None), learning=config.learning) if measured else config
 
 
 def _changed(config: Any, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from palpate.adapters.config import (
     RunConfig,
     depth_step_mm,
     job_of,
+    of_trial,
     require_corners,
     simulated_noise,
     task_kind,
@@ -116,6 +117,11 @@ def task_reach(config: RunConfig) -> Reach:
     task = config.task
     half_mm = task.area_half_width_mm + (task.start_uncertainty_mm if task.area_centre == "start" else 0.0)
     return Reach(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ, task.longest_step_m)
+
+
+def needs_fitting(config: RunConfig) -> bool:
+    """Return whether the perception must be fitted to samples."""
+    return config.perception.features != "channels" or config.perception.symbols in ("random", "clusters")
 
 
 def build_perception(config: RunConfig) -> Perception:
@@ -226,6 +232,9 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     edge_mm = config.place.height_uncertainty_mm + 0.5e-3 * config.part.peg_mm * config.place.tilt_uncertainty_mrad
     accepted = f"more than {edge_mm:.3g}, or a tilted peg may begin in a plate that is higher than stated"
     task.require("ready_height_mm", task.ready_height_mm > edge_mm, accepted)
+    for number in range(1, len(config.place.centres_mm)):
+        other = of_trial(config, number, drawn=False)
+        find_approach(other, ready_pose(other))
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, plain_perception(config), walk)
     if not rig_file:

@@ -5,7 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.adapters.config import PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import build_perception, identifier, plain_perception, task_actions
+from palpate.adapters.experiments.build import (
+    build_perception,
+    identifier,
+    needs_fitting,
+    plain_perception,
+    task_actions,
+)
 from palpate.adapters.experiments.trial import require_sound
 from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.mujoco import SimulatedRig
@@ -25,11 +31,6 @@ from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, ReadyPose, generator
 
 FIRST_FITTING_TRIAL = 2 * TRIALS_OF_A_SERIES
 """First number of fitting trials, so that their random streams differ from those of a run."""
-
-
-def needs_fitting(config: RunConfig) -> bool:
-    """Return whether the perception must be fitted to samples."""
-    return config.perception.features != "channels" or config.perception.symbols in ("random", "clusters")
 
 
 def configured_perception(config: RunConfig) -> Perception | None:

@@ -85,7 +85,7 @@ class TrialRow:
 
     Attributes:
         trip: Reason of a trip, by name and text; empty without one.
-        drawn: Other values drawn for the trial, each in its own column after the others; see ``Truth.drawn``.
+        drawn: Other values of the trial, each in its own column after the others: its place, see ``Truth.drawn``.
     """
 
     trial: int
@@ -128,7 +128,7 @@ class TrialRow:
             temperature=report.temperature,
             marked=scored.marked,
             trip=scored.trip,
-            drawn={} if truth is None else truth.drawn,
+            drawn=scored.own if truth is None else {**scored.own, **truth.drawn},
         )
 
     def cells(self) -> dict[str, Any]:

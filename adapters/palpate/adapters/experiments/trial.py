@@ -1,9 +1,9 @@
 """Running of successive trials, and their scoring against the ground truth."""
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from typing_extensions import override
@@ -32,6 +32,7 @@ class ScoredTrial:
         marked: Why the trial's timing is not admitted; empty for an admitted trial.
         stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
         blamed: Device whose samples or lateness ended the trial; empty if there is none.
+        own: Values in which its job differs from that of the run, by column of trials.csv.
     """
 
     report: TrialReport
@@ -41,6 +42,7 @@ class ScoredTrial:
     marked: str = ""
     stopped_by: str = ""
     blamed: str = ""
+    own: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def outcome(self) -> str:

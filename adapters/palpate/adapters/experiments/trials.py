@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
-from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments.build import build_task, supervisor_of
+from palpate.adapters.config import RunConfig, of_trial
+from palpate.adapters.experiments.build import (
+    build_perception,
+    build_task,
+    needs_fitting,
+    ready_pose,
+    supervisor_of,
+    task_reach,
+)
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.control_loop import LoopObserver
 from palpate.core.perception import Perception
-from palpate.core.policy import ForeignPolicy, Policy, learner_of
+from palpate.core.policy import BeliefLearner, ForeignPolicy, Policy, learner_of
 from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
 
@@ -76,19 +83,42 @@ class Trials:
     ) -> None:
         if isinstance(policy, ForeignPolicy):
             policy.now_ns = rig.ports.clock.now_ns
-        self.config, self.ready, self.rig = config, ready, rig
+        self.run_config, self.rig, self._command, self._subfolder = config, rig, command, subfolder
         self.perception, self.policy, self.name = perception, policy, name
         self.recording, self.first, self.interrupted = recording, first, False
-        self.task = build_task(config, ready, perception, policy)
-        self.supervisor = supervisor_of(rig, config, ready)
+        self._begin(config, ready)
+
+    def _begin(self, config: RunConfig, ready: ReadyPose) -> None:
+        """Build task and supervisor for a trial's configuration."""
+        self.config, self.ready, recording = config, ready, self.recording
+        self.task = build_task(config, ready, self.perception, self.policy)
+        self.supervisor = supervisor_of(self.rig, config, ready)
         if recording.live is not None:
             recording.live.of(self)
         if recording.recorder is not None:
-            learner = learner_of(policy)
+            learner = learner_of(self.policy)
             recording.recorder.of(
-                command, config, ready, self.task, perception, policy,
-                name=name, frozen=learner is None or learner.frozen, subfolder=subfolder,
+                self._command, config, ready, self.task, self.perception, self.policy,
+                name=self.name, frozen=learner is None or learner.frozen, subfolder=self._subfolder,
             )  # fmt: skip
+
+    def _turn_to(self, number: int) -> dict[str, float]:
+        """Prepare the place and the force limit of a trial; return what is its own."""
+        whole, trial = self.run_config, number - self.first
+        drawn = self._command == "train" and self.rig.simulated
+        config = of_trial(whole, trial, drawn=drawn)
+        if config != self.config:
+            ready = ready_pose(config)
+            self.rig.move(config, ready)
+            if drawn and not needs_fitting(config):
+                # Thresholds follow the press.
+                self.perception = build_perception(config)
+            learner = learner_of(self.policy)
+            if isinstance(learner, BeliefLearner):
+                learner.step_within(task_reach(config))
+            self._begin(config, ready)
+        own = {"place": 1 + trial % len(whole.place.centres_mm)} if whole.place.further_mm else {}
+        return own | ({"limit_N": config.limits.force_N} if drawn and whole.limits.drawn_from_N else {})
 
     def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
         """Run one trial and score it.
@@ -96,11 +126,13 @@ class Trials:
         Raises:
             DeviceError: A device failed.
         """
+        own = self._turn_to(number)
         recorder, session, live = self.recording.recorder, self.recording.session, self.recording.live
         watching = watching if live is None else (*watching, live)
-        return run_scored_trial(
+        scored = run_scored_trial(
             self.config, self.rig, self.task, number, recorder, self.first, self.supervisor, session, watching
         )
+        return replace(scored, own=own) if own else scored
 
     def run_all(self, numbers: Iterable[int], done: Callable[[ScoredTrial], object]) -> None:
         """Run trials until all are finished or a signal ends them; an interrupted trial is not among the finished.

@@ -9,7 +9,7 @@ from typing import Any, Self
 from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
-from palpate.adapters.hardware.approach import WayToReadyPose, walk
+from palpate.adapters.hardware.approach import WayToReadyPose, find_approach, walk
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.fault_file import FaultFile
@@ -35,6 +35,7 @@ from palpate.core.ports import (
     WrenchSample,
 )
 from palpate.core.supervision import SampleWatch
+from palpate.core.trial import ReadyPose
 
 
 class TurnedForceSensor(DeviceDecorator, ForceSensor):
@@ -127,7 +128,7 @@ class HardwareRig(DeviceRig):
         super().__init__(file, sensor, arm)
         self.ports = Ports(clock, self._turned, arm, GuardedArm(arm, self.operator))
         self._approach, self._limit_N, self._supervision = approach, config.task.max_force_N, config.supervision
-        self._at_ready = False
+        self._at_ready, self._left = False, list[WayToReadyPose]()
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
         self.latch.still = self._reported
         # For the way alone; whoever runs trials asks for more, and tells what was granted.
@@ -140,7 +141,9 @@ class HardwareRig(DeviceRig):
             try:
                 with self._real_time.loop():
                     watch = SampleWatch(self._supervision, self.sensor_facts)
-                    walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N, watch)
+                    for way in (*self._left, self._approach):
+                        walk(way, self.ports, self._file.approach_rad_s, self._limit_N, watch)
+                    self._left.clear()
             except DeviceError as error:
                 self.latch.set(str(error))
                 raise
@@ -150,6 +153,13 @@ class HardwareRig(DeviceRig):
             self._free()
         # Waiting data are read now, not in the first tick.
         self.ports.force_sensor.read()
+
+    @override
+    def move(self, config: RunConfig, ready: ReadyPose) -> None:
+        if self._at_ready:
+            # Up from the place that the arm leaves.
+            self._left.append(replace(self._approach, poses_rad=self._approach.poses_rad[:1]))
+        self._approach, self._at_ready = find_approach(config, ready), False
 
     def stopped_by(self) -> str:
         """Cause of a stop other than core and supervisor since the last :meth:`prepare`; empty if there is none."""

@@ -4,6 +4,8 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
 
+from typing_extensions import override
+
 from palpate.adapters.config import RunConfig, require_corners, simulated_noise
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.motion import Kinematics, arm_named
@@ -21,9 +23,12 @@ class SimulatedRig(Rig):
     simulated = True
 
     def __init__(self, config: RunConfig, ready: ReadyPose, hidden: HiddenValues | None = None) -> None:
+        self.seed, self.latch, self._hidden = config.seed, FaultLatch(), hidden
+        self._build(config, ready)
+
+    def _build(self, config: RunConfig, ready: ReadyPose) -> None:
         require_corners(config)
-        kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
-        self.seed, self.latch = config.seed, FaultLatch()
+        hidden, kinematics = self._hidden, Kinematics(arm_named(config.arm), config.tool.geometry)
         self._facts = simulated_noise(config)
         self.cell = WorkCell(
             kinematics,
@@ -49,6 +54,14 @@ class SimulatedRig(Rig):
     def sensor_facts(self) -> SensorFacts:
         """Noise of the force sensor, as configured."""
         return self._facts
+
+    @override
+    def move(self, config: RunConfig, ready: ReadyPose) -> None:
+        ticks = self.clock_ticks
+        self.__exit__(None, None, None)
+        self._build(config, ready)
+        self.__enter__()
+        self.set_clock_ticks(ticks)
 
     def prepare(self, trial: int) -> None:
         """Set the world to the initial state of this trial, and release the arm from its last stop."""

@@ -35,6 +35,8 @@ def _none_or(low: float, high: float) -> Holds:
 
 
 _Angle: TypeAlias = Annotated[float, Range(-360.0, 360.0)]
+_Place: TypeAlias = Annotated[float, Range(-3000.0, 3000.0)]
+_Point: TypeAlias = tuple[_Place, _Place, _Place]
 _Length: TypeAlias = Annotated[float, Range(-2000.0, 2000.0)]
 
 
@@ -192,12 +194,14 @@ class PlaceConfig(Settings):
 
     TABLE: ClassVar[str] = "place"
 
-    x_mm: Annotated[float, Range(-3000.0, 3000.0)] = 400.0
+    x_mm: _Place = 400.0
     """Centre of the hole's mouth in front of the arm's base."""
-    y_mm: Annotated[float, Range(-3000.0, 3000.0)] = 0.0
+    y_mm: _Place = 0.0
     """Centre of the hole's mouth to the left of the arm's base."""
-    z_mm: Annotated[float, Range(-3000.0, 3000.0)] = 20.0
+    z_mm: _Place = 20.0
     """Height of the plate's surface above the base."""
+    further_mm: tuple[_Point, ...] = ()
+    """Centres (x, y, z) of further holes like this one; the trials of a run take all in turn."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
@@ -211,6 +215,11 @@ class PlaceConfig(Settings):
     start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
     """Largest distance of a trial's start from the nominal hole; drawn for each trial."""
 
+    @property
+    def centres_mm(self) -> tuple[Vector3, ...]:
+        """Return the centres of all holes, (x, y, z) each."""
+        return (self.x_mm, self.y_mm, self.z_mm), *self.further_mm
+
 
 @dataclass(frozen=True)
 class LimitsConfig(Settings):
@@ -220,6 +229,8 @@ class LimitsConfig(Settings):
 
     force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """Highest force on the part."""
+    drawn_from_N: Annotated[float, _none_or(1.0, 500.0)] = 0.0
+    """Lowest force limit in training, where each simulated trial draws its own up to force_N; 0 draws none."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Highest speed of the tip in free space."""
     lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0
@@ -243,6 +254,8 @@ class Job(Settings):
         is_deep = part.depth_mm > least_mm
         part.require("depth_mm", is_deep, f"{accepted}, as deep as the plate itself may be taken to lie")
         accepted = f"at most part.peg_mm = {part.peg_mm:g}: measure the hole's place first"
+        limits, accepted_N = self.limits, f"at most limits.force_N = {self.limits.force_N:g}"
+        limits.require("drawn_from_N", limits.drawn_from_N <= limits.force_N, accepted_N)
         place.require("position_uncertainty_mm", place.position_uncertainty_mm <= part.peg_mm, accepted)
 
 

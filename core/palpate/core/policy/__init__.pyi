@@ -15,6 +15,7 @@ from .base import Spatial as Spatial
 from .base import Transition as Transition
 from .base import compass_actions as compass_actions
 from .base import drawing_from as drawing_from
+from .belief import BeliefLearner as BeliefLearner
 from .entries import ActionEntry as ActionEntry
 from .entries import LearnerEntry as LearnerEntry
 from .entries import TableRow as TableRow

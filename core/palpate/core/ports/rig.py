@@ -136,6 +136,18 @@ class Rig(Protocol):
     def truth(self) -> Truth | None:
         """Return the ground truth, for scoring and baselines only; None if unknown."""
 
+    def move(self, config: Any, ready: Any) -> None:
+        """Go to another place, from the next :meth:`prepare` on.
+
+        Args:
+            config: Configuration of the next trials.
+            ready: Their ready pose.
+
+        Raises:
+            ConfigurationError: This rig has one place.
+        """
+        raise ConfigurationError("place.further_mm", "further places", "none on this rig")
+
     def stopped_by(self) -> str:
         """Return what else stopped the arm since the last :meth:`prepare`; empty if nothing did."""
         return ""

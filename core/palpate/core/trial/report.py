@@ -157,6 +157,7 @@ class Purpose(enum.IntEnum):
     HIDDEN = 10
     PLATE = 11
     DITHER = 12
+    LIMIT = 13
 
 
 TRIALS_OF_A_SERIES: Final = 500_000

@@ -253,7 +253,7 @@ def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written
         ("SampleWatch", "trip-frozen"),
         ("WrenchWatch", "trip-torque-tared"),
         ("JointWatch", "trip-tracking"),
-        ("WorkspaceWatch", "trip-workspace-y"),
+        ("WorkspaceWatch", "trip-workspace-x"),
     ],
 )
 def test_a_supervisor_with_a_watch_disarmed(golden_here, monkeypatch, watch, name):

@@ -28,8 +28,8 @@ from palpate.adapters.config import (
     overlay,
     read_toml,
 )
-from palpate.adapters.experiments.build import plain_perception
-from palpate.adapters.experiments.fitting import configured_perception, needs_fitting
+from palpate.adapters.experiments.build import needs_fitting, plain_perception
+from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code, foreign_entry, foreign_policy
 from palpate.adapters.experiments.policies import BASELINES
 from palpate.adapters.experiments.run import Run

@@ -75,18 +75,15 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     """
 
     def __init__(self, parameters: BeliefParameters, reach: Reach, *, frozen: bool) -> None:
-        half_width_m, action_s = reach.half_width_m, reach.action_s
+        half_width_m = reach.half_width_m
         if half_width_m > _WIDEST_M:
             accepted = f"at most {_WIDEST_M * 1e3:g} mm from the goal to be explored, for a belief"
             raise ConfigurationError("task.area_half_width_mm", half_width_m * 1e3, accepted)
         super().__init__(frozen=frozen)
         self.parameters = parameters
         self._half_width_m = half_width_m
-        self._search_step_m = min(parameters.search_speed_mm_s * 1e-3 * action_s, reach.longest_m)
-        step_m = min(parameters.speed_mm_s * 1e-3 * action_s, reach.longest_m)
         self._places = Places(half_width_m)
-        self._planner = Planner(self._places, parameters.capture_mm * 1e-3, step_m)
-        self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
+        self.step_within(reach)
         self._model: TouchModel | None
         self._table: TouchTable | None
         self._lag: float
@@ -95,6 +92,17 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._search: SpiralSearch | None
         self._steps: int
         self._searched: int
+
+    def step_within(self, reach: Reach) -> None:
+        """Plan with the longest step of other task bounds, as a trial with its own force limit needs."""
+        capture_m, search, speed = (
+            each * 1e-3
+            for each in (self.parameters.capture_mm, self.parameters.search_speed_mm_s, self.parameters.speed_mm_s)
+        )
+        self._search_step_m = min(search * reach.action_s, reach.longest_m)
+        step_m = min(speed * reach.action_s, reach.longest_m)
+        self._planner = Planner(self._places, capture_m, step_m)
+        self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
 
     @property
     def model(self) -> TouchModel | None:
