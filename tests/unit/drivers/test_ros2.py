@@ -53,6 +53,34 @@ def test_arm_goes_where_it_is_led_and_holds_when_stopped(velocities):
     assert domain.robot.targets_rad() == held
 
 
+@pytest.mark.parametrize(("stop_ms", "stood_s"), [(200.0, 0.18), (0.0, None)])
+def test_the_robot_s_own_stop_is_timed_and_a_robot_without_one_is_stopped(stop_ms, stood_s):
+    domain = VirtualDomain(velocities=True, stop_ms=stop_ms)
+    arm = made(domain, velocities=True)
+    arm.enable()
+    found_s = arm.run_out()
+    assert found_s == (stood_s and pytest.approx(stood_s, abs=0.02))
+    domain.ticks(2)
+    stopped, moved = domain.robot.targets_rad(), HOME[5] - domain.robot.targets_rad()[5]
+    domain.ticks(20)
+    assert domain.robot.targets_rad() == stopped
+    assert moved == pytest.approx(0.01 * (0.5 + (found_s or 1.0)), abs=5e-4)
+
+
+def test_the_robot_s_own_stop_is_not_tried_with_positions_nor_on_one_that_does_not_follow():
+    domain = VirtualDomain()
+    arm = made(domain)
+    arm.enable()
+    with pytest.raises(SettingError, match="of no use to positions"):
+        arm.run_out()
+    domain = VirtualDomain(velocities=True)
+    domain.moves = False
+    arm = made(domain, velocities=True)
+    arm.enable()
+    with pytest.raises(SettingError, match="wrist_3 does not follow a velocity"):
+        arm.run_out()
+
+
 def test_set_point_is_at_most_a_period_ahead_of_where_the_arm_is():
     domain = VirtualDomain()
     domain.moves = False

@@ -28,6 +28,8 @@ class EmulationConfig(Settings):
     Default: ati-netft with wires ur-rtde, ros2 with wires ros2, else jr3-can."""
     baud: int = 230_400
     """Line rate of the arm's serial bus."""
+    velocity_stop_ms: Annotated[float, Range(0.0, 10_000.0)] | None = None
+    """Wires ros2: take velocities, and stop the arm N ms after the last one; 0 never stops. Default: positions."""
     divider: Annotated[int, Range(1, 14)] = 2
     """Control ticks per bus cycle: 2 is 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0

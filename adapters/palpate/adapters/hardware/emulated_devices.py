@@ -99,7 +99,7 @@ def emulated_arm(
     if emulation.wires == UR:
         return _ur(config, start, feel, clock_ns)
     if emulation.wires == ROS2:
-        return _ros2(config, start, feel, clock_ns)
+        return _ros2(config, emulation.velocity_stop_ms, start, feel, clock_ns)
     return _cia402(emulation, start, clock_ns)
 
 
@@ -152,9 +152,12 @@ def _ur(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: Clo
     return arm
 
 
-def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: ClockNs) -> EmulatedArm:
+def _ros2(
+    config: RunConfig, stop_ms: float | None, start: JointVector, feel: WrenchSource, clock_ns: ClockNs
+) -> EmulatedArm:
     names = Kinematics(arm_named(config.arm), config.tool.geometry).model.names
-    robot = Ros2Robot(tuple(names)[1 : len(start) + 1], start)
+    velocities = stop_ms is not None
+    robot = Ros2Robot(tuple(names)[1 : len(start) + 1], start, velocities=velocities, stop_ms=stop_ms or 0.0)
     server = Ros2Server(robot, feel, clock_ns=clock_ns)
     # The robot does not report a range; this is the range of a common sensor.
     facts: dict[str, Any] = {**_noise(config), "range_N": [300.0] * 3, "range_Nm": [20.0] * 3}
@@ -166,7 +169,10 @@ def _ros2(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: C
         nullcontext(), lambda: {**network(), "topic": f"/{WRENCH}", "rate_Hz": server.rate_Hz}, facts=facts
     )
     return EmulatedArm(
-        server, lambda: {**network(), "commands": f"/{server.commands}", "patience": 5.0},
+        server, lambda: {
+            **network(), "commands": f"/{server.commands}", "patience": 5.0,
+            **({"mode": "velocities", "stops_without_commands": True} if velocities else {}),
+        },
         {"cable-pulled": lambda: setattr(server, "is_unplugged", True)},
         motors=robot, lag_ms=25.0, hold=server.exclusive, in_flange=wrench,
     )  # fmt: skip

@@ -97,6 +97,12 @@ class Ros2DriverArm(DriverArm):
         self._link, self._velocities = link, settings.velocities
 
     @override
+    def run_out(self) -> float | None:
+        driver = self.driver
+        with translating(self.name):
+            return driver.run_out() if isinstance(driver, Ros2Arm) else None
+
+    @override
     def stand_by(self) -> StandBy:
         way = self._link()
         with translating(self.name):

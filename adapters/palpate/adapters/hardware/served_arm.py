@@ -81,6 +81,10 @@ class ServedArm(ABC):
         """Start reading angles, without power if possible; return True if ``disable`` must end it."""
         return False
 
+    def run_out(self) -> float | None:
+        """Move slowly, end the commands, and return the seconds until the arm stood; None if it did not by itself."""
+        return None
+
     def stand_by(self) -> StandBy | None:
         """Prepare the loop's process to hold the arm if the other process is gone; None if this is not necessary."""
         return None

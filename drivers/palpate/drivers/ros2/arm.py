@@ -23,6 +23,11 @@ from palpate.drivers.ros2.link import Ros2Link
 from palpate.drivers.ros2.settings import NAME, Ros2ArmSettings
 
 _LOOK_S: Final = 0.002
+_RUN_RAD_S: Final = 0.01
+_RUN_S: Final = 0.5
+_WAIT_S: Final = 1.0
+_STILL_RAD: Final = 0.1 * _RUN_RAD_S * 0.25 * _WAIT_S
+"""Motion in the last quarter of the wait of an arm that stands."""
 _GAIN_PER_S: Final = 10.0
 """Added velocity per radian of lag."""
 
@@ -98,6 +103,42 @@ class Ros2Arm(LatchingArm):
             return
         with suppress(DriverError):
             self._hold()
+
+    def run_out(self) -> float | None:
+        """Move the last joint slowly, end the commands, and wait for the robot's own stop.
+
+        Returns:
+            Seconds until the joint stood; None if it did not, after which it was stopped.
+
+        Raises:
+            DriverError: The joint does not follow, or the robot falls silent.
+        """
+        self._require("run_out()", ArmState.ENABLED)
+        if not self.settings.velocities:
+            raise SettingError(NAME, "stops_without_commands is of no use to positions", "remove it from the rig file")
+        settings, start_rad, seen = self.settings, self._seen_rad[-1], list[tuple[float, float]]()
+        middle_rad = 0.5 * (settings.lower_rad[-1] + settings.upper_rad[-1])
+        speed = _RUN_RAD_S if start_rad < middle_rad else -_RUN_RAD_S
+        try:
+            for _ in range(round(_RUN_S / settings.period_s)):
+                self._link.write((0.0,) * (len(settings.joints) - 1) + (speed,))
+                self._sleep(settings.period_s)
+                self._take()
+            if (self._seen_rad[-1] - start_rad) / speed < 0.5 * _RUN_S:
+                remedy = "see that the controller takes velocities"
+                raise SettingError(NAME, f"{settings.joints[-1]} does not follow a velocity", remedy)
+            begin_ns, time_s = self._now_ns(), 0.0
+            while time_s < _WAIT_S:
+                self._sleep(_LOOK_S)
+                self._take()
+                self._require_heard()
+                time_s = (self._now_ns() - begin_ns) * 1e-9
+                seen.append((time_s, self._seen_rad[-1]))
+        finally:
+            self.stop()
+        moving_s = [time_s for time_s, angle in seen if abs(angle - seen[-1][1]) > _STILL_RAD]
+        stood_s = max(moving_s, default=0.0)
+        return stood_s if stood_s < 0.75 * _WAIT_S else None
 
     def acknowledge(self) -> None:
         """Clear a fault, as decided by a person. The fault stays if its cause persists."""

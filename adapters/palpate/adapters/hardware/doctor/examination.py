@@ -7,13 +7,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from palpate.adapters.config import RealTimeConfig, RigFile
+from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile
+from palpate.adapters.hardware.adapter_arm import served
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level, Topic
 from palpate.adapters.hardware.doctor.measure import listen, report_clock, report_facts, report_pace, report_wrench
 from palpate.adapters.hardware.doctor.move import report_moves, report_pose
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
-from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
+from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import reported_by
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import ForceSensor
@@ -56,7 +57,11 @@ class Examination:
         of_rig = DeviceReport(f"rig: {self._file.name}")
         report_clock(self._context.clock, of_rig)
         yield of_rig
-        yield _examined(self._arm, self._examine_arm, self._of_arm)
+        _examined(self._arm, self._examine_arm, self._of_arm)
+        stated = self._file.arm.settings.get("stops_without_commands", False)
+        if stated and self._settings.move and not self._of_arm.count(Level.WRONG):
+            _examined(self._file.arm, self._await_stop, self._of_arm)
+        yield self._of_arm
         yield _examined(self._sensor, self._examine_sensor, self._of_sensor)
 
     def _examine_sensor(self, sensor: ForceSensor, opened: ExitStack) -> None:
@@ -99,6 +104,19 @@ class Examination:
         arm.listens = False
         arm.activate()
         report_moves(arm, arm, clock, self._context.upper_rad, report)
+
+    def _await_stop(self, entry: DeviceEntry, opened: ExitStack) -> None:
+        """Try the statement that the robot stops by itself, without the process that would stop it."""
+        arm = served(arm_maker(entry.adapter)(entry.settings, self._context), self._context)
+        opened.callback(arm.close)
+        arm.open()
+        arm.enable()
+        stood_s = arm.run_out()
+        text = "moved on for 1 s after the last command and was then stopped"
+        if stood_s is not None:
+            text = f"stood {stood_s * 1e3:.0f} ms after the last command"
+        remedy = 'stops_without_commands = true is wrong: remove it and use mode = "positions"'
+        self._of_arm.judge(Topic.MOVE, stood_s is not None, text, remedy)
 
 
 def _examined(device: T | None, examine: Callable[[T, ExitStack], None], report: DeviceReport) -> DeviceReport:

@@ -15,12 +15,18 @@ class Ros2Robot:
 
     According to the source of ros2_controllers, commands of another size are dropped, and the last one is held without
     a time limit.
+
+    Args:
+        stop_ms: Time after the last velocity at which the robot's driver stops the arm; 0 never does.
     """
 
-    def __init__(self, names: Sequence[str], start_rad: JointVector, *, velocities: bool = False) -> None:
+    def __init__(
+        self, names: Sequence[str], start_rad: JointVector, *, velocities: bool = False, stop_ms: float = 0.0
+    ) -> None:
         self.names, self.is_active = tuple(names), True
         self.position_rad: JointVector = tuple(start_rad)
         self.command_ns = 0
+        self._stop_ns = round(stop_ms * 1e6)
         self._velocities, self._targets = velocities, tuple(start_rad)
         self._speeds = (0.0,) * len(self.names)
         self._stepped_ns: int | None = None
@@ -39,6 +45,8 @@ class Ros2Robot:
         """Advance the time."""
         elapsed_s = 0.0 if self._stepped_ns is None else (now_ns - self._stepped_ns) * 1e-9
         self._stepped_ns = now_ns
+        if self._stop_ns and now_ns - self.command_ns > self._stop_ns:
+            self._speeds = (0.0,) * len(self.names)
         steps = zip(self._targets, self._speeds, strict=True)
         self._targets = tuple(angle + speed * elapsed_s for angle, speed in steps)
 

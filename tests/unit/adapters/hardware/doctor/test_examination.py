@@ -1,5 +1,7 @@
 """The order of things: what is opened is closed, one failure hides nothing else, nothing gets power unasked."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from palpate.adapters.config import DeviceEntry, RigFile
@@ -41,8 +43,11 @@ class Bench:
 
     def reports(self, *, move=False):
         file = RigFile("bench", DeviceEntry("mine", {}), DeviceEntry("yours", {}))
-        context = RigContext(self.clock, arm_named("ur5"), self.lower_rad, LIMIT, LIMIT)
-        return list(Examination(file, context, ExaminationSettings(0.2, move=move)).reports())
+        return list(Examination(file, self.context, ExaminationSettings(0.2, move=move)).reports())
+
+    @property
+    def context(self):
+        return RigContext(self.clock, arm_named("ur5"), self.lower_rad, LIMIT, LIMIT)
 
     def is_closed(self):
         return all(device.life is Life.CLOSED for device in (self.arm, self.encoder, self.sensor))
@@ -71,6 +76,18 @@ def test_arm_moves_only_on_request(bench):
     _, arm, _ = bench.reports(move=True)
     assert [finding.topic.value for finding in arm.findings].count("move") == 2
     assert bench.activated
+    assert bench.is_closed()
+
+
+@pytest.mark.parametrize(("stood_s", "text"), [(0.2, "stood 200 ms after"), (None, "moved on for 1 s")])
+def test_the_statement_that_a_robot_stops_by_itself_is_tried(bench, monkeypatch, stood_s, text):
+    file = RigFile("bench", DeviceEntry("mine", {"stops_without_commands": True}), DeviceEntry("yours", {}))
+    again = SimpleNamespace(open=str, enable=str, run_out=lambda: stood_s, close=str)
+    monkeypatch.setattr(examination, "arm_maker", lambda _: lambda settings, context: again)
+    monkeypatch.setattr(examination, "served", lambda arm, _: arm)
+    _, report, _ = Examination(file, bench.context, ExaminationSettings(0.2, move=True)).reports()
+    assert text in report.findings[-1].text
+    assert (report.count(Level.WRONG) == 0) == (stood_s is not None)
     assert bench.is_closed()
 
 
