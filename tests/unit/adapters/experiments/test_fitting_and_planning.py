@@ -128,7 +128,6 @@ def test_a_trip_ends_one_trial_and_no_more():
     assert trips == ["FORCE_RATE", "FORCE_RATE"]
 
 
-@pytest.mark.parametrize("arm", ["ur10", "ur5e"])
-def test_the_oracle_knows_each_trials_hole(arm):
-    config = compose("job", "q-learning", {"seed": 3}, job={**DOWEL, "arm": {"name": arm}})
+def test_the_oracle_knows_each_trials_hole():
+    config = compose("job", "q-learning", {"seed": 3}, job={**DOWEL, "arm": {"name": "ur5e"}})
     assert all(scored.success for scored in run_series(config, "oracle", range(2)))
