@@ -16,7 +16,7 @@ import tempfile
 from importlib import import_module
 from pathlib import Path
 
-from tests.support.fuzzing import CORPORA
+from benchmarks.fuzzing import CORPORA
 
 TARGETS = {"nmc": (4096, "-timeout=20"), "cia402": (256,), "jr3": (256,)}
 """Longest input in bytes, and further words for libFuzzer."""
@@ -32,7 +32,7 @@ def main() -> None:
 
     longest, *limits = TARGETS[options.target]
     with atheris.instrument_imports(include=["palpate.drivers"]):
-        once = import_module(f"tests.support.fuzz_{options.target}").once
+        once = import_module(f"benchmarks.fuzz_targets.{options.target}").once
     corpus = CORPORA / {"jr3": "jr3_can"}.get(options.target, options.target)
     with tempfile.TemporaryDirectory() as scratch:
         words = [f"-max_total_time={options.seconds}", f"-max_len={longest}", "-print_final_stats=1", *limits]

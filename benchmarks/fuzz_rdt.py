@@ -17,12 +17,11 @@ from collections import Counter
 from itertools import pairwise
 from math import isfinite
 
-from benchmarks.fuzzing import drawn
+from benchmarks.fuzzing import drawn, require
 from palpate.drivers.ati import NetFt, NetFtBox, parse_box
 from palpate.drivers.ati.device import faults_in
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.ati import EmulatedBox
-from tests.support.fuzzing import require
 
 BOX = NetFtBox(1e6, 1e6, (330.0,) * 3, (30.0,) * 3, 1000.0)
 RECORD = struct.Struct(">IIIiiiiii")

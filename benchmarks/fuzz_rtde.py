@@ -16,9 +16,8 @@ import struct
 from collections import Counter
 from collections.abc import Callable
 
-from benchmarks.fuzzing import drawn
+from benchmarks.fuzzing import drawn, require
 from palpate.simulation.emulators.ur import RtdeSession, UrController
-from tests.support.fuzzing import require
 
 CYCLE_NS = 2_000_000
 HOME = (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)

@@ -1,4 +1,4 @@
-"""A run of drawn cases, for fuzzers whose inputs are drawn from a seed."""
+"""What fuzzers share: corpora, requirements, and a run of cases that are drawn from a seed."""
 
 from __future__ import annotations
 
@@ -6,6 +6,15 @@ import argparse
 import time
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+CORPORA: Final = Path(__file__).parents[1] / "tests" / "fuzz"
+
+
+def require(condition: object, what: str) -> None:
+    if not condition:
+        raise AssertionError(what)
 
 
 def drawn(text: str | None, what: str, one: Callable[[int], object], seen: Counter[str]) -> None:

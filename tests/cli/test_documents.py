@@ -230,9 +230,12 @@ def test_what_is_wrong_in_a_document_is_refused_in_one_line_with_its_path(desk, 
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_half_a_document_and_a_key_given_twice_are_refused_in_one_line(desk, sound, name):
+def test_byte_order_mark_is_skipped_and_half_a_document_or_a_key_given_twice_refused(desk, sound, name):
     kind, document = DOCUMENTS[name], sound[name]
     text = text_of(document, name)
+    # As editors on Windows write it.
+    Path("document").write_text(f"\ufeff{text}")
+    assert kind.reason in desk(*kind.words.replace("FILE", "document").split()).stderr
     twice = text.replace("{", '{"schema": "twice", ', 1) if name in IN_JSON else text + text.splitlines()[0]
     for broken in (text[: len(text) // 2], twice):
         Path("document").write_text(broken)

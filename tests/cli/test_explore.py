@@ -2,7 +2,6 @@
 
 import csv
 import json
-import re
 
 import pytest
 
@@ -48,13 +47,6 @@ def test_a_run_prints_what_is_possible_and_leaves_everything(palpate, tmp_path):
     assert len(document.states) == 20
     policy_from(document, document.states, grid_actions())
     assert "20 states, 8 actions; q-learning, 30 trials learned" in palpate.succeed("show", out / "policy-5.json")
-
-
-def test_an_automaton_of_the_last_symbol_learns_what_symbols_do(palpate, tmp_path):
-    by_symbol = palpate.succeed("explore", *QUICK)
-    by_automaton = palpate.succeed("explore", "--state", last_symbol(tmp_path), *QUICK)
-    assert re.findall(r"^ .*%.*$", by_symbol, re.M)
-    assert by_symbol.splitlines()[2:5] == by_automaton.splitlines()[2:5]
 
 
 def test_the_figure_of_the_paper(palpate, tmp_path, monkeypatch):

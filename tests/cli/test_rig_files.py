@@ -107,16 +107,6 @@ def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palp
     )
 
 
-def test_a_fault_stays_open_where_the_devices_cannot_be_opened(palpate):
-    faulted()
-    before = Path("rig.toml.fault.json").read_bytes()
-    name = "zebra-nmc with jr3-can"
-    done = palpate(*RUN.split(), "--acknowledge", "1 Ada: fixed", "--confirm", name)
-    assert done.code == 1
-    assert "cannot be opened" in done.stderr
-    assert Path("rig.toml.fault.json").read_bytes() == before
-
-
 BROKEN = """
 from palpate.core.ports import ForceSensor, ManagedDevice
 

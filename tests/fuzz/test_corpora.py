@@ -4,10 +4,10 @@ from collections import Counter
 
 import pytest
 
-from tests.support import fuzz_cia402, fuzz_jr3, fuzz_nmc
-from tests.support.fuzzing import CORPORA
+from benchmarks.fuzz_targets import cia402, jr3, nmc
+from benchmarks.fuzzing import CORPORA
 
-HARNESSES = {"cia402": fuzz_cia402.once, "nmc": fuzz_nmc.once, "jr3_can": fuzz_jr3.once}
+HARNESSES = {"cia402": cia402.once, "nmc": nmc.once, "jr3_can": jr3.once}
 INPUTS = [(name, path) for name in HARNESSES for path in sorted((CORPORA / name).iterdir())]
 FAULTED = {"astray", "boot", "emergency", "fault_state", "mute", "stopped"}
 SILENT = {"heartbeat", "orphans", "kinds", "other_node", "host", "short", "bad_state", "echo", "noise"}

@@ -25,9 +25,9 @@ from palpate.core.errors import ConfigurationError, LogError, OutputError
 from tests.unit.core.policy.bench import EIGHT, refuse
 
 
-def test_pipe_or_device_that_ends_is_read_whole(tmp_path):
+def test_pipe_or_device_that_ends_is_read_whole_without_its_byte_order_mark():
     end, begin = os.pipe()
-    os.write(begin, b"a\r\nb")
+    os.write(begin, b"\xef\xbb\xbfa\r\nb")
     os.close(begin)
     assert whole_text(f"/dev/fd/{end}").read() == "a\nb"
     os.close(end)

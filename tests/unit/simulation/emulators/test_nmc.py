@@ -126,19 +126,6 @@ def test_position_error_trips_at_the_limit_and_stays_until_cleared():
     assert bench.ask(1, 0xB).status == MOVE_DONE | POWER
 
 
-def test_power_loss_switches_the_servo_off_for_good():
-    bench = moving(bench_of_one())
-    bench.bus.set_power(powered=False)
-    assert bench.status(1) == MOVE_DONE | POSITION_ERROR
-    bench.ask(1, 0x7, b"\x05")
-    bench.ask(1, 0x4, trajectory(0x97, 10, VELOCITY, ACCELERATION))
-    assert bench.auxiliary(1) & SERVO_ON == 0
-    bench.bus.set_power(powered=True)
-    assert bench.status(1) == MOVE_DONE | POSITION_ERROR | POWER
-    bench.ask(1, 0x7, b"\x05")
-    assert bench.auxiliary(1) & SERVO_ON
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     target=st.integers(-3_000, 3_000),

@@ -2,12 +2,12 @@
 
 from collections import Counter
 
+from benchmarks.fuzzing import require
 from palpate.drivers.can import CanFrame
 from palpate.drivers.jr3 import LEFT_HANDED
 from palpate.drivers.jr3.codec import CanDecoder
 from palpate.drivers.jr3.messages import Ack, FullScales, Reading
 from palpate.drivers.jr3.sampling import Sampler
-from tests.support.fuzzing import require
 
 
 def check_messages(messages):

@@ -2,13 +2,13 @@
 
 from contextlib import suppress
 
+from benchmarks.fuzzing import require
 from palpate.drivers.errors import DriverError
 from palpate.drivers.nmc.frames import StatusItem
 from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
 from palpate.drivers.zebra_zero.codec import HOME_RAD
 from palpate.drivers.zebra_zero.device import ZebraZero
 from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
-from tests.support.fuzzing import require
 
 MAX_READS = 3000
 CYCLES = 8

@@ -1,9 +1,9 @@
 """Fuzz target: what CiA 402 drives say. No frame may raise, grow memory, or outlast an acknowledgement."""
 
+from benchmarks.fuzzing import require
 from palpate.drivers.device import ArmState
 from palpate.drivers.errors import DriverError
 from tests.support.cia402_bench import Bench
-from tests.support.fuzzing import require
 
 _IDENTIFIERS = (0x180, 0x700, 0x080, 0x580)
 """Process data, heartbeat, EMCY, SDO answer."""
@@ -54,7 +54,7 @@ def once(data):
             except DriverError:
                 require(arm.state is ArmState.FAULTED, "what ends a cycle latches")
     mute = False
-    boxes = arm._exchange._mailbox.look()
+    boxes = arm._exchange._mailbox.look()  # noqa: SLF001
     require(all(len(box.active) <= _KEPT for box in boxes), "bounded memory")
     ended = arm.state
     heard.clear()
