@@ -8,9 +8,10 @@ from math import nextafter
 import pytest
 
 import palpate.core.control_loop as control_loop
+from palpate.adapters.log import read_log
 from palpate.adapters.replay.batch import exit_code, replay_file
 from palpate.adapters.replay.differences import close_enough, same_bits
-from palpate.adapters.replay.engine import Verdict
+from palpate.adapters.replay.engine import Verdict, replay
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.motion.laws import DampingControl
 from palpate.core.ports import DeviceDecorator, FaultLatch
@@ -170,7 +171,7 @@ def test_a_log_that_was_cut_replays_as_far_as_it_goes(golden_here, tmp_path, sha
     ("name", "note"), [("train-paper", ""), ("aborted", "the recording was ended by DeviceError at")]
 )
 def test_note_names_what_ended_a_recording_from_outside(golden_here, name, note):
-    one = replay_file(golden_here(name), Rebuilder())
+    one = replay(read_log(golden_here(name)), Rebuilder())
     assert one.verdict is Verdict.EQUAL
     assert one.note.partition(" tick")[0] == note
 

@@ -12,6 +12,7 @@ from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.rebuild import Changes, Rebuilder, changed_config, parse_setting
 from palpate.adapters.replay.tape import Tape
 from palpate.core.errors import ConfigurationError, DeviceError, LogError, PalpateError
+from palpate.core.policy import ForeignEntry, PolicyDocument
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
 
 START = StartRecord(
@@ -180,3 +181,16 @@ def test_omniscience_needs_to_know_the_hole():
     policy = Rebuilder().rebuild(log).policy
     with pytest.raises(LogError, match="where the hole was"):
         policy._hole_m()
+
+
+@pytest.mark.parametrize(
+    ("source", "told"), [("drift", "No module named 'gone'"), ("person", "a person chose the actions")]
+)
+def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, source, told):
+    document = PolicyDocument.from_json_text(log.start.policy_json)
+    document = replace(document, learner=None, foreign=ForeignEntry("gone:Policy", "", "", "", 0))
+    log.start = replace(log.start, policy="gone:Policy", policy_json=document.to_json_text(), learner_json="")
+    log.decisions = [replace(each, source=source) for each in log.decisions]
+    assert told in Rebuilder().rebuild(log).recorded_decisions
+    with pytest.raises(LogError, match="the log holds no answer to a what-if"):
+        Rebuilder(Changes(settings=("task.press_kgf=0.4",))).rebuild(log)
