@@ -15,16 +15,7 @@ from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, function_of, help_of, options_of
 from palpate.adapters.signals import on_ending_signal
-from palpate.core.errors import (
-    ConfigurationError,
-    LogError,
-    OutputError,
-    PalpateError,
-    UsageError,
-    one_line,
-    raised_at,
-    told,
-)
+from palpate.core import errors
 
 QUIET_S: Final = 5.0
 """Time for a command to close logs and devices, during which further Ctrl-C is ignored."""
@@ -88,15 +79,15 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
         code = _run(words[0], words[1:])
         sys.stdout.flush()
         return code
-    except (ConfigurationError, UsageError, OutputError, LogError) as error:
+    except (errors.ConfigurationError, errors.UsageError, errors.OutputError, errors.LogError) as error:
         return _fail(error, 2, debug=debug)
-    except PalpateError as error:
+    except errors.PalpateError as error:
         return _fail(error, 1, debug=debug)
     except ModuleNotFoundError as error:
         if error.name not in _LEFT_OUT:
             return _unexpected(error, debug=debug)
         text = f"this needs {error.name}, which a slim install leaves out: pip install {error.name}"
-        return _fail(UsageError(text), 2, debug=debug)
+        return _fail(errors.UsageError(text), 2, debug=debug)
     except KeyboardInterrupt:
         return _stopped()
     except BrokenPipeError:
@@ -105,10 +96,12 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
         return 1
     except OSError as error:
         if error.filename:
-            return _fail(PalpateError(f"{error.filename}: {error.strerror}"), 2, debug=debug)
+            return _fail(errors.PalpateError(f"{error.filename}: {error.strerror}"), 2, debug=debug)
         # For example, the output is redirected to a full disk.
         sys.stdout = open(os.devnull, "w")
-        return _fail(PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1, debug=debug)
+        return _fail(
+            errors.PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1, debug=debug
+        )
     except Exception as error:
         if not interrupts.raised:
             return _unexpected(error, debug=debug)
@@ -124,16 +117,16 @@ def _stopped() -> int:
 
 def _unexpected(error: Exception, *, debug: bool) -> int:
     """Print the place of an error in third-party code; an error in palpate's code keeps its traceback."""
-    if not raised_at(error):
+    if not errors.raised_at(error):
         raise error
-    return _fail(PalpateError(f"{told(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)
+    return _fail(errors.PalpateError(f"{errors.told(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)
 
 
-def _fail(error: PalpateError, code: int, *, debug: bool) -> int:
+def _fail(error: errors.PalpateError, code: int, *, debug: bool) -> int:
     with suppress(OSError):
         if debug:
             traceback.print_exc()
-        sys.stderr.write(f"palpate: {one_line(error)}\n")
+        sys.stderr.write(f"palpate: {errors.one_line(error)}\n")
     return code
 
 
@@ -153,7 +146,7 @@ def _open_streams() -> None:
 
 def _print_versions(words: Sequence[str]) -> int:
     if words:
-        raise UsageError(f"palpate --version takes no {words[0]}")
+        raise errors.UsageError(f"palpate --version takes no {words[0]}")
     from palpate.adapters.log import made_with
 
     sys.stdout.write("".join(f"{name} {number}\n" for name, number in made_with().items()))
@@ -175,7 +168,9 @@ def _run(name: str, words: Sequence[str]) -> int:
 
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}? " if near else ""
-        raise UsageError(f"{name} is no command of {f'palpate {group}'.rstrip()}; {hint}there are {', '.join(known)}")
+        raise errors.UsageError(
+            f"{name} is no command of {f'palpate {group}'.rstrip()}; {hint}there are {', '.join(known)}"
+        )
     # A command is imported after its arguments were checked, because it may load the simulator.
     from palpate.adapters.cli.arguments import parse
 

@@ -6,15 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
-from palpate.adapters.config import (
-    RIG_FORMAT,
-    OperatorTable,
-    RigFile,
-    SensorFactsTable,
-    WatchdogTable,
-    described,
-    literal,
-)
+from palpate.adapters import config
 from palpate.adapters.hardware import adapter_names, load_maker, settings_table
 from palpate.core.job import JOB_TABLES, STATED, Job
 from palpate.core.ports import OneOf, Settings
@@ -63,14 +55,14 @@ def rig_text(arm: str, force: str, model: str = "") -> str:
     rig = {"job": "job.toml", "approach_rad_s": 0.1, "name": f"{arm} with {force}"}
     facts = "What the sensor does not report itself; palpate rig doctor measures the noise."
     tables: list[tuple[str, str, Iterator[str]]] = [
-        ("rig", "", _lines(RigFile, rig)),
+        ("rig", "", _lines(config.RigFile, rig)),
         ("arm", "", _device("arm", arm, [_line("name", model, _MODEL)])),
         ("force_sensor", "", _device("force", force, [])),
-        ("force_sensor.facts", facts, _lines(SensorFactsTable)),
-        ("watchdog", "", _lines(WatchdogTable)),
-        ("operator", "", _lines(OperatorTable)),
+        ("force_sensor.facts", facts, _lines(config.SensorFactsTable)),
+        ("watchdog", "", _lines(config.WatchdogTable)),
+        ("operator", "", _lines(config.OperatorTable)),
     ]
-    lines = [_BEGIN, f"format = {RIG_FORMAT}"]
+    lines = [_BEGIN, f"format = {config.RIG_FORMAT}"]
     for name, comment, settings in tables:
         lines += ["", *([f"# {comment}"] if comment else []), f"[{name}]", *settings]
     return "\n".join(lines) + "\n"
@@ -82,7 +74,7 @@ def job_text() -> str:
     for name in JOB_TABLES:
         table = getattr(Job(), name)
         lines += ["", f"[{name}]"]
-        for setting in described(type(table)):
+        for setting in config.described(type(table)):
             stated = setting.name in STATED.get(name, ())
             lines.append(_line(setting.name, setting.default, setting.text, stated=stated))
     return "\n".join(lines) + "\n"
@@ -97,7 +89,7 @@ def _device(kind: str, name: str, more: list[str]) -> Iterator[str]:
 
 def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Iterator[str]:
     """Yield a line for each setting of a table, or for those that have values here."""
-    for setting in described(table):
+    for setting in config.described(table):
         if values is None or setting.name in values:
             yield _line(setting.name, (values or {}).get(setting.name, setting.default), setting.text)
 
@@ -105,7 +97,7 @@ def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Itera
 def _line(name: str, value: Any, text: str, *, stated: bool = True) -> str:
     """Yield a setting with its comment, on the line above if it is long; a setting without a value is a comment."""
     empty = value is None or value in ("", (), {})
-    setting = f"{name} = {'...' if empty else literal(value)}"
+    setting = f"{name} = {'...' if empty else config.literal(value)}"
     setting = f"# {setting}" if empty or not stated else setting
     comment = text.replace("``", "")
     line = f"{setting:<{_COLUMN - 2}}  # {comment}" if comment else setting

@@ -5,15 +5,7 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from palpate.adapters.cli.notices import (
-    logs_named,
-    marked_line,
-    run_of,
-    trial_line,
-    trips_line,
-    validity_note,
-    watched,
-)
+from palpate.adapters.cli import notices
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RigFile
@@ -36,7 +28,7 @@ def run(options: RunOptions) -> int:
     if options.dry:
         return _dry(options, folder)
     with ExitStack() as opened:
-        this = run_of(options, opened.enter_context(watched(options)))
+        this = notices.run_of(options, opened.enter_context(notices.watched(options)))
         label = this.chosen(options.policy).label
         folder.require_free()
         # A person is asked, and a viewer opened, before any progress is shown.
@@ -47,10 +39,10 @@ def run(options: RunOptions) -> int:
 
         def finished(trials: int) -> None:
             if options.rig:
-                bar.write(trial_line(folder.read_trials()[-1]), sys.stdout)
+                bar.write(notices.trial_line(folder.read_trials()[-1]), sys.stdout)
             bar.update(trials)
 
-        opened.enter_context(logs_named(options, folder))
+        opened.enter_context(notices.logs_named(options, folder))
         result = this.evaluate(options.trials, options.policy, folder.path, jobs=jobs, claim=claim, on_trial=finished)
     summary = result.summary
     verdict = summary.get("verdict", "")
@@ -60,11 +52,11 @@ def run(options: RunOptions) -> int:
         + f"{options.policy or label}, {config.arm}, scenario {config.scenario}, seed {config.seed}:"
         f" {len(result.rows)} trials\n"
         f"success {summary['success']:.1%} (95 % interval {low:.2%} to {high:.2%})\n"
-        f"{validity_note(config, options.rig)}"
+        f"{notices.validity_note(config, options.rig)}"
         + (f"claim {claim}: {verdict}\n" if claim else "")
         + f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
-        f"{trips_line(summary)}{marked_line(summary)}saved in {folder.path}\n"
+        f"{notices.trips_line(summary)}{notices.marked_line(summary)}saved in {folder.path}\n"
     )
     if not result.finished:
         return 130
@@ -75,7 +67,7 @@ def _dry(options: RunOptions, folder: RunFolder) -> int:
     """Run the beginning of a trial on sensors and encoders alone, and print what was seen."""
     file = RigFile.load(Path(options.rig))
     rig = DryRig(file, options.run)
-    scored, lines, recording = dry_run(run_of(options, make_rig=lambda *_: rig), options.policy, folder)
+    scored, lines, recording = dry_run(notices.run_of(options, make_rig=lambda *_: rig), options.policy, folder)
     power = (
         "the arm was switched on, for its adapter gives no angles otherwise" if rig.is_on else "the arm got no power"
     )

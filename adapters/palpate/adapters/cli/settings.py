@@ -9,15 +9,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from palpate.adapters.config import (
-    Described,
-    OperatorTable,
-    RunConfig,
-    SensorFactsTable,
-    WatchdogTable,
-    described,
-    literal,
-)
+from palpate.adapters import config
 from palpate.adapters.hardware import adapter_names, load_maker, settings_table
 from palpate.core.errors import require_one_of
 from palpate.core.ports import Settings
@@ -48,30 +40,30 @@ def settings(options: SettingsOptions) -> None:
         sys.stdout.write(_entry(each, wide))
 
 
-def _groups() -> Iterator[tuple[str, tuple[str, list[Described]]]]:
+def _groups() -> Iterator[tuple[str, tuple[str, list[config.Described]]]]:
     """Every group with its purpose and its settings: of a run, then of a rig file."""
-    every = list(described(RunConfig))
+    every = list(config.described(config.RunConfig))
     yield "run", ("Presets, arm and seed.", [each for each in every if "." not in each.name])
-    for field in fields(RunConfig):
+    for field in fields(config.RunConfig):
         found = [each for each in every if each.name.startswith(f"{field.name}.")]
         if found:
-            yield field.name, (_purpose(type(getattr(RunConfig(), field.name))), found)
+            yield field.name, (_purpose(type(getattr(config.RunConfig(), field.name))), found)
     for kind, table in (("arm", "arm"), ("force", "force_sensor")):
         for name in adapter_names(kind):
             declared = settings_table(load_maker(kind, name))
             if declared is not None:
-                found = list(described(declared, f"{table}."))
+                found = list(config.described(declared, f"{table}."))
                 yield f"{table}.{name}", (f"Rig file, [{table}] with adapter = {name!r}.", found)
-    for of_rig in (SensorFactsTable, WatchdogTable, OperatorTable):
-        yield of_rig.TABLE, (f"Rig file: {_purpose(of_rig)}", list(described(of_rig, f"{of_rig.TABLE}.")))
+    for of_rig in (config.SensorFactsTable, config.WatchdogTable, config.OperatorTable):
+        yield of_rig.TABLE, (f"Rig file: {_purpose(of_rig)}", list(config.described(of_rig, f"{of_rig.TABLE}.")))
 
 
 def _purpose(table: type[Any]) -> str:
     return (table.__doc__ or "").partition("\n")[0].partition(". ")[0].rstrip(".") + "."
 
 
-def _entry(setting: Described, wide: int) -> str:
-    default = "none" if setting.default is None else literal(setting.default)
+def _entry(setting: config.Described, wide: int) -> str:
+    default = "none" if setting.default is None else config.literal(setting.default)
     head = f"{setting.name} = {default}"
     accepted = f"{setting.accepted}{f', {setting.unit}' if setting.unit else ''}"
     text = textwrap.fill(setting.text, wide, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)

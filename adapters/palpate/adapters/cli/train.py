@@ -8,28 +8,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import (
-    logs_named,
-    marked_line,
-    run_of,
-    say,
-    trial_line,
-    trips_line,
-    validity_note,
-    watched,
-)
+from palpate.adapters import experiments
+from palpate.adapters.cli import notices
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.experiments import (
-    WINDOW,
-    Checkpoint,
-    RunFolder,
-    ScoredTrial,
-    TrialRow,
-    render_table,
-    run_toml,
-)
 from palpate.adapters.files import new_folder, require_free_folder, save_policy
 from palpate.core.errors import UsageError
 
@@ -38,48 +21,48 @@ def train(options: TrainOptions) -> int:
     """Train or resume training, and write the run folder; return the exit code."""
     if options.from_logs:
         return _fit_to_logs(options)
-    config, folder = options.run, RunFolder(Path(options.out or f"runs/{options.run.scenario}"))
+    config, folder = options.run, experiments.RunFolder(Path(options.out or f"runs/{options.run.scenario}"))
     if options.resume:
-        made = Checkpoint.load(folder).next_trial
+        made = experiments.Checkpoint.load(folder).next_trial
         if made >= options.trials and folder.summary().get("trials") == made:
             again = f"palpate train --resume --out {shlex.quote(str(folder.path))} --trials {made + 50}"
-            say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
-            say(_look_at(folder))
+            notices.say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
+            notices.say(_look_at(folder))
             return 0
-    with logs_named(options, folder), ExitStack() as shown:
-        live = shown.enter_context(watched(options))
-        bars, rows = list[Any](), list[TrialRow]()
+    with notices.logs_named(options, folder), ExitStack() as shown:
+        live = shown.enter_context(notices.watched(options))
+        bars, rows = list[Any](), list[experiments.TrialRow]()
 
-        def begin(_: RunFolder, first: int) -> None:
+        def begin(_: experiments.RunFolder, first: int) -> None:
             _announce(config, folder, options.trials, first)
             rows.extend(folder.read_trials())
             bars.append(shown.enter_context(progress(options.trials, "trial", initial=first)))
 
-        def finished(scored: ScoredTrial) -> None:
-            rows.append(TrialRow.of(scored))
+        def finished(scored: experiments.ScoredTrial) -> None:
+            rows.append(experiments.TrialRow.of(scored))
             if options.rig:
-                bars[0].write(trial_line(rows[-1]), sys.stdout)
-            bars[0].set_postfix_str(_lately(rows[-WINDOW:]))
+                bars[0].write(notices.trial_line(rows[-1]), sys.stdout)
+            bars[0].set_postfix_str(_lately(rows[-experiments.WINDOW :]))
             bars[0].update()
 
-        result = run_of(options, live).train(
+        result = notices.run_of(options, live).train(
             options.trials, folder.path, options.policy,
             resume=options.resume, on_begin=begin, on_trial=finished,
         )  # fmt: skip
     if result.timing:
-        say(result.timing)
+        notices.say(result.timing)
     if result.rows:
-        say(f"{results_line(result.rows)}\n{validity_note(config, options.rig)}".rstrip())
+        notices.say(f"{results_line(result.rows)}\n{notices.validity_note(config, options.rig)}".rstrip())
         learned = config.admission.learn_from_marked
-        for line in (trips_line(result.summary), marked_line(result.summary, learned=learned)):
+        for line in (notices.trips_line(result.summary), notices.marked_line(result.summary, learned=learned)):
             if line:
-                say(line.rstrip())
-        say(_look_at(folder))
+                notices.say(line.rstrip())
+        notices.say(_look_at(folder))
     if not result.finished:
         words = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         if os.path.exists(options.policy):
             words += ["--policy", options.policy]
-        say(f"ended after {len(result.rows)} of {options.trials} trials; resume with: {shlex.join(words)}")
+        notices.say(f"ended after {len(result.rows)} of {options.trials} trials; resume with: {shlex.join(words)}")
         return 130
     return int(bool(result.troubles))
 
@@ -103,20 +86,21 @@ def _fit_to_logs(options: TrainOptions) -> int:
     with new_folder(Path(options.out)) as folder:
         save_policy(found.document, folder / "policy.json")
         facts = {"from_logs": list(options.from_logs)}
-        (folder / "run.toml").write_text(run_toml(found.config, "train", **facts), encoding="utf-8")
+        (folder / "run.toml").write_text(experiments.run_toml(found.config, "train", **facts), encoding="utf-8")
     for line in found.left_out:
         sys.stderr.write(f"left out: {line}\n")
-    say(f"{found.inserted} of {len(paths)} trials ended in the hole\n{render_table(found.document)}".rstrip("\n"))
-    say(f"saved in {options.out}")
+    table = experiments.render_table(found.document).rstrip("\n")
+    notices.say(f"{found.inserted} of {len(paths)} trials ended in the hole\n{table}".rstrip("\n"))
+    notices.say(f"saved in {options.out}")
     return 0
 
 
-def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:
+def _announce(config: RunConfig, folder: experiments.RunFolder, trials: int, first: int) -> None:
     begin = f"trial {first + 1} to {trials}" if first else f"{trials} trials"
-    say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
+    notices.say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
 
 
-def _lately(rows: Sequence[TrialRow]) -> str:
+def _lately(rows: Sequence[experiments.TrialRow]) -> str:
     """Return the mean time and the success rate of the last trials."""
     count, temperature = len(rows), rows[-1].temperature
     text = f"time {sum(row.exploration_time_s for row in rows) / count:.2f} s"
@@ -124,12 +108,12 @@ def _lately(rows: Sequence[TrialRow]) -> str:
     return text if temperature is None else f"{text}, temperature {temperature:.2f}"
 
 
-def results_line(rows: Sequence[TrialRow]) -> str:
+def results_line(rows: Sequence[experiments.TrialRow]) -> str:
     """Summarise the first and the last trials, without overlap."""
     count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
-    if count <= WINDOW:
+    if count <= experiments.WINDOW:
         return f"{count} trials, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"
-    some = min(WINDOW, count // 2)
+    some = min(experiments.WINDOW, count // 2)
     return (
         f"{count} trials, mean time {sum(times[:some]) / some:.2f} s in the first {some} and "
         f"{sum(times[-some:]) / some:.2f} s in the last {some}; "
@@ -137,5 +121,5 @@ def results_line(rows: Sequence[TrialRow]) -> str:
     )
 
 
-def _look_at(folder: RunFolder) -> str:
+def _look_at(folder: experiments.RunFolder) -> str:
     return f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}"

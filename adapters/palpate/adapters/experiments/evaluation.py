@@ -6,21 +6,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, task_kind
+from palpate.adapters.experiments import policies
 from palpate.adapters.experiments.build import plain_perception
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.policies import (
-    BASELINES,
-    NO_POLICY,
-    Hole,
-    baseline,
-    foreign_document,
-    loaded_policy,
-    perception_of,
-    policy_for,
-    policy_named,
-    pose_of,
-)
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import Claim, policy_summary
 from palpate.adapters.experiments.trials import Trials
@@ -55,24 +44,24 @@ class ChosenPolicy:
             self.name = self.label = type(policy).__name__
             self.perception = configured_perception(config) or plain_perception(config)
             return
-        name = self.name = policy_for(config, os.fspath(policy))
-        if self.name in (*BASELINES, NO_POLICY):
-            self.label = config.task.name if self.name == NO_POLICY else self.name
+        name = self.name = policies.policy_for(config, os.fspath(policy))
+        if self.name in (*policies.BASELINES, policies.NO_POLICY):
+            self.label = config.task.name if self.name == policies.NO_POLICY else self.name
             self.perception = plain_perception(config)
             self._made(tuple)
             return
         self.label = Path(name).parent.name or Path(name).stem
         configured = configured_perception(config)
-        self.document, code = policy_named(name)
+        self.document, code = policies.policy_named(name)
         if self.document is not None:
-            self.perception = perception_of(self.document, config, configured)
+            self.perception = policies.perception_of(self.document, config, configured)
             self._made(tuple)
         elif configured is None:
             accepted = "a policy file of a training, for it holds the perception that this configuration lacks"
             raise ConfigurationError("policy", name, accepted)
         else:
             self.label, self.perception = code.partition(":")[2], configured
-            self.document = foreign_document(code, config, configured)
+            self.document = policies.foreign_document(code, config, configured)
 
     @property
     def is_object(self) -> bool:
@@ -88,13 +77,13 @@ class ChosenPolicy:
         """Return the policy for trials on a rig, without learning."""
         return self._made(lambda: true_hole_m(rig))
 
-    def _made(self, hole_m: Hole) -> Policy:
+    def _made(self, hole_m: policies.Hole) -> Policy:
         """Return the policy; it is made once without a rig, so that errors appear before anything is built."""
         if self._policy is not None:
             return self._policy
         if self.document is None:
-            return baseline(self.name, self._config, hole_m)
-        return loaded_policy(self.document, self._config, self.perception, frozen=True)
+            return policies.baseline(self.name, self._config, hole_m)
+        return policies.loaded_policy(self.document, self._config, self.perception, frozen=True)
 
 
 def write_evaluation(
@@ -112,7 +101,7 @@ def write_evaluation(
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))
         summary |= {"claim": str(claim), "verdict": verdict}
     folder.write_json("summary.json", summary)
-    who = config.task.name if name == NO_POLICY else name
+    who = config.task.name if name == policies.NO_POLICY else name
     folder.write("trials.png", trials_picture(rows, f"{who}, {config.scenario}"))
     if document is not None:
         save_policy(document, folder.path / "policy.json")
@@ -124,7 +113,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
     truth = rig.truth()
     if truth is None:
         raise ConfigurationError("policy", "oracle", NOBODY_KNOWS)
-    return pose_of(truth.hole_in_task_m, truth.hole_turn_rad, truth.drawn)
+    return policies.pose_of(truth.hole_in_task_m, truth.hole_turn_rad, truth.drawn)
 
 
 def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
@@ -136,6 +125,6 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
     for stated in (made_with, processor, core_sha256):
         stated()
     with SimulatedRig(config, ready) as rig:
-        name = "torque" if task_kind(config.task.name).asks_policy else NO_POLICY
-        policy = baseline(name, config, lambda: rig.truth().hole_in_task_m)
+        name = "torque" if task_kind(config.task.name).asks_policy else policies.NO_POLICY
+        policy = policies.baseline(name, config, lambda: rig.truth().hole_in_task_m)
         return Trials(config, ready, rig, plain_perception(config), policy).run(0).report

@@ -15,16 +15,7 @@ from palpate.adapters.experiments.build import (
 from palpate.adapters.experiments.trial import require_sound
 from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.perception import (
-    Clusters,
-    FeatureExtractor,
-    Perception,
-    PrincipalComponents,
-    RandomPartition,
-    SelectedChannels,
-    SelfOrganisingMap,
-    Symboliser,
-)
+from palpate.core import perception
 from palpate.core.policy import Action, Decision, Observation, RandomWalkPolicy
 from palpate.core.ports import Rig
 from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, ReadyPose, generator
@@ -33,29 +24,29 @@ FIRST_FITTING_TRIAL = 2 * TRIALS_OF_A_SERIES
 """First number of fitting trials, so that their random streams differ from those of a run."""
 
 
-def configured_perception(config: RunConfig) -> Perception | None:
+def configured_perception(config: RunConfig) -> perception.Perception | None:
     """Return the perception defined by the configuration; None if it must be fitted."""
     return None if needs_fitting(config) else build_perception(config)
 
 
-def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Perception:
+def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> perception.Perception:
     """Collect samples by random walks and fit the stages to them."""
     p = config.perception
     samples = _collect(config, ready, rig)
     extractor = _extractor(p, samples, _seed(config, Purpose.FITTING))
     seed = _seed(config, Purpose.PARTITION)
     features = np.array([extractor.extract(tuple(row)) for row in samples])
-    symboliser: Symboliser
+    symboliser: perception.Symboliser
     if p.symbols == "random":
         low, high = features.min(axis=0), features.max(axis=0)
         bounds = {name: (float(a), float(b)) for name, a, b in zip(extractor.names, low, high, strict=True)}
-        symboliser = RandomPartition.draw(bounds, p.symbol_count, seed)
+        symboliser = perception.RandomPartition.draw(bounds, p.symbol_count, seed)
     else:
-        symboliser = Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
-    return Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols, task_actions(config)))
+        symboliser = perception.Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
+    return perception.Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols, task_actions(config)))
 
 
-def simulated_perception(config: RunConfig, ready: ReadyPose) -> Perception:
+def simulated_perception(config: RunConfig, ready: ReadyPose) -> perception.Perception:
     """Return the configured perception; fitting, if necessary, takes place in the simulator."""
     found = configured_perception(config)
     if found is not None:
@@ -68,12 +59,12 @@ def _seed(config: RunConfig, purpose: Purpose) -> int:
     return int(generator(config.seed, purpose, 0).integers(2**31))
 
 
-def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: int) -> FeatureExtractor:
+def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: int) -> perception.FeatureExtractor:
     if p.features == "pca":
-        return PrincipalComponents.fit(samples, p.components, channels=p.channels)
+        return perception.PrincipalComponents.fit(samples, p.components, channels=p.channels)
     if p.features == "som":
-        return SelfOrganisingMap.fit(samples, p.som_side, p.som_side, seed, channels=p.channels)
-    return SelectedChannels(p.channels)
+        return perception.SelfOrganisingMap.fit(samples, p.som_side, p.som_side, seed, channels=p.channels)
+    return perception.SelectedChannels(p.channels)
 
 
 def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float, ...]]:

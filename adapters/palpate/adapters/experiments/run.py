@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Self, TypeAlias
 
 from palpate.adapters.config import RunConfig, configured
+from palpate.adapters.experiments import training
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
 from palpate.adapters.experiments.evaluation import (
     FIRST_EVALUATION_TRIAL,
@@ -22,16 +23,6 @@ from palpate.adapters.experiments.fitting import fitted_perception
 from palpate.adapters.experiments.planning import run_blocks
 from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, next_free_folder
 from palpate.adapters.experiments.statistics import Claim, policy_summary
-from palpate.adapters.experiments.training import (
-    Checkpoint,
-    Subject,
-    Trainer,
-    cut_back,
-    require_same_run,
-    resume_from,
-    run_toml,
-    write_training,
-)
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
 from palpate.adapters.hardware.real_time import RealTimeSession
@@ -265,14 +256,14 @@ class Run:
             OutputError: The folder holds a run already, or none that can be resumed.
             DeviceError: A device failed, or the supervisor tripped on a rig.
         """
-        folder, subject = RunFolder(Path(out)), Subject.of(self.config, policy)
+        folder, subject = RunFolder(Path(out)), training.Subject.of(self.config, policy)
         checkpoint, first = None, 0
         with ExitStack() as kept:
             if resume:
                 kept.enter_context(folder.writing(again=True))
-                checkpoint = Checkpoint.load(folder)
+                checkpoint = training.Checkpoint.load(folder)
                 first = checkpoint.next_trial
-                require_same_run(self.config, subject.name, folder)
+                training.require_same_run(self.config, subject.name, folder)
             else:
                 folder.require_free()
             require_usable(self.config, self.ready, self.rig_file)
@@ -285,16 +276,16 @@ class Run:
                 if checkpoint is None:
                     self.begin(kept, folder, "train", trials=trials, policy=subject.name)
                 else:
-                    resume_from(checkpoint, learning, rig)
-                    cut_back(folder, first)
+                    training.resume_from(checkpoint, learning, rig)
+                    training.cut_back(folder, first)
                     self._tell_part()
                 recording = self.record(kept, opened, folder)
-                trainer = Trainer(self.config, folder, self.ready, rig, perception, learning, first, recording)
+                trainer = training.Trainer(self.config, folder, self.ready, rig, perception, learning, first, recording)
                 trainer.checkpoint()
                 on_begin(folder, first)
                 trainer.train(trials, on_trial)
                 trainer.save_policy()
-            rows, summary = write_training(self.config, folder, trials)
+            rows, summary = training.write_training(self.config, folder, trials)
         self.policy = folder.path / "policy.json"
         return RunResult(rows, summary, not trainer.interrupted, folder, recording.troubles, recording.timing)
 
@@ -308,7 +299,7 @@ class Run:
         """Create the folder, lock it until ``kept`` closes, and write ``run.toml`` with further facts of the run."""
         if folder is not None:
             kept.enter_context(folder.writing())
-            folder.write("run.toml", run_toml(self.config, command, **facts))
+            folder.write("run.toml", training.run_toml(self.config, command, **facts))
         self._tell_part()
 
     def record(self, kept: ExitStack, opened: ExitStack, folder: RunFolder | None) -> Recording:

@@ -18,21 +18,7 @@ from typing import Any, Final
 import gymnasium.error
 import numpy as np
 
-from palpate.adapters.experiments import (
-    OUTSIDE,
-    Run,
-    RunFolder,
-    TrialRow,
-    Trials,
-    build_reinforcement,
-    next_free_folder,
-    outcome_of,
-    require_sound,
-    require_usable,
-    simulated_perception,
-    trip_of,
-    write_evaluation,
-)
+from palpate.adapters import experiments
 from palpate.adapters.gymnasium_envs.agent import GRACE_S, Agent
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.signals import on_ending_signal
@@ -84,37 +70,41 @@ class Episodes:
         LifecycleError: A rig is opened outside the main thread.
     """
 
-    def __init__(self, run: Run, out: str = "", limit_s: float = 0.3) -> None:
+    def __init__(self, run: experiments.Run, out: str = "", limit_s: float = 0.3) -> None:
         require_in("decision_limit_s", limit_s, 0.01, 60.0)
         self.on_rig = bool(run.rig_file)
         if self.on_rig and threading.current_thread() is not threading.main_thread():
             # Signals, including the operator's, reach only the main thread.
             raise LifecycleError("rig", "in another thread", "open()", "make the environment in the main thread")
         self.config, self.trial, self.skipped, self.running = run.config, 0, 0, False
-        require_usable(run.config, run.ready, run.rig_file)
+        experiments.require_usable(run.config, run.ready, run.rig_file)
         duration_s = run.config.task.ticks_per_action * PERIOD_S
-        self.plain_reinforcement = build_reinforcement(run.config)(ActionOutcome(duration_s, 0.0))
+        self.plain_reinforcement = experiments.build_reinforcement(run.config)(ActionOutcome(duration_s, 0.0))
         self.observe: Callable[[InsertionTask], Any] = lambda task: None
-        self.folder: RunFolder | None = None
+        self.folder: experiments.RunFolder | None = None
         if self.on_rig:
-            self.folder = RunFolder(Path(out)) if out else next_free_folder(f"runs/{run.config.scenario}-{OUTSIDE}")
+            self.folder = (
+                experiments.RunFolder(Path(out))
+                if out
+                else experiments.next_free_folder(f"runs/{run.config.scenario}-{experiments.OUTSIDE}")
+            )
             self.folder.require_free()
         self._agent = Agent(limit_s, GRACE_S) if self.on_rig else Agent()
         self._agent.look = self._look
-        self._rows: list[TrialRow] = []
+        self._rows: list[experiments.TrialRow] = []
         self._settled, self._begun = 0, 0
         self._moment: tuple[Any, dict[str, Any]] = (None, {})
         self._thread = Thread()
         # The perception of an agent trained in the simulator.
-        self.perception = simulated_perception(run.config, run.ready)
+        self.perception = experiments.simulated_perception(run.config, run.ready)
         with ExitStack() as kept, ExitStack() as opened:
             self.rig: Rig = opened.enter_context(run.opened())
             if self.folder is not None:
-                run.begin(kept, self.folder, "run", policy=OUTSIDE, rig=run.rig_file)
+                run.begin(kept, self.folder, "run", policy=experiments.OUTSIDE, rig=run.rig_file)
                 kept.callback(self._write)
             recording = run.record(kept, opened, self.folder)
-            self._trials = Trials(
-                run.config, run.ready, self.rig, self.perception, self._agent, recording, name=OUTSIDE
+            self._trials = experiments.Trials(
+                run.config, run.ready, self.rig, self.perception, self._agent, recording, name=experiments.OUTSIDE
             )
             self.task = _insertion(self._trials)
             if self.on_rig:
@@ -133,7 +123,7 @@ class Episodes:
     @property
     def outcome(self) -> Outcome | None:
         """Return the outcome of the trial; None while it runs."""
-        return outcome_of(self.report)
+        return experiments.outcome_of(self.report)
 
     @property
     def exploration_time_s(self) -> float:
@@ -227,7 +217,9 @@ class Episodes:
     def _write(self) -> None:
         """Write the results of the trials after everything is closed."""
         if self._rows and self.folder is not None:
-            write_evaluation(self.config, self.folder, OUTSIDE, None, self._rows, len(self._rows))
+            experiments.write_evaluation(
+                self.config, self.folder, experiments.OUTSIDE, None, self._rows, len(self._rows)
+            )
 
     # The loop's side.
 
@@ -240,7 +232,7 @@ class Episodes:
             scored = self._trials.run(trial, (self._agent,))
             if self.folder is not None:
                 self._rows.append(self.folder.append_trial(scored, self._trials.first))
-            require_sound(self.rig, scored, self._trials.first)
+            experiments.require_sound(self.rig, scored, self._trials.first)
             shown = self._look(success=scored.success)
         except BaseException as error:
             # The agent's side must raise every error.
@@ -255,7 +247,7 @@ class Episodes:
         # There is no reinforcement within a skill; for a trial that ended within an action, nothing was settled.
         earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
         earned += self.plain_reinforcement if new and new[-1].reinforcement is None else 0.0
-        trip = trip_of(report)
+        trip = experiments.trip_of(report)
         counted_s = self.config.task.time_limit_s if trip else 0.0
         known = {
             "seed": self.config.seed,
@@ -283,7 +275,7 @@ class Episodes:
         return self.observe(self.task), known
 
 
-def _insertion(trials: Trials) -> InsertionTask:
+def _insertion(trials: experiments.Trials) -> InsertionTask:
     if not isinstance(trials.task, InsertionTask):
         name = trials.config.task.name
         raise ConfigurationError("task.name", name, "insertion, which is what this is made for")

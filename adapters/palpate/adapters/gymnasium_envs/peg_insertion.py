@@ -14,20 +14,8 @@ import numpy as np
 
 from palpate.adapters.config import RunConfig, Tables, configured, without_world
 from palpate.adapters.experiments import Run, rest_reinforcement, task_actions
+from palpate.adapters.gymnasium_envs import spaces
 from palpate.adapters.gymnasium_envs.episode import Episodes, NotRunningError
-from palpate.adapters.gymnasium_envs.spaces import (
-    ACTION_KINDS,
-    OBSERVATION_KINDS,
-    Actions,
-    FreeSteps,
-    NumberedActions,
-    Observations,
-    PortReadings,
-    StateIndex,
-    TipWrench,
-    Twists,
-    spatial_of,
-)
 from palpate.adapters.mujoco import DrawnCell, SimulatedRig, Stage
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
 from palpate.core.ports import PERIOD_S, Rig
@@ -131,8 +119,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             task=task,
             job=job,
         )
-        require_one_of("actions", actions, ACTION_KINDS)
-        require_one_of("observations", observations, OBSERVATION_KINDS)
+        require_one_of("actions", actions, spaces.ACTION_KINDS)
+        require_one_of("observations", observations, spaces.OBSERVATION_KINDS)
         if failure_penalty is not None:
             require_in("failure_penalty", failure_penalty, 0.0, 1e9)
         if render_mode not in (None, "rgb_array"):
@@ -151,20 +139,20 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3
-        self._actions: Actions
+        self._actions: spaces.Actions
         if actions == "discrete":
-            self._actions = NumberedActions(task_actions(settings))
-        elif spatial_of(settings) is not None:
-            self._actions = Twists(longest_m, settings.task.ticks_per_action * PERIOD_S)
+            self._actions = spaces.NumberedActions(task_actions(settings))
+        elif spaces.spatial_of(settings) is not None:
+            self._actions = spaces.Twists(longest_m, settings.task.ticks_per_action * PERIOD_S)
         else:
-            self._actions = FreeSteps(longest_m)
-        seen: Observations
+            self._actions = spaces.FreeSteps(longest_m)
+        seen: spaces.Observations
         if observations == "symbolic":
-            seen = StateIndex(len(self._episodes.perception.states))
+            seen = spaces.StateIndex(len(self._episodes.perception.states))
         elif observations == "raw":
-            seen = TipWrench(settings)
+            seen = spaces.TipWrench(settings)
         else:
-            seen = PortReadings(len(run.ready.q_rad))
+            seen = spaces.PortReadings(len(run.ready.q_rad))
         self._episodes.observe = seen.of
         self.action_space, self.observation_space = self._actions.space, seen.space
         self._seed, self._next, self._closed = -1, 0, False

@@ -7,18 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters.log import records
 from palpate.adapters.log.container import RawMessage, bytes_of, read_messages
 from palpate.adapters.log.messages import R, decode
-from palpate.adapters.log.records import (
-    CallEntry,
-    DecisionEntry,
-    EndRecord,
-    EventEntry,
-    LossEntry,
-    ReinforcementEntry,
-    StartRecord,
-    TickRecord,
-)
 from palpate.adapters.log.schema import (
     BY_ID,
     CALL,
@@ -52,14 +43,14 @@ class TrialLog:
 
     path: str
     size_bytes: int
-    start: StartRecord
+    start: records.StartRecord
     ticks: list[bytes] = field(default_factory=list)
-    calls: list[CallEntry] = field(default_factory=list)
-    decisions: list[DecisionEntry] = field(default_factory=list)
-    reinforcements: list[ReinforcementEntry] = field(default_factory=list)
-    events: list[EventEntry] = field(default_factory=list)
-    losses: list[LossEntry] = field(default_factory=list)
-    end: EndRecord | None = None
+    calls: list[records.CallEntry] = field(default_factory=list)
+    decisions: list[records.DecisionEntry] = field(default_factory=list)
+    reinforcements: list[records.ReinforcementEntry] = field(default_factory=list)
+    events: list[records.EventEntry] = field(default_factory=list)
+    losses: list[records.LossEntry] = field(default_factory=list)
+    end: records.EndRecord | None = None
     raw_bytes: int = 0
     counts: Counter[int] = field(default_factory=Counter)
     damage: str = ""
@@ -72,20 +63,20 @@ class TrialLog:
         return [(event.tick, RETRACTION if event.name == "trip" else event.detail) for event in begun]
 
     @property
-    def trip(self) -> EventEntry | None:
+    def trip(self) -> records.EventEntry | None:
         """Return the event with the reason why supervisor, sensors or operator ended the trial; None if none did."""
         cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)
         names = ("trip", "end") if cut else ("trip",)
         return next((event for name in names for event in self.events if event.name == name), None)
 
-    def records(self) -> Iterator[TickRecord]:
+    def records(self) -> Iterator[records.TickRecord]:
         """Yield the decoded ticks.
 
         Raises:
             LogError: A message is not a tick.
         """
         for number, payload in enumerate(self.ticks):
-            yield _decoded(self.path, f"message {number} of /tick", "is no Tick", TickRecord, payload)
+            yield _decoded(self.path, f"message {number} of /tick", "is no Tick", records.TickRecord, payload)
 
 
 def read_log(path: str | Path) -> TrialLog:
@@ -118,7 +109,7 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
     log.raw_bytes = sum(len(message.payload) for message in messages)
     log.ticks = [message.payload for message in messages if message.channel == TICK.id]
     log.counts = Counter(message.channel for message in messages)
-    ends: list[EndRecord] = []
+    ends: list[records.EndRecord] = []
     lists: dict[ChannelKind, list[Any]] = {
         CALL: log.calls, DECISION: log.decisions, REINFORCEMENT: log.reinforcements, EVENT: log.events,
         RECORDER: log.losses, END: ends,
@@ -148,7 +139,7 @@ def _missing(messages: list[RawMessage], place: int) -> str:
     return f"message {place}, after tick {ticks - 1}, is missing" + (f" (and {more} more)" if more > 0 else "")
 
 
-def _start_of(path: str, messages: list[RawMessage]) -> StartRecord:
+def _start_of(path: str, messages: list[RawMessage]) -> records.StartRecord:
     first = messages[0]
     if first.channel != START.id:
         raise LogError(path, "", "does not begin with what the trial started with", "it cannot be replayed")
@@ -158,7 +149,7 @@ def _start_of(path: str, messages: list[RawMessage]) -> StartRecord:
         raise LogError(path, "message 0", f"is no start of a trial ({error})", _FOREIGN) from error
     if schema != SCHEMA:
         raise LogError(path, "", f"has format {schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it")
-    return _decoded(path, "message 0", "lacks what a trial starts with", StartRecord, first.payload)
+    return _decoded(path, "message 0", "lacks what a trial starts with", records.StartRecord, first.payload)
 
 
 def _decoded(path: str, where: str, problem: str, kind: type[R], payload: bytes) -> R:

@@ -6,15 +6,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.adapters.log.records import (
-    CallEntry,
-    DecisionEntry,
-    EndRecord,
-    EventEntry,
-    ReinforcementEntry,
-    StartRecord,
-    TickRecord,
-)
+from palpate.adapters.log import records
 from palpate.adapters.log.sink import LogMessage, Sink
 from palpate.core.control_loop import ARM, LoopObserver, UnfinishedTick
 from palpate.core.errors import DeviceError, PalpateError
@@ -38,13 +30,13 @@ class FlightRecorder(LoopObserver):
     def __init__(
         self,
         sink: Sink,
-        start: Callable[[], StartRecord],
+        start: Callable[[], records.StartRecord],
         counterfactual: Callable[[], bool] = lambda: False,
         *,
         stop_on_trouble: bool = False,
     ) -> None:
         self._sink, self._off_path, self._stop = sink, counterfactual, stop_on_trouble
-        self._start: Callable[[], StartRecord] | None = start
+        self._start: Callable[[], records.StartRecord] | None = start
         self._tick, self._now_ns = -1, 0
         self._deadline_ns: int | None = None
         self._unfinished = _NOTHING
@@ -58,12 +50,12 @@ class FlightRecorder(LoopObserver):
         """Return the port whose call ended the trial; empty if no port call failed."""
         return self._unfinished.calling
 
-    def end(self, record: EndRecord | None) -> None:
+    def end(self, record: records.EndRecord | None) -> None:
         """Record the outcome; None for a log that ends before the trial."""
         self._put_start()
         if self._deadline_ns is not None:
             tick = self._unfinished
-            self._keep(TickRecord(self._tick, tick.time_ns, self._deadline_ns, tick.wrench, tick.joints))
+            self._keep(records.TickRecord(self._tick, tick.time_ns, self._deadline_ns, tick.wrench, tick.joints))
         self._follow(final=True)
         if record is not None:
             self._mark(record)
@@ -72,7 +64,7 @@ class FlightRecorder(LoopObserver):
     @override
     def begun(self, start_ns: int, report: TrialReport) -> None:
         self._now_ns, self._report = start_ns, report
-        self._call(CallEntry(tick=self._tick, port="clock", call="now_ns", time_ns=start_ns))
+        self._call(records.CallEntry(tick=self._tick, port="clock", call="now_ns", time_ns=start_ns))
 
     @override
     def waited(self, tick: int, deadline_ns: int) -> None:
@@ -95,7 +87,7 @@ class FlightRecorder(LoopObserver):
         if tick.time_ns is not None:
             self._now_ns = tick.time_ns
         if tick.calling and isinstance(error, PalpateError):
-            call = CallEntry(
+            call = records.CallEntry(
                 tick=self._tick,
                 port=tick.calling,
                 call="send" if tick.calling == ARM else "read",
@@ -105,7 +97,7 @@ class FlightRecorder(LoopObserver):
 
     @override
     def stopped(self, error: BaseException | None) -> None:
-        stop = CallEntry(tick=self._tick, port=ARM, call="stop")
+        stop = records.CallEntry(tick=self._tick, port=ARM, call="stop")
         if error is None:
             self._call(stop)
         elif isinstance(error, PalpateError):
@@ -113,7 +105,7 @@ class FlightRecorder(LoopObserver):
 
     # Inside.
 
-    def _call(self, entry: CallEntry) -> None:
+    def _call(self, entry: records.CallEntry) -> None:
         """Record a port call other than the four of a tick: a failed one, or one outside the loop."""
         self._put_start()
         self._keep(entry)
@@ -131,15 +123,17 @@ class FlightRecorder(LoopObserver):
         if report is None:
             return
         for event in report.events[self._events :]:
-            self._mark(EventEntry(tick=event.tick, name=event.name, detail=event.detail))
+            self._mark(records.EventEntry(tick=event.tick, name=event.name, detail=event.detail))
         self._events = len(report.events)
         if not final and len(report.decisions) == self._decisions:
             return
         for number, decision in enumerate(report.decisions[self._settled :], start=self._settled):
             if number >= self._decisions:
-                self._mark(DecisionEntry.of(number, decision, report.temperature))
+                self._mark(records.DecisionEntry.of(number, decision, report.temperature))
             if decision.reinforcement is not None:
-                self._mark(ReinforcementEntry(tick=self._tick, number=number, reinforcement=decision.reinforcement))
+                self._mark(
+                    records.ReinforcementEntry(tick=self._tick, number=number, reinforcement=decision.reinforcement)
+                )
                 self._settled = number + 1
         self._decisions = len(report.decisions)
 

@@ -3,16 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from palpate.drivers.cia402.codec import (
-    FAULTS,
-    NMT_PRE_OPERATIONAL,
-    NMT_START,
-    SDO_ANSWER,
-    Controlword,
-    DriveState,
-    Status,
-    command_towards,
-)
+from palpate.drivers.cia402 import codec
 from palpate.drivers.cia402.drive import arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
@@ -58,12 +49,12 @@ class BringUp:
         self._exchange.heartbeat_on = False
         for objects in self._objects:
             # A drive may still have power from a program that died.
-            objects.write(0x6040, 0, Controlword.QUICK_STOP, 2)
-        self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
+            objects.write(0x6040, 0, codec.Controlword.QUICK_STOP, 2)
+        self._exchange.command_nmt(codec.NMT_PRE_OPERATIONAL)
         pairs = zip(self._objects, self._settings.joints, strict=True)
         self.notes = tuple(note for objects, joint in pairs for note in set_up(objects, joint, self._settings))
         self._exchange.start_over()
-        self._exchange.command_nmt(NMT_START)
+        self._exchange.command_nmt(codec.NMT_START)
         deadline_ns = self._deadline_ns()
         # Heartbeats from before the start would look like drives that left the operational state.
         while not self._exchange.all_operational():
@@ -77,7 +68,7 @@ class BringUp:
         deadline_ns = self._deadline_ns()
         while True:
             begin_ns = self._now_ns()
-            views = self._run([Controlword.DISABLE_VOLTAGE] * len(self._objects))
+            views = self._run([codec.Controlword.DISABLE_VOLTAGE] * len(self._objects))
             if all(view.missed_in_a_row == 0 for view in views):
                 return views
             if self._now_ns() > deadline_ns:
@@ -85,18 +76,18 @@ class BringUp:
                 raise SilentError("arm", f"drives {silent} send no process data", "check them and the bus load")
             self._pause(begin_ns)
 
-    def walk(self, goal: DriveState, *, by_operator: bool = False) -> None:
+    def walk(self, goal: codec.DriveState, *, by_operator: bool = False) -> None:
         """Change all drives to a state without motion."""
         deadline_ns = self._deadline_ns()
-        allowed = [state for state in DriveState if by_operator or state not in FAULTS]
-        last: Sequence[Controlword] = [Controlword.DISABLE_VOLTAGE] * len(self._objects)
+        allowed = [state for state in codec.DriveState if by_operator or state not in codec.FAULTS]
+        last: Sequence[codec.Controlword] = [codec.Controlword.DISABLE_VOLTAGE] * len(self._objects)
         while True:
             begin_ns = self._now_ns()
             views = self._exchange.views
             last = [self._word(view, goal, word, by_operator) for view, word in zip(views, last, strict=True)]
             views = self._run(last)
             # Only a drive with power can deviate; without power, a person may be moving the joints by hand.
-            powered = goal is DriveState.ENABLED
+            powered = goal is codec.DriveState.ENABLED
             error = trouble(views, self._settings, self._now_ns(), allowed if powered else None)
             if error is not None:
                 raise error
@@ -104,7 +95,9 @@ class BringUp:
                 return
             if begin_ns > deadline_ns:
                 told = ", ".join(f"{v.box.node}: {v.state.value if v.state else v.statusword}" for v in views)
-                local = [v.box.node for v in views if v.statusword is not None and not v.statusword & Status.REMOTE]
+                local = [
+                    v.box.node for v in views if v.statusword is not None and not v.statusword & codec.Status.REMOTE
+                ]
                 told += f"; not under remote control: {local}" if local else ""
                 raise DeviceFaultError("arm", f"not every drive reached '{goal.value}' ({told})", "see the drives")
             self._pause(begin_ns)
@@ -118,7 +111,7 @@ class BringUp:
             begin_ns = self._now_ns()
             if begin_ns > deadline_ns:
                 raise SilentError("arm", "the joints do not come to rest", "use the emergency stop")
-            views = self._run([Controlword.QUICK_STOP] * len(self._objects))
+            views = self._run([codec.Controlword.QUICK_STOP] * len(self._objects))
             heard = [i for i, view in enumerate(views) if view.missed_in_a_row <= self._settings.missed_cycles]
             if not heard:
                 # They have received the stop; waiting longer has no effect.
@@ -137,18 +130,18 @@ class BringUp:
         """Switch the power off and end all communication."""
         for _ in range(self._settings.missed_cycles):
             begin_ns = self._now_ns()
-            self._run([Controlword.DISABLE_VOLTAGE] * len(self._objects))
+            self._run([codec.Controlword.DISABLE_VOLTAGE] * len(self._objects))
             self._pause(begin_ns)
         self.watchdogs(on=False)
-        self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
+        self._exchange.command_nmt(codec.NMT_PRE_OPERATIONAL)
 
     def hang_up(self) -> None:
         """End listening to the nodes."""
         self._exchange.unsubscribe()
         for objects in self._objects:
-            self._link.unsubscribe(SDO_ANSWER + objects.node)
+            self._link.unsubscribe(codec.SDO_ANSWER + objects.node)
 
-    def _run(self, words: Sequence[Controlword]) -> tuple[AxisView, ...]:
+    def _run(self, words: Sequence[codec.Controlword]) -> tuple[AxisView, ...]:
         return self._exchange.run(words, self._exchange.hold())
 
     def _deadline_ns(self) -> int:
@@ -158,8 +151,8 @@ class BringUp:
         self._sleep(max(0, self._settings.period_ns - (self._now_ns() - begin_ns)) * _NS)
 
     @staticmethod
-    def _word(view: AxisView, goal: DriveState, last: Controlword, by_operator: bool) -> Controlword:
-        word = command_towards(view.state, goal, by_operator=by_operator)
+    def _word(view: AxisView, goal: codec.DriveState, last: codec.Controlword, by_operator: bool) -> codec.Controlword:
+        word = codec.command_towards(view.state, goal, by_operator=by_operator)
         # Fault-reset acts on a rising edge, so its bit must be cleared before another attempt.
-        is_again = word is last is Controlword.FAULT_RESET
-        return Controlword.DISABLE_VOLTAGE if is_again else word
+        is_again = word is last is codec.Controlword.FAULT_RESET
+        return codec.Controlword.DISABLE_VOLTAGE if is_again else word

@@ -5,18 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from palpate.drivers.cia402.codec import (
-    EMCY,
-    HEARTBEAT,
-    NMT,
-    NMT_OPERATIONAL,
-    RPDO,
-    RPDO1,
-    SYNC,
-    TPDO,
-    TPDO1,
-    state_of,
-)
+from palpate.drivers.cia402 import codec
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import Mailbox, NodeBox
 from palpate.drivers.cia402.settings import ANSWER_SHARE, ArmSettings
@@ -40,7 +29,7 @@ class CyclicExchange:
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
         self._link, self._settings, self._now_ns = link, settings, now_ns
         self._nodes = [joint.node for joint in settings.joints]
-        self._mailbox = Mailbox(self._nodes, TPDO.size, now_ns)
+        self._mailbox = Mailbox(self._nodes, codec.TPDO.size, now_ns)
         self._deadline_ns = int(settings.period_ns * ANSWER_SHARE)
         self._last_heartbeat_ns = 0
         self._unheard_until_ns: int | None = None
@@ -54,19 +43,19 @@ class CyclicExchange:
     def listen(self) -> None:
         """Start listening to the nodes."""
         for node in self._nodes:
-            self._link.subscribe(TPDO1 + node, self._mailbox.on_tpdo)
-            self._link.subscribe(HEARTBEAT + node, self._mailbox.on_heartbeat)
-            self._link.subscribe(EMCY + node, self._mailbox.on_emcy)
+            self._link.subscribe(codec.TPDO1 + node, self._mailbox.on_tpdo)
+            self._link.subscribe(codec.HEARTBEAT + node, self._mailbox.on_heartbeat)
+            self._link.subscribe(codec.EMCY + node, self._mailbox.on_emcy)
 
     def unsubscribe(self) -> None:
         """End listening to the nodes."""
         for node in self._nodes:
-            for service in (TPDO1, HEARTBEAT, EMCY):
+            for service in (codec.TPDO1, codec.HEARTBEAT, codec.EMCY):
                 self._link.unsubscribe(service + node)
 
     def all_operational(self) -> bool:
         """Return whether each node's latest heartbeat reports the operational state."""
-        return all(box.nmt_state == NMT_OPERATIONAL for box in self._mailbox.look())
+        return all(box.nmt_state == codec.NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
         """Clear the data of the drives from before their configuration."""
@@ -76,7 +65,7 @@ class CyclicExchange:
     def command_nmt(self, command: int) -> None:
         """Send an NMT command to each drive separately, so that it does not affect other devices on the bus."""
         for node in self._nodes:
-            self._link.send(NMT, bytes((command, node)))
+            self._link.send(codec.NMT, bytes((command, node)))
 
     def hold(self) -> tuple[int, ...]:
         """Return targets without motion: the position of each joint."""
@@ -94,10 +83,10 @@ class CyclicExchange:
             self._keep_alive(begin_ns)
         self.targets = tuple(targets)
         for node, controlword, target in zip(self._nodes, controlwords, targets, strict=True):
-            self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
+            self._link.send(codec.RPDO1 + node, codec.RPDO.pack(controlword, target))
         self._mailbox.begin()
         sync_ns = self._now_ns()
-        self._link.send(SYNC, b"")
+        self._link.send(codec.SYNC, b"")
         boxes = self._mailbox.wait(sync_ns + self._deadline_ns)
         self.cycles += 1
         self.missing = [count + (not box.answered) for count, box in zip(self.missing, boxes, strict=True)]
@@ -109,16 +98,16 @@ class CyclicExchange:
         for node, target in zip(self._nodes, self.hold(), strict=True):
             # An error at one drive must not prevent the command to the next.
             with contextlib.suppress(SilentError):
-                self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
+                self._link.send(codec.RPDO1 + node, codec.RPDO.pack(controlword, target))
         self._mailbox.begin()
         self._unheard_until_ns = self._now_ns() + self._deadline_ns
         with contextlib.suppress(SilentError):
-            self._link.send(SYNC, b"")
+            self._link.send(codec.SYNC, b"")
 
     def _keep_alive(self, now_ns: int) -> None:
         every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
         if now_ns - self._last_heartbeat_ns >= every_ns:
-            self._link.send(HEARTBEAT + self._settings.host_node, bytes((NMT_OPERATIONAL,)))
+            self._link.send(codec.HEARTBEAT + self._settings.host_node, bytes((codec.NMT_OPERATIONAL,)))
             self._last_heartbeat_ns = now_ns
 
     def _read(self, boxes: tuple[NodeBox, ...], sync_ns: int) -> None:
@@ -132,7 +121,7 @@ class CyclicExchange:
             if old is None:
                 return AxisView(box, None, None, None, None, 0, missed)
             return replace(old, box=box, missed_in_a_row=missed)
-        statusword, counts, mode = TPDO.unpack(box.tpdo)
+        statusword, counts, mode = codec.TPDO.unpack(box.tpdo)
         position_rad = self._settings.joints[axis].angle_rad(counts)
         moved = 0 if old is None or old.counts is None else counts - old.counts
-        return AxisView(box, statusword, state_of(statusword), counts, position_rad, moved, 0, mode)
+        return AxisView(box, statusword, codec.state_of(statusword), counts, position_rad, moved, 0, mode)

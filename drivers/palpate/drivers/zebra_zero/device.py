@@ -10,18 +10,9 @@ from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, hel
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.nmc import NOP, Aux, Module, NmcBus, NmcCommand, NmcStatus, start
 from palpate.drivers.serial_port import ByteStream
+from palpate.drivers.zebra_zero import servos
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.faults import TRIPPED, ArmFaultError, FaultKind, fault_in
-from palpate.drivers.zebra_zero.servos import (
-    AXES,
-    GO_HOME,
-    Servos,
-    StopOutcome,
-    bring_to_rest,
-    check_modules,
-    setpoint,
-    streaming_for,
-)
 from palpate.drivers.zebra_zero.settings import STOP_TIMEOUT_S, Streaming, ZebraZeroSettings
 from palpate.drivers.zebra_zero.tracking import Rounds, Tracking
 
@@ -66,12 +57,12 @@ class ZebraZero(LatchingArm):
         self.settings = settings
         self._clock_ns = clock_ns
         self._bus = NmcBus(stream, clock_ns, sleep_s, self.settings.bus)
-        self._servos = Servos(self._bus, self.settings)
+        self._servos = servos.Servos(self._bus, self.settings)
         self._tracking, self._stepped_ns = Tracking(self.settings), 0
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
         self.modules: tuple[Module, ...] = ()
         self.streaming = Streaming.STOP_HERE
-        self.stopped: StopOutcome | None = None
+        self.stopped: servos.StopOutcome | None = None
         self._power_lost = False
 
     def open(self) -> None:
@@ -82,21 +73,21 @@ class ZebraZero(LatchingArm):
         """
         self._require("open()", ArmState.NEW)
         found = self._servos.attach()
-        self.modules = check_modules(start(self._bus) if found is None else found)
-        self.streaming = streaming_for(self.modules)
+        self.modules = servos.check_modules(start(self._bus) if found is None else found)
+        self.streaming = servos.streaming_for(self.modules)
         self._tracking.begin_at(self._servos.meet())
         stored = None if self._store is None else self._store.load()
         if found is None or stored is None:
             self._confirm_home(was_reset=found is None)
         elif not self._tracking.agrees(stored):
             problem = f"counters at {self._tracking.counts}, stored were {tuple(stored)}"
-            raise WiringError(DEVICE, problem, GO_HOME)
+            raise WiringError(DEVICE, problem, servos.GO_HOME)
         self._state = ArmState.CONFIGURED
 
     def _confirm_home(self, *, was_reset: bool) -> None:
         if not was_reset:
             problem = "the modules have been on since an earlier run, so the arm need not be in its home pose any more"
-            raise StateError(DEVICE, problem, f"keep the counters in counts_file, or {GO_HOME}")
+            raise StateError(DEVICE, problem, f"keep the counters in counts_file, or {servos.GO_HOME}")
         if self._at_home is not True:
             problem = "the encoders tell angles only from the pose in which they were set to zero"
             raise StateError(DEVICE, problem, "see that the arm rests in its home pose and confirm with at_home=True")
@@ -111,7 +102,7 @@ class ZebraZero(LatchingArm):
             counts, fault = self._servos.check()
             self._tracking.begin_at(counts)
             _raise(fault or self._rounds.beyond_limits())
-            for axis in AXES:
+            for axis in servos.AXES:
                 _raise(self._servos.enable(axis))
         self.setpoint_rad = self._tracking.position_rad
         # The first step may take a whole period.
@@ -158,7 +149,7 @@ class ZebraZero(LatchingArm):
             return
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
-        if self.stopped not in (StopOutcome.AT_REST, StopOutcome.LINE_DEAD):
+        if self.stopped not in (servos.StopOutcome.AT_REST, servos.StopOutcome.LINE_DEAD):
             self._halt()
         if self._power_lost:
             # Nothing holds the arm anyway, and a supply that comes back must not pull it to an old set-point.
@@ -170,12 +161,12 @@ class ZebraZero(LatchingArm):
 
     def _halt(self) -> None:
         on = sorted(self._servos.on)
-        self.stopped = bring_to_rest(self._bus, on, STOP_TIMEOUT_S, self._clock_ns, are_all=len(on) == JOINTS)
-        if self.stopped is StopOutcome.AT_REST:
+        self.stopped = servos.bring_to_rest(self._bus, on, STOP_TIMEOUT_S, self._clock_ns, are_all=len(on) == JOINTS)
+        if self.stopped is servos.StopOutcome.AT_REST:
             self._rounds.look_once()
-        elif self.fault is None and self.stopped is StopOutcome.LINE_DEAD:
+        elif self.fault is None and self.stopped is servos.StopOutcome.LINE_DEAD:
             self._fail(SilentError(DEVICE, self.stopped.value, "check cable and supply, then acknowledge"))
-        elif self.fault is None and self.stopped is StopOutcome.NOT_SEEN:
+        elif self.fault is None and self.stopped is servos.StopOutcome.NOT_SEEN:
             self._fail(DeviceFaultError(DEVICE, self.stopped.value, "see that the arm stands still, then acknowledge"))
 
     def acknowledge(self) -> None:
@@ -187,7 +178,7 @@ class ZebraZero(LatchingArm):
         self._require_fault()
         if self._servos.attach() is None:
             problem = "no module answers at its address, so the position of the arm is not known any more"
-            remedy = f"fix cable or supply and acknowledge again; if they were reset, {GO_HOME}"
+            remedy = f"fix cable or supply and acknowledge again; if they were reset, {servos.GO_HOME}"
             raise WiringError(DEVICE, problem, remedy)
         self._tracking.begin_at(self._servos.meet())
         remaining = self._servos.clear()
@@ -226,7 +217,7 @@ class ZebraZero(LatchingArm):
         self.setpoint_rad = held_back(within, self.setpoint_rad, [limits.velocity_rad_per_s * step_s] * JOINTS)
         self._stepped_ns = now_ns
         counts = self.settings.transmission.to_counts(self.setpoint_rad)
-        return tuple(setpoint(self.streaming, count) for count in counts)
+        return tuple(servos.setpoint(self.streaming, count) for count in counts)
 
     def _fail(self, error: DriverError) -> None:
         super()._fail(error)

@@ -5,16 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from palpate.drivers import nmc
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc import (
-    BusSettings,
-    SerialTiming,
-    StatusItem,
-    StopControl,
-    reply_size_bytes,
-    set_gain,
-    stop_motor,
-)
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, Transmission
 
 
@@ -45,7 +37,7 @@ class JointLimits:
         return None
 
 
-REPLY_ITEMS: Final = StatusItem.POSITION | StatusItem.AUX
+REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
 """Items of every reply in a cycle. AUX costs a byte an axis and shows at once when a servo went off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 """Firmware of the PIC-SERVO SC that takes a new trapezoid while one runs. FACT: data sheet."""
@@ -79,7 +71,7 @@ STOP_TIMEOUT_S: Final = 1.0
 
 ERROR_LIMIT_COUNTS: Final = 4000
 """Position error at which the firmware switches a servo off."""
-GAINS: Final = set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
+GAINS: Final = nmc.set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
 """Servo filter: kp 100, kd 1000, output up to 255. FACT: the port sends these defaults to the real arm."""
 
 
@@ -97,7 +89,7 @@ class ZebraZeroSettings:
     """
 
     control_rate_Hz: float
-    bus: BusSettings = field(default_factory=BusSettings)
+    bus: nmc.BusSettings = field(default_factory=nmc.BusSettings)
     transmission: Transmission = field(default_factory=Transmission)
     limits: JointLimits = field(default_factory=JointLimits)
     divider: int = 3
@@ -117,7 +109,7 @@ class ZebraZeroSettings:
     @property
     def highest_rate_Hz(self) -> float:
         """The highest rate that leaves the reserve; both ways of streaming take the same time. CALC."""
-        line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s)
-        setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)
-        exchange_s = line.exchange_s(setpoint.size_bytes + reply_size_bytes(REPLY_ITEMS))
+        line = nmc.SerialTiming(self.bus.baud, self.bus.adapter_latency_s)
+        setpoint = nmc.stop_motor(nmc.StopControl.AMP_ENABLE | nmc.StopControl.HERE, 0)
+        exchange_s = line.exchange_s(setpoint.size_bytes + nmc.reply_size_bytes(REPLY_ITEMS))
         return (1.0 - RESERVE) / (JOINTS * exchange_s)

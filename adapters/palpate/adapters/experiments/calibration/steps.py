@@ -11,17 +11,8 @@ import pinocchio as pin
 
 from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.experiments.build import build_task, supervisor_of
+from palpate.adapters.experiments.calibration import estimates
 from palpate.adapters.experiments.calibration.careful import CarefulArm, Felt, fresh_wrenches
-from palpate.adapters.experiments.calibration.estimates import (
-    Array,
-    Estimate,
-    Payload,
-    hole,
-    joined,
-    mean_of,
-    payload,
-    press,
-)
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware import TurnedForceSensor, find_approach, withdrawal
@@ -69,7 +60,7 @@ class Commissioning:
         tell: Callable[[str], object] = str,
     ) -> None:
         self._rig, self._loop, self._tell = rig, loop, tell
-        self._poses: list[Array] = []
+        self._poses: list[estimates.Array] = []
         self._description = arm_named(config.arm)
         self._tool = config.tool.geometry
         self._kinematics = Kinematics(self._description, self._tool)
@@ -83,13 +74,13 @@ class Commissioning:
         self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
         self._approach = find_approach(config, self._ready)
 
-    def plan_payload(self) -> list[Array]:
+    def plan_payload(self) -> list[estimates.Array]:
         """Find the poses for :meth:`payload` in advance, because this may exceed the time-outs of devices."""
         above = np.array(self._approach.poses_rad[0])
         self._poses = [above, *self._tilted(above), above]
         return self._poses
 
-    def payload(self) -> Payload:
+    def payload(self) -> estimates.Payload:
         """Turn the tool about its centre, well above the plate, and return the load of the sensor."""
         down, means, sds = [], [], []
         poses = self._poses or self.plan_payload()
@@ -99,31 +90,31 @@ class Commissioning:
                 self._tell(f"pose {number} of {len(poses)}")
                 self.arm.joint_line(pose)
                 felt = self.arm.hold(_HOLD_TICKS)
-                mean, sd = mean_of(fresh_wrenches(felt))
+                mean, sd = estimates.mean_of(fresh_wrenches(felt))
                 rotation = self.arm.place(np.mean([each.q_rad for each in felt], axis=0)).rotation
                 down.append(-rotation[2])
                 means.append(mean)
                 sds.append(sd)
-        return payload(np.array(down), np.array(means), np.array(sds))
+        return estimates.payload(np.array(down), np.array(means), np.array(sds))
 
-    def plate(self) -> tuple[Estimate, Estimate]:
+    def plate(self) -> tuple[estimates.Estimate, estimates.Estimate]:
         """Press around the hole; return the plate's height, m, base frame, and the stiffness along the tool, N/m."""
-        results: list[tuple[Estimate, Estimate]] = []
+        results: list[tuple[estimates.Estimate, estimates.Estimate]] = []
         with self.arm.moving():
             self._go_above()
             height_m = -_ABOVE_M
             for number, (x, y) in enumerate(_PLACES, start=1):
                 self._tell(f"place {number} of {len(_PLACES)}")
-                results.append(press(*self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)))
+                results.append(estimates.press(*self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)))
                 height_m = results[-1][0].value - _AGAIN_M
             self._lift()
         surfaces, found = zip(*results, strict=True)
-        depth = joined("plate's height", surfaces, _PLATE_APART_M, "m")
+        depth = estimates.joined("plate's height", surfaces, _PLATE_APART_M, "m")
         mean = float(np.mean([each.value for each in found]))
-        stiffness = joined("stiffness", found, _STIFFNESS_APART * mean, "N/m")
-        return Estimate(float(self._goal.translation[2]) - depth.value, depth.sd), stiffness
+        stiffness = estimates.joined("stiffness", found, _STIFFNESS_APART * mean, "N/m")
+        return estimates.Estimate(float(self._goal.translation[2]) - depth.value, depth.sd), stiffness
 
-    def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[Estimate, Estimate]:
+    def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[estimates.Estimate, estimates.Estimate]:
         """Insert the peg slowly a few times, guided by its torque; the core verifies that it is in the hole.
 
         Returns the position of the hole, x and y, m, base frame. A weight of 0 means the configured masses.
@@ -158,7 +149,7 @@ class Commissioning:
                 raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--place)")
             x, y, _ = self._goal.act(np.array(task.tip_m))
             places.append((float(x), float(y)))
-        return hole(places, 2e-3 * self.config.cell.peg.clearance_mm)
+        return estimates.hole(places, 2e-3 * self.config.cell.peg.clearance_mm)
 
     def _withdraw(self) -> None:
         """Withdraw the tool from a hole that it may be in."""
@@ -177,14 +168,14 @@ class Commissioning:
         tip = self.arm.place(self.arm.asked_rad)
         self.arm.go(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M])))
 
-    def _tilted(self, above_rad: Array) -> list[Array]:
+    def _tilted(self, above_rad: estimates.Array) -> list[estimates.Array]:
         """Return poses with the tool tilted about its centre that the arm reaches without flipping."""
         tip = self.arm.place(above_rad)
         lever = np.array([0.0, 0.0, _MIDDLE * (self._tool.sensor_m[2] + self._tool.tip_m[2])])
         middle = tip.act(-lever)
         inverse = InverseKinematics(Kinematics(self._description, self._tool), PERIOD_S)
 
-        def poses_at(tilt_deg: float) -> list[Array]:
+        def poses_at(tilt_deg: float) -> list[estimates.Array]:
             poses = []
             for heading in _HEADINGS_DEG:
                 axis = np.array([cos(radians(heading)), sin(radians(heading)), 0.0])
@@ -202,7 +193,7 @@ class Commissioning:
         )
         raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
-    def _press_at(self, x_m: float, y_m: float, height_m: float) -> Array:
+    def _press_at(self, x_m: float, y_m: float, height_m: float) -> estimates.Array:
         """Touch the plate at a place in the task frame, press, lift; return depth m, force N, +1 in -1 out, (3, n)."""
         arm, rotation = self.arm, self._ready.tip_rotation
 

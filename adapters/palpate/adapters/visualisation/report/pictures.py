@@ -6,15 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.experiments import (
-    WINDOW,
-    TrialRow,
-    exact_interval,
-    mean_with_interval,
-    moving_average,
-    t_half_width,
-    window_of,
-)
+from palpate.adapters import experiments
 from palpate.adapters.log import Canvas, drawing
 from palpate.adapters.visualisation.report.page import Picture
 
@@ -26,7 +18,7 @@ _STYLE: Final = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "text.usetex": False, "text.parse_math": False,
 }  # fmt: skip
-Runs = Sequence[Sequence[TrialRow]]
+Runs = Sequence[Sequence[experiments.TrialRow]]
 """Trials of runs that differ only in their seeds."""
 
 
@@ -35,12 +27,14 @@ def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManage
     return drawing(width_in, height_in, 150, settings=_STYLE)
 
 
-def mean_s(rows: Sequence[TrialRow]) -> float:
+def mean_s(rows: Sequence[experiments.TrialRow]) -> float:
     """Return the mean exploration time."""
     return sum(row.exploration_time_s for row in rows) / len(rows)
 
 
-def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[TrialRow]], title: str = "") -> Picture:
+def learning_picture(
+    curves: Mapping[str, Runs], levels: Mapping[str, Sequence[experiments.TrialRow]], title: str = ""
+) -> Picture:
     """Draw time and success over the trials: learners as curves, with t intervals of several runs, others as lines."""
     ends = []
     with drawn(5.0) as canvas:
@@ -48,11 +42,11 @@ def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[T
         for colour, (name, runs) in zip(COLOURS * len(curves), curves.items(), strict=False):
             times = _averages([[row.exploration_time_s for row in rows] for rows in runs])
             wins = _averages([[float(row.success) for row in rows] for rows in runs])
-            trials = np.arange(times.shape[1]) + window_of(min(map(len, runs))) - 1
+            trials = np.arange(times.shape[1]) + experiments.window_of(min(map(len, runs))) - 1
             for axes, values in ((upper, times), (lower, wins)):
                 middle = values.mean(axis=0)
                 if len(runs) > 1:
-                    half = t_half_width(values)
+                    half = experiments.t_half_width(values)
                     axes.fill_between(trials, np.maximum(middle - half, 0.0), middle + half, color=colour, alpha=0.2)
                 axes.plot(trials, middle, color=colour, linewidth=1.8, label=name)
             ends.append(f"{name}: {times[:, 0].mean():.3g} s at first, {times[:, -1].mean():.3g} s at the end")
@@ -65,8 +59,8 @@ def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[T
         lower.set(xlabel="trial", ylabel="success", ylim=(-0.04, 1.04))
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
     caption = (
-        f"{title}Lines: moving average over {WINDOW} trials, or single trials where there are fewer. Bands: 95 %"
-        " interval of the mean over seeds (Student's t). Failed trials count with their time."
+        f"{title}Lines: moving average over {experiments.WINDOW} trials, or single trials where there are fewer. Bands:"
+        " 95 % interval of the mean over seeds (Student's t). Failed trials count with their time."
     )
     return Picture(f"Learning curve. {title}{'; '.join(ends)}.", caption, canvas.content)
 
@@ -74,8 +68,8 @@ def learning_picture(curves: Mapping[str, Runs], levels: Mapping[str, Sequence[T
 def _averages(values: Sequence[Sequence[float]]) -> Any:
     """Return moving averages of the trials that all runs have, from the first full window; (runs, trials)."""
     trials = min(map(len, values))
-    window = window_of(trials)
-    return np.array([moving_average(run[:trials], window) for run in values])[:, window - 1 :]
+    window = experiments.window_of(trials)
+    return np.array([experiments.moving_average(run[:trials], window) for run in values])[:, window - 1 :]
 
 
 def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping[str, Runs]]) -> Picture:
@@ -87,7 +81,7 @@ def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping
             colour, aside = COLOURS[number % len(COLOURS)], 0.3 * (number + 0.5) / len(lines) - 0.15
             for value, runs in points.items():
                 place = values.index(value) + aside
-                mean, low, high = mean_with_interval([mean_s(rows) for rows in runs])
+                mean, low, high = experiments.mean_with_interval([mean_s(rows) for rows in runs])
                 rows = [row for one in runs for row in one]
                 wins = sum(row.success for row in rows)
                 label = name if value == next(iter(points)) else None
@@ -95,7 +89,7 @@ def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping
                 lower.plot([place], [wins / len(rows)], "o", color=colour)
                 if low is not None and high is not None:
                     upper.vlines(place, low, high, color=colour)
-                lower.vlines(place, *exact_interval(wins, len(rows)), color=colour)
+                lower.vlines(place, *experiments.exact_interval(wins, len(rows)), color=colour)
                 described.append(f"{name} at {value}: {mean:.3g} s")
         upper.set(ylabel="mean time [s]")
         upper.set_ylim(bottom=0.0)

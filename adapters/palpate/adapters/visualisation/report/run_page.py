@@ -8,16 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters import experiments
 from palpate.adapters.config import read_toml, run_facts
-from palpate.adapters.experiments import (
-    RunFolder,
-    TrialRow,
-    learning_curve,
-    render_table,
-    shown_interval,
-    summary_of,
-    trials_picture,
-)
 from palpate.adapters.files import load_policy, read_text
 from palpate.adapters.log import LOG_FOLDER, read_log, score_of, timeline
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
@@ -36,7 +28,7 @@ class RunSource:
     """A run's folder: trials, configuration, facts of its call, and ``summary.json``, empty while it is unfinished."""
 
     path: Path
-    rows: tuple[TrialRow, ...]
+    rows: tuple[experiments.TrialRow, ...]
     settings: dict[str, Any]
     facts: dict[str, Any]
     summary: dict[str, Any]
@@ -44,7 +36,7 @@ class RunSource:
     @classmethod
     def read(cls, path: Path) -> RunSource:
         """Read a folder."""
-        folder, settings = RunFolder(path), read_toml(path / "run.toml")
+        folder, settings = experiments.RunFolder(path), read_toml(path / "run.toml")
         rows = folder.read_trials()
         if not rows:
             raise OutputError(str(path), "holds no finished trial", "there is nothing to report yet")
@@ -56,7 +48,7 @@ class RunSource:
         return bool(self.facts.get("command") == "train")
 
     @property
-    def late(self) -> tuple[TrialRow, ...]:
+    def late(self) -> tuple[experiments.TrialRow, ...]:
         """The evaluated trials: all, or for a learning run the last 25, at most half of them."""
         return self.rows[-min(_LATE, max(1, len(self.rows) // 2)) :] if self.learns else self.rows
 
@@ -105,15 +97,15 @@ def settings_section(path: Path) -> PageSection:
     return PageSection("Settings", listing=read_text(path, "file"))
 
 
-def figures_row(name: str, rows: Sequence[TrialRow]) -> tuple[str, ...]:
+def figures_row(name: str, rows: Sequence[experiments.TrialRow]) -> tuple[str, ...]:
     """Return a line of the table of figures."""
-    figures = summary_of(rows)
+    figures = experiments.summary_of(rows)
     return (
         name,
         str(len(rows)),
         success_of(rows),
         f"{mean_s(rows):.2f}",
-        shown_interval(figures["median_s"], *figures["median_95_s"]),
+        experiments.shown_interval(figures["median_s"], *figures["median_95_s"]),
         f"{figures['p95_s']:.2f}",
         f"{figures['peak_force_N']:.1f}",
         str(sum(figures["trips"].values())),
@@ -141,12 +133,12 @@ def _figures(run: RunSource) -> PageSection:
     if run.learns and len(run.rows) > 1:
         count = len(run.late)
         rows += [figures_row(f"first {count}", run.rows[:count]), figures_row(f"last {count}", run.late)]
-    outcomes = summary_of(run.rows)["outcomes"]
+    outcomes = experiments.summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
     return PageSection("In figures", text, (PageTable(CAPTION, HEAD, tuple(rows)), *_trips(run.rows)))
 
 
-def _trips(rows: Sequence[TrialRow]) -> tuple[PageTable, ...]:
+def _trips(rows: Sequence[experiments.TrialRow]) -> tuple[PageTable, ...]:
     """Return a table of the first trips and their reasons; empty without trips."""
     tripped = [(str(row.trial), row.trip) for row in rows if row.trip]
     caption = f"Trips, each counted as a failure at the time limit: {len(tripped)} of {len(rows)} trials"
@@ -157,7 +149,7 @@ def _policy(document: PolicyDocument) -> PageSection:
     learner = document.learner
     stateless = document.foreign is not None or (learner is not None and learner.kind in ("belief", "hmm"))
     pictures = () if stateless else (policy_picture(document),)
-    return PageSection("Policy", pictures=pictures, listing=render_table(document))
+    return PageSection("Policy", pictures=pictures, listing=experiments.render_table(document))
 
 
 def _log_of(run: RunSource, trial: int) -> Path:
@@ -177,13 +169,15 @@ def _curve(run: RunSource) -> Picture:
     name, times_s = run.facts.get("policy", ""), [row.exploration_time_s for row in run.rows]
     alt = f"Exploration time of each trial. {name}: {times_s[0]:.3g} s at first, {times_s[-1]:.3g} s at the end."
     caption = "Failed trials count with their time."
-    return Picture(alt, caption, (learning_curve if run.learns else trials_picture)(run.rows, str(name)))
+    return Picture(
+        alt, caption, (experiments.learning_curve if run.learns else experiments.trials_picture)(run.rows, str(name))
+    )
 
 
 def _forces(run: RunSource) -> list[Picture]:
     """Return the course of the first and the last trial, and of the one with the highest force."""
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
-    chosen: dict[int, tuple[TrialRow, str]] = {}
+    chosen: dict[int, tuple[experiments.TrialRow, str]] = {}
     for row, words in ((run.rows[0], "first"), (run.rows[-1], "last"), (peak, "highest force")):
         chosen[row.trial] = row, f"{chosen[row.trial][1]} and {words}" if row.trial in chosen else words
     pictures = []

@@ -4,15 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum, IntEnum, auto
 
-from palpate.simulation.emulators.jr3.sensor import (
-    LARGEST_COUNTS,
-    WRIST_FULL_SCALES,
-    ACQUISITION_PERIOD_ns,
-    SHORTEST_PERIOD_ns,
-    counts_of,
-    smoothed,
-    smoothing_factor,
-)
+from palpate.simulation.emulators.jr3 import sensor
 
 WrenchSource = Callable[[int], Iterable[float]]
 """Returns the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
@@ -106,15 +98,19 @@ class Jr3Node:
     def _acquire_until(self, now_ns: int) -> None:
         if not self._sampling or now_ns < self._next_acquisition_ns:
             return
-        acquisitions = (now_ns - self._next_acquisition_ns) // ACQUISITION_PERIOD_ns + 1
-        self._next_acquisition_ns += acquisitions * ACQUISITION_PERIOD_ns
+        acquisitions = (now_ns - self._next_acquisition_ns) // sensor.ACQUISITION_PERIOD_ns + 1
+        self._next_acquisition_ns += acquisitions * sensor.ACQUISITION_PERIOD_ns
         if self.connected:
-            self._filtered = smoothed(self._filtered, counts_of(self._wrench(now_ns)), self._alpha, acquisitions)
+            self._filtered = sensor.smoothed(
+                self._filtered, sensor.counts_of(self._wrench(now_ns)), self._alpha, acquisitions
+            )
             self._counter = (self._counter + acquisitions) % _COUNTER_MODULUS
 
     def _sample(self) -> Sample:
         counts = map(round, self._filtered)
-        return Sample(tuple(min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts), self._counter)
+        return Sample(
+            tuple(min(max(count, -sensor.LARGEST_COUNTS), sensor.LARGEST_COUNTS) for count in counts), self._counter
+        )
 
     def start(self, cut_off_cHz: int, now_ns: int, period_us: int) -> None:
         """Start sampling, or change its settings if it runs; without effect unless the node is ready.
@@ -125,12 +121,12 @@ class Jr3Node:
         """
         if self.state is not BoardState.READY:
             return
-        self._alpha = smoothing_factor(cut_off_cHz)
+        self._alpha = sensor.smoothing_factor(cut_off_cHz)
         if not self._sampling:
             self._sampling = True
-            self._next_acquisition_ns = now_ns + ACQUISITION_PERIOD_ns
-        self._period_ns = max(period_us * 1000, SHORTEST_PERIOD_ns)
-        self._next_sample_ns = now_ns + ACQUISITION_PERIOD_ns
+            self._next_acquisition_ns = now_ns + sensor.ACQUISITION_PERIOD_ns
+        self._period_ns = max(period_us * 1000, sensor.SHORTEST_PERIOD_ns)
+        self._next_sample_ns = now_ns + sensor.ACQUISITION_PERIOD_ns
 
     def stop(self) -> None:
         """Stop sampling: filter and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
@@ -143,4 +139,4 @@ class Jr3Node:
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
         previous content. The content of a fresh buffer is assumed.
         """
-        return WRIST_FULL_SCALES if self.state is BoardState.READY else _FRESH_WORDS
+        return sensor.WRIST_FULL_SCALES if self.state is BoardState.READY else _FRESH_WORDS

@@ -6,17 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from palpate.simulation.emulators.motors import JointPlant
-from palpate.simulation.emulators.nmc.frames import (
-    POWER_UP_BAUD,
-    Auxiliary,
-    CommandCode,
-    Frame,
-    Load,
-    StatusBits,
-    StopMotorBits,
-    baud_of_divisor,
-    sealed,
-)
+from palpate.simulation.emulators.nmc import frames
 from palpate.simulation.emulators.nmc.servo import PicServo
 from palpate.simulation.emulators.nmc.settings import GainParameters
 
@@ -24,11 +14,11 @@ _SERVO_TYPE, _VERSION = 0, 10
 _GROUP_BIT: Final = 0x80
 _INT16: Final = (-(1 << 15), (1 << 15) - 1)
 _TRAJECTORY_FIELDS: Final = (
-    (Load.POSITION, "i", "position_counts"),
-    (Load.VELOCITY, "I", "velocity"),
-    (Load.ACCELERATION, "I", "acceleration"),
+    (frames.Load.POSITION, "i", "position_counts"),
+    (frames.Load.VELOCITY, "I", "velocity"),
+    (frames.Load.ACCELERATION, "I", "acceleration"),
 )
-_POSITION_FIELDS: Final = Load.POSITION | Load.VELOCITY | Load.ACCELERATION
+_POSITION_FIELDS: Final = frames.Load.POSITION | frames.Load.VELOCITY | frames.Load.ACCELERATION
 
 
 class NmcModule:
@@ -65,14 +55,14 @@ class NmcModule:
             self._ticks = 0
             self.servo.tick()
 
-    def execute(self, frame: Frame) -> bytes:
+    def execute(self, frame: frames.Frame) -> bytes:
         """Execute a command addressed to this module and return the reply."""
         once = self.mask
         if frame.intact:
-            if frame.command == CommandCode.HARD_RESET:
+            if frame.command == frames.CommandCode.HARD_RESET:
                 self.power_up()
                 return b""
-            if frame.command == CommandCode.READ_STAT and len(frame.data) == 1:
+            if frame.command == frames.CommandCode.READ_STAT and len(frame.data) == 1:
                 once = frame.data[0]
             elif not self._carry_out(frame):
                 self.rejected += 1
@@ -82,41 +72,41 @@ class NmcModule:
 
     def _power_up(self) -> None:
         self.address, self.group, self.leader = 0, 0xFF, False
-        self.baud = POWER_UP_BAUD
+        self.baud = frames.POWER_UP_BAUD
         self.mask = 0
 
-    def _carry_out(self, frame: Frame) -> bool:
+    def _carry_out(self, frame: frames.Frame) -> bool:
         data, servo = frame.data, self.servo
         match frame.command, len(data):
-            case CommandCode.NOP, 0:
+            case frames.CommandCode.NOP, 0:
                 pass
-            case CommandCode.RESET_POS, 0:
+            case frames.CommandCode.RESET_POS, 0:
                 servo.set_position(0)
-            case CommandCode.SET_ADDR, 2:
+            case frames.CommandCode.SET_ADDR, 2:
                 self.address, self.group = data[0], data[1] | _GROUP_BIT
                 self.leader = not data[1] & _GROUP_BIT
-            case CommandCode.DEF_STAT, 1:
+            case frames.CommandCode.DEF_STAT, 1:
                 self.mask = data[0]
-            case CommandCode.LOAD_TRAJ, n if n:
+            case frames.CommandCode.LOAD_TRAJ, n if n:
                 return self._load(data)
-            case CommandCode.SET_GAIN, 14 | 15:
+            case frames.CommandCode.SET_GAIN, 14 | 15:
                 servo.gains = GainParameters.decoded(data)
-            case CommandCode.STOP_MOTOR, 1 | 5:
-                how = StopMotorBits(data[0])
-                if bool(how & StopMotorBits.HERE) != (len(data) == 5):
+            case frames.CommandCode.STOP_MOTOR, 1 | 5:
+                how = frames.StopMotorBits(data[0])
+                if bool(how & frames.StopMotorBits.HERE) != (len(data) == 5):
                     return False
                 servo.stop(how, struct.unpack("<i", data[1:])[0] if len(data) == 5 else 0)
-            case CommandCode.SET_BAUD, 1 if frame.address & _GROUP_BIT:
-                self.baud = baud_of_divisor(data[0])
-            case CommandCode.CLEAR_BITS, 0:
+            case frames.CommandCode.SET_BAUD, 1 if frame.address & _GROUP_BIT:
+                self.baud = frames.baud_of_divisor(data[0])
+            case frames.CommandCode.CLEAR_BITS, 0:
                 servo.clear_bits()
             case _:
                 return False
         return True
 
     def _load(self, data: bytes) -> bool:
-        control = Load(data[0])
-        if control & ~_POSITION_FIELDS != Load.SERVO | Load.NOW:
+        control = frames.Load(data[0])
+        if control & ~_POSITION_FIELDS != frames.Load.SERVO | frames.Load.NOW:
             return False
         names = [name for field, _, name in _TRAJECTORY_FIELDS if control & field]
         layout = "<" + "".join(code for field, code, _ in _TRAJECTORY_FIELDS if control & field)
@@ -141,28 +131,28 @@ class NmcModule:
             lambda: bytes(1),
         )
         told = b"".join(data() for place, data in enumerate(items) if mask >> place & 1)
-        return sealed(bytes([self._status(intact=intact)]) + told)
+        return frames.sealed(bytes([self._status(intact=intact)]) + told)
 
     def _status(self, *, intact: bool) -> int:
         servo = self.servo
         return (
-            StatusBits.MOVE_DONE * servo.profile.done
-            | StatusBits.CHECKSUM_ERROR * (not intact)
-            | StatusBits.OVERCURRENT * servo.overcurrent
-            | StatusBits.POWER_ON * servo.powered
-            | StatusBits.POSITION_ERROR * servo.position_error
-            | StatusBits.LIMIT1 * servo.limits[0]
-            | StatusBits.LIMIT2 * servo.limits[1]
+            frames.StatusBits.MOVE_DONE * servo.profile.done
+            | frames.StatusBits.CHECKSUM_ERROR * (not intact)
+            | frames.StatusBits.OVERCURRENT * servo.overcurrent
+            | frames.StatusBits.POWER_ON * servo.powered
+            | frames.StatusBits.POSITION_ERROR * servo.position_error
+            | frames.StatusBits.LIMIT1 * servo.limits[0]
+            | frames.StatusBits.LIMIT2 * servo.limits[1]
         )
 
     def _auxiliary(self) -> int:
         servo = self.servo
         return (
-            Auxiliary.POSITION_WRAP * servo.wrapped
-            | Auxiliary.SERVO_ON * servo.on
-            | Auxiliary.ACCELERATED * servo.profile.accelerated
-            | Auxiliary.SLEWED * servo.profile.slewed
-            | Auxiliary.SERVO_OVERRUN * servo.overrun
+            frames.Auxiliary.POSITION_WRAP * servo.wrapped
+            | frames.Auxiliary.SERVO_ON * servo.on
+            | frames.Auxiliary.ACCELERATED * servo.profile.accelerated
+            | frames.Auxiliary.SLEWED * servo.profile.slewed
+            | frames.Auxiliary.SERVO_OVERRUN * servo.overrun
         )
 
 
