@@ -21,15 +21,7 @@ from palpate.adapters.contracts.bench import (
 )
 from palpate.adapters.contracts.device import DeviceContract, bring
 from palpate.core.errors import DeviceError
-from palpate.core.ports import (
-    JointCommand,
-    JointSample,
-    JointVector,
-    Life,
-    Validity,
-    Vector3,
-    WrenchSample,
-)
+from palpate.core.ports import JointCommand, JointSample, JointVector, Life, Validity, Vector3, WrenchSample
 
 _RUN_TICKS: Final = 280
 _SILENT_TICKS: Final = 30

@@ -52,15 +52,7 @@ from palpate.core.policy import (
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
-from palpate.core.trial import (
-    LEAST_PLAY_MM,
-    N_PER_KGF,
-    Measurement,
-    ReadyPose,
-    Task,
-    TaskParts,
-    goal_in_base,
-)
+from palpate.core.trial import LEAST_PLAY_MM, N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
 
 NONE: Final = "none"
 _BENT_MM: Final = 0.2

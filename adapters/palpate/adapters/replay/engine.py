@@ -6,16 +6,28 @@ from contextlib import ExitStack
 from dataclasses import dataclass, fields
 
 from palpate.adapters.experiments import ScoredTrial
-from palpate.adapters.log import BY_OUTSIDE, BY_POLICY, DecisionEntry, TrialLog, TrialRecorder, core_sha256, json_in
-from palpate.adapters.replay.causes import known_causes, other_processor
+from palpate.adapters.log import (
+    BY_OUTSIDE,
+    BY_POLICY,
+    DecisionEntry,
+    TrialLog,
+    TrialRecorder,
+    arm_sha256,
+    core_sha256,
+    decisive,
+    json_in,
+    made_with,
+    processor,
+)
 from palpate.adapters.replay.compare import compare_latch, compare_records, ending_note, truth_in
 from palpate.adapters.replay.differences import Difference, Differences
 from palpate.adapters.replay.handover import continue_in_mujoco
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
-from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.adapters.replay.trial import ReplayedTrial
 from palpate.core.errors import LogError
+from palpate.core.policy import ForeignPolicy, PolicyDocument
 from palpate.core.ports import Ports, World
 
 
@@ -102,7 +114,7 @@ def replay(
         replayed_outcome="" if report.outcome is None else report.outcome.value,
         first=differences.first,
         differences=differences.count,
-        causes=known_causes(log, rebuilt) if differences.count else (),
+        causes=_known_causes(log, rebuilt) if differences.count else (),
         note="; ".join(filter(None, (log.damage, note))),
         decisions=tuple(trial.made.of[DecisionEntry]),
         counterfactual_from=differences.first_command_tick,
@@ -153,6 +165,34 @@ def _continued(log: TrialLog, scored: ScoredTrial) -> str:
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:
     if not differences.count:
         return Verdict.CUT_SHORT if log.damage else Verdict.EQUAL
-    if differences.first_gross is None and other_processor(log):
+    if differences.first_gross is None and _other_processor(log):
         return Verdict.NOT_BIT_COMPARABLE
     return Verdict.DIVERGED
+
+
+def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
+    """Return the differences from the time of the recording that the log shows."""
+    start, causes = log.start, []
+    recorded: dict[str, str] = json.loads(start.versions_json or "{}")
+    for name, version in made_with().items():
+        if recorded.get(name) != version:
+            causes.append(f"{name} {version} (recorded with {recorded.get(name)})")
+    if start.core_sha256 != core_sha256():
+        causes.append("the core's code is not the one that recorded")
+    if start.model_sha256 != arm_sha256(rebuilt.config.arm, rebuilt.config.tool.geometry):
+        causes.append(f"the model of the arm {rebuilt.config.arm} is not the one that recorded")
+    if isinstance(rebuilt.policy, ForeignPolicy):
+        told = PolicyDocument.from_json_text(start.policy_json).foreign if start.policy_json else None
+        now = rebuilt.policy.entry
+        if told is not None and told.code == now.code and told.source_sha256 != now.source_sha256:
+            causes.append(f"the code of {now.code} is not the one that recorded")
+        if told is not None and told.version != now.version:
+            causes.append(f"{now.distribution} {now.version} (recorded with {told.version})")
+    if _other_processor(log):
+        causes.append("another processor")
+    return tuple(causes)
+
+
+def _other_processor(log: TrialLog) -> bool:
+    """Return whether the recording processor may compute other last bits than this one."""
+    return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())

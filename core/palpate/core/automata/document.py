@@ -26,14 +26,7 @@ from typing import Annotated, Any, ClassVar, Final
 
 from palpate.core.automata.machine import Kind, Machine, Output, shown_name, shown_names, shown_output
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import (
-    Holds,
-    OneOf,
-    Settings,
-    parse_json,
-    require_keys,
-    require_names,
-)
+from palpate.core.ports import Holds, OneOf, Settings, parse_json, require_keys, require_names
 
 SCHEMA: Final = "palpate.automaton/2"
 

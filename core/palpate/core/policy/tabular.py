@@ -9,15 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import (
-    LEARNED,
-    Action,
-    Decision,
-    Observation,
-    Transition,
-    check_names,
-    drawing_from,
-)
+from palpate.core.policy.base import LEARNED, Action, Decision, Observation, Transition, check_names, drawing_from
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
 from palpate.core.policy.learner import Learner
 from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Settings, fitted, require_floor

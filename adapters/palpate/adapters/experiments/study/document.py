@@ -19,15 +19,7 @@ from urllib.parse import quote
 from threadpoolctl import threadpool_limits
 from typing_extensions import override
 
-from palpate.adapters.config import (
-    LEARNERS,
-    RunConfig,
-    configured,
-    field_value,
-    merged,
-    overlay,
-    read_toml,
-)
+from palpate.adapters.config import LEARNERS, RunConfig, configured, field_value, merged, overlay, read_toml
 from palpate.adapters.experiments.build import needs_fitting, plain_perception
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code, foreign_entry, foreign_policy

@@ -7,8 +7,7 @@ from typing import Final
 
 from palpate.simulation.emulators.motors import JointPlant
 from palpate.simulation.emulators.nmc import frames
-from palpate.simulation.emulators.nmc.servo import PicServo
-from palpate.simulation.emulators.nmc.settings import GainParameters
+from palpate.simulation.emulators.nmc.servo import GainParameters, PicServo
 
 _SERVO_TYPE, _VERSION = 0, 10
 _GROUP_BIT: Final = 0x80
