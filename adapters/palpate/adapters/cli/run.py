@@ -9,7 +9,7 @@ from palpate.adapters.cli import notices
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RigFile
-from palpate.adapters.experiments import Claim, RunFolder, dry_run, next_free_folder
+from palpate.adapters.experiments import Claim, RunFolder, dry_run, folder_named
 from palpate.adapters.hardware import DryRig
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.visualisation import viewed
@@ -23,7 +23,7 @@ def run(options: RunOptions) -> int:
     options.require("jobs", jobs == 1 or not alone, "1 with --rig, --live or --view")
     options.require("view", not (options.view and options.rig), "the simulator, without --rig")
     kind = "dry" if options.dry else "run"
-    folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-{kind}")
+    folder = folder_named(options.out, f"{config.scenario}-{kind}")
     claim = Claim.parse(options.claim) if options.claim else None
     if options.dry:
         return _dry(options, folder)

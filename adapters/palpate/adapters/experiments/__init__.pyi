@@ -49,7 +49,7 @@ from .policies import tool_of as tool_of
 from .results import RunFolder as RunFolder
 from .results import RunResult as RunResult
 from .results import TrialRow as TrialRow
-from .results import next_free_folder as next_free_folder
+from .results import folder_named as folder_named
 from .run import MakeRig as MakeRig
 from .run import Run as Run
 from .run import note as note

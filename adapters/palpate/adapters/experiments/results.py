@@ -186,10 +186,10 @@ class RunResult:
         return self.folder.path / name
 
 
-def next_free_folder(stem: str) -> RunFolder:
-    """Return the first folder ``stem-001``, ``stem-002``, ... that does not exist."""
-    names = (f"{stem}-{number:03d}" for number in count(1))
-    return RunFolder(Path(next(name for name in names if not os.path.lexists(name))))
+def folder_named(out: str | os.PathLike[str], stem: str) -> RunFolder:
+    """Return the folder ``out``; if empty, the first ``runs/stem-001``, ``runs/stem-002``, ... that does not exist."""
+    names = (f"runs/{stem}-{number:03d}" for number in count(1))
+    return RunFolder(Path(out or next(name for name in names if not os.path.lexists(name))))
 
 
 def _holds(path: Path) -> bool:

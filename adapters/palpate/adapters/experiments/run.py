@@ -21,7 +21,7 @@ from palpate.adapters.experiments.evaluation import (
 )
 from palpate.adapters.experiments.fitting import fitted_perception
 from palpate.adapters.experiments.planning import run_blocks
-from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, next_free_folder
+from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, folder_named
 from palpate.adapters.experiments.statistics import Claim, policy_summary
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
@@ -182,9 +182,7 @@ class Run:
         chosen = self.chosen(policy)
         if jobs > 1 and (self.rig_file or self.live is not None or chosen.is_object):
             raise ConfigurationError("jobs", jobs, "1 on a rig, with a live view or with a policy object")
-        folder = RunFolder(Path(out)) if out else None
-        if folder is None and self.rig_file:
-            folder = next_free_folder(f"runs/{self.config.scenario}-run")
+        folder = folder_named(out, f"{self.config.scenario}-run") if out or self.rig_file else None
         if folder is not None:
             folder.require_free()
         facts, recording = {"trials": trials, "policy": chosen.name}, NOT_RECORDED

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
-from pathlib import Path
 from threading import Thread
 from typing import Any, Final
 
@@ -83,11 +82,7 @@ class Episodes:
         self.observe: Callable[[InsertionTask], Any] = lambda task: None
         self.folder: experiments.RunFolder | None = None
         if self.on_rig:
-            self.folder = (
-                experiments.RunFolder(Path(out))
-                if out
-                else experiments.next_free_folder(f"runs/{run.config.scenario}-{experiments.OUTSIDE}")
-            )
+            self.folder = experiments.folder_named(out, f"{run.config.scenario}-{experiments.OUTSIDE}")
             self.folder.require_free()
         self._agent = Agent(limit_s, GRACE_S) if self.on_rig else Agent()
         self._agent.look = self._look

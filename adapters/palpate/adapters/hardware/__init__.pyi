@@ -1,4 +1,5 @@
 from .approach import find_approach as find_approach
+from .approach import recent_force_N as recent_force_N
 from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import EmulatedCell as EmulatedCell

@@ -79,8 +79,8 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
     require_right_turn(approach, begin)
     path = withdrawal(approach, begin)
     if path:
-        _follow(ports, path, _force_N(ports), WITHDRAWAL_SHARE * limit_N, watch)
-    first_N = _force_N(ports)
+        _follow(ports, path, recent_force_N(ports), WITHDRAWAL_SHARE * limit_N, watch)
+    first_N = recent_force_N(ports)
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad
         _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N, watch)
@@ -135,15 +135,15 @@ def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: fl
     return [*(tuple((begin + share * way).tolist()) for share in np.cumsum(steps)[:-1]), target_rad]
 
 
-def _force_N(ports: Ports) -> Vector3:
-    """Return a recent force, (3,) N."""
+def recent_force_N(ports: Ports) -> Vector3:
+    """Return a recent force, (3,) N, of a sensor that does not compensate for its load."""
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()
         if sample.validity is Validity.VALID:
             require_raw(sample)
             return sample.force_N
         ports.clock.sleep_until(ports.clock.now_ns() + _TICK_NS)
-    raise DeviceError("rig", f"force sample {sample.validity.value} before the way to the ready pose")
+    raise DeviceError("rig", f"force sample {sample.validity.value} before a motion")
 
 
 def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, watch: SampleWatch) -> None:

@@ -72,6 +72,15 @@ class DeviceRig(Rig):
             raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
         return self._facts
 
+    def __enter__(self) -> Self:
+        with ExitStack() as opened:
+            self._open(opened)
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        self._opened.close()
+
     def _open(self, opened: ExitStack) -> None:
         for device in (self._sensor, self._arm):
             opened.callback(device.close)
@@ -177,21 +186,20 @@ class HardwareRig(DeviceRig):
             arm.deactivate()
         arm.activate()
 
-    def __enter__(self) -> Self:
-        with ExitStack() as opened:
-            self._open(opened)
-            self.latch.begin()
-            opened.enter_context(self._real_time)
-            opened.enter_context(self.operator)
-            self._opened = opened.pop_all()
-        return self
+    @override
+    def _open(self, opened: ExitStack) -> None:
+        super()._open(opened)
+        self.latch.begin()
+        opened.enter_context(self._real_time)
+        opened.enter_context(self.operator)
 
+    @override
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         self.ports.arm.stop()
         if isinstance(error, DeviceError):
             self.latch.set(str(error))
         try:
-            self._opened.close()
+            super().__exit__(kind, error, trace)
         finally:
             self.latch.end()
 
@@ -229,15 +237,6 @@ class DryRig(DeviceRig):
     def prepare(self, trial: int) -> None:
         """Read waiting data without any motion."""
         self.ports.force_sensor.read()
-
-    def __enter__(self) -> Self:
-        with ExitStack() as opened:
-            self._open(opened)
-            self._opened = opened.pop_all()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._opened.close()
 
 
 def _tell(trip: str) -> None:

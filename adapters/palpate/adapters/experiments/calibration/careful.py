@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from palpate.adapters.hardware import recent_force_N
 from palpate.core.control_loop import next_slot, tick_time_ns
 from palpate.core.errors import DeviceError
 from palpate.core.motion import Array, InverseKinematics, Kinematics
@@ -22,7 +23,6 @@ from palpate.core.ports import (
     Validity,
     Vector3,
 )
-from palpate.core.supervision import require_raw
 
 SPEED_M_S: Final = 0.005
 """Highest speed of tip and sensor."""
@@ -146,14 +146,7 @@ class CarefulArm:
 
     def _mark(self) -> None:
         """Set the present force as the reference for later ones."""
-        for _ in range(_BLIND_TICKS):
-            sample = self._ports.force_sensor.read()
-            if sample.validity is Validity.VALID:
-                require_raw(sample)
-                self._first_N = sample.force_N
-                return
-            self._ports.clock.sleep_until(self._ports.clock.now_ns() + round(PERIOD_S * 1e9))
-        raise DeviceError("rig", f"force sample {sample.validity.value}")
+        self._first_N = recent_force_N(self._ports)
 
     def _duration_s(self, begin: Array, target: Array) -> float:
         """Return the time for a line in joint space, from the fastest of its parts."""
