@@ -101,7 +101,7 @@ class Episodes:
             self._trials = experiments.Trials(
                 run.config, run.ready, self.rig, self.perception, self._agent, recording, name=experiments.OUTSIDE
             )
-            self.task = _insertion(self._trials)
+            _insertion(self._trials)
             if self.on_rig:
                 # By default the process would end at once and leave the arm at its last set-point.
                 opened.enter_context(on_ending_signal(_terminate, always=False))
@@ -109,6 +109,11 @@ class Episodes:
             self._kept = kept.pop_all()
 
     # The agent's side.
+
+    @property
+    def task(self) -> InsertionTask:
+        """Return the task of the trial; another place of the job has another one."""
+        return _insertion(self._trials)
 
     @property
     def report(self) -> TrialReport:
@@ -136,7 +141,7 @@ class Episodes:
             DeviceError: A device failed, or too many trials ended without a decision.
         """
         self._leave()
-        self.config = self._trials.config = replace(self.config, seed=seed)
+        self.config = self._trials.run_config = self._trials.config = replace(self.config, seed=seed)
         for skipped in range(MOST_SKIPPED):
             self.trial, self.skipped = trial + skipped, skipped
             if not self.on_rig and isinstance(self.rig, SimulatedRig):
