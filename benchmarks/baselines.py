@@ -117,7 +117,7 @@ def main() -> None:
     options = parser.parse_args()
     paced = replace(scenario(options.scenario), seed=options.seed)
     sliding = replace(scenario(options.scenario, "belief"), seed=options.seed)
-    paced_twice = {"task": {"ticks_per_action": 7, "moving_share": 0.8}, "perception": {"cutoff_Hz": 7.0}}
+    paced_twice = {"task": {"ticks_per_action": 7, "motion_duty": 0.8}, "perception": {"cutoff_Hz": 7.0}}
     quick = overlay(sliding, paced_twice)
     tabular, belief = map(of_file, options.policies)
     cap_mm_s, travel_mm_s = sliding.learning.belief.speed_mm_s, sliding.task.travel_speed_mm_s

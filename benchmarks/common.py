@@ -29,7 +29,7 @@ from palpate.core.policy import Policy
 
 FAILED_S: Final = 20.0
 """Time that a failed trial counts: the time limit of an exploration."""
-QUICK_STEPS: Final = {"task": {"ticks_per_action": 7, "moving_share": 0.8}, "perception": {"cutoff_Hz": 7.0}}
+QUICK_STEPS: Final = {"task": {"ticks_per_action": 7, "motion_duty": 0.8}, "perception": {"cutoff_Hz": 7.0}}
 """Actions of 50 ms, for baselines that step across the plate."""
 Cell = dict[str, Any]
 Hole = Callable[[], Sequence[float]]

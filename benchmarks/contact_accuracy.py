@@ -64,18 +64,18 @@ def row(diameter_mm: float, clearance_mm: float, tilt_mrad: float, arm: str) -> 
                 seen = overlap(bench)
                 wall_um.append(seen.wall_um)
                 mouth_um.append(seen.mouth_um)
-                beyond_mrad.append(seen.lean_mrad - 2.0 * clearance_mm / seen.depth_mm * 1e3)
+                beyond_mrad.append(seen.total_tilt_mrad - 2.0 * clearance_mm / seen.depth_mm * 1e3)
         bench.press_into_hole(4 * ticks_down(HOLE_MM))
-        at_rest = overlap(bench)
+        stationary = overlap(bench)
         # A tilted peg's middle comes as near to the floor as its rim allows, which is what the overlap counts.
-        floor = f"{at_rest.floor_um:.1f}" if at_rest.depth_mm > HOLE_MM - JAMMED_MM else "-"
+        floor = f"{stationary.floor_um:.1f}" if stationary.depth_mm > HOLE_MM - JAMMED_MM else "-"
         dropped_um = bench.capture_half_width_m(0.5, 2e-6) * 1e6 - (clearance_mm + peg.rim_radius_mm) * 1e3
     # A tilted peg has less play by geometry, as its shaft takes some.
     yield f"{max(play_um):.2f}" if play_um and not tilt_mrad else "-"
     yield from (f"{max(each):.2f}" if each else "-" for each in (wall_um, mouth_um))
     yield f"{pressed_um:.2f}"
     yield f"{max(beyond_mrad):.2f}" if beyond_mrad else "-"
-    yield from (f"{at_rest.depth_mm:.1f}", floor, f"{dropped_um:.0f}")
+    yield from (f"{stationary.depth_mm:.1f}", floor, f"{dropped_um:.0f}")
     yield from (f"{play_error_mm(cell.cell) * 1e3:.1f}", "yes" if valid(cell.cell) else "no")
 
 

@@ -125,7 +125,7 @@ def _tilts(part: Part) -> dict[str, Any]:
     """The grip is tilted; in six degrees of freedom also the plate, and the grip in another direction each time."""
     if part["tilt_mrad"] < PLATE_MRAD:
         return {"conditions": {"grip_trials": 0}}
-    return {"tilt_mrad": part["tilt_mrad"] - PLATE_MRAD, "conditions": {"plate_lean_mrad": PLATE_MRAD}}
+    return {"tilt_mrad": part["tilt_mrad"] - PLATE_MRAD, "conditions": {"plate_tilt_mrad": PLATE_MRAD}}
 
 
 def planned(part: Part, shapes: bool) -> tuple[Part, Verdict]:

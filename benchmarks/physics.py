@@ -113,11 +113,11 @@ def grid(arm: str, section: str, tilt_mrad: float) -> Iterator[str]:
     """Sinking and ripple from beside the hole to the plate's edge, and the play, over clearances and ways to lean."""
     sinking_um, ripple_N, off_um = [], [], []
     cells = product(CLEARANCES_MM, range(LEANS if tilt_mrad else 1))
-    for (clearance_mm, _), lean in zip(cells, headings(LEANS * len(CLEARANCES_MM)), strict=False):
+    for (clearance_mm, _), tilt in zip(cells, headings(LEANS * len(CLEARANCES_MM)), strict=False):
         peg, clearance_m = PegConfig(cross_section=section, clearance_mm=clearance_mm), clearance_mm * 1e-3
-        leaning = {"tilt_mrad": tilt_mrad, "tilt_heading_deg": float(np.degrees(lean)) % 360.0}
+        leaning = {"tilt_mrad": tilt_mrad, "tilt_heading_deg": float(np.degrees(tilt)) % 360.0}
         # At the plate's edge with the low side outwards, inwards and across.
-        edge = [(PLATE_REACH_M, lean + turn) for turn in (0.0, np.pi, 2.0)]
+        edge = [(PLATE_REACH_M, tilt + turn) for turn in (0.0, np.pi, 2.0)]
         with Bench(quiet(arm, peg=peg, **leaning)) as bench:
             for aside_m, heading in ((clearance_m + 1e-3, 0.0), (5e-3, 2.4), (FLAT_M, 4.8), *edge):
                 bench.press(aside_m * np.cos(heading), aside_m * np.sin(heading))

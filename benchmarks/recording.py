@@ -32,9 +32,9 @@ def recorded() -> list[tuple[Any, ...]]:
     """Deadline, snapshot, command and answer of each whole tick of a golden log."""
     ticks = []
     for r in read_log(_LOG).records():
-        if r.time_ns is not None and r.wrench and r.joints and r.asked_rad and r.applied:
+        if r.time_ns is not None and r.wrench and r.joints and r.requested_rad and r.applied:
             snapshot = Snapshot(r.tick, r.time_ns, r.wrench, r.joints)
-            ticks.append((r.deadline_ns, snapshot, JointCommand(r.asked_rad), r.applied))
+            ticks.append((r.deadline_ns, snapshot, JointCommand(r.requested_rad), r.applied))
     return ticks
 
 

@@ -75,7 +75,7 @@ def _scalar(field: str) -> Callable[[random.Random], tuple[Change, str]]:
 
 
 OUTPUTS = (
-    Kind("command asked", "/tick", _vector("asked_rad", 6)),
+    Kind("command asked", "/tick", _vector("requested_rad", 6)),
     Kind("command applied", "/tick", _vector("applied_rad", 6)),
     Kind("decision's temperature", "/decision", _scalar("temperature")),
     Kind("decision's reinforcement", "/reinforcement", _scalar("reinforcement")),

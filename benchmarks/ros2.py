@@ -65,7 +65,7 @@ def bench(robot: Robot, rt: bool) -> Iterator[tuple[Ros2Server, ArmClient, RigCo
         context = RigContext.of("ur5e", MonotonicClock())
         settings = {
             "domain": server.domain, "address": server.address, "peers": (server.address,), "joints": NAMES,
-            "commands": f"/{server.commands}", "patience": 10.0,
+            "commands": f"/{server.commands}", "timeout_scale": 10.0,
         }  # fmt: skip
         if robot.velocities:
             settings |= {"mode": "velocities", "stops_without_commands": True}

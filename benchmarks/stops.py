@@ -115,7 +115,7 @@ def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, 
     ) as cell:
         rig = folder / "rig.toml"
         # Where the adapter has a limit of its own, that is the one of the rig files that come with palpate.
-        text = re.sub(r"patience = [0-9.]+", f"patience = {PATIENCE}", cell.rig_toml())
+        text = re.sub(r"timeout_scale = [0-9.]+", f"timeout_scale = {PATIENCE}", cell.rig_toml())
         own = f"velocity_rad_s = {FASTEST_RAD_S}\n" if arm == ZEBRA else ""
         rig.write_text(text.replace("[arm]\n", f"[arm]\n{own}"))
         watched = Watched(cell, Path(counts))

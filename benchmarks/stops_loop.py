@@ -52,8 +52,8 @@ class Unlimited:
 
     def start(self, held_rad: JointVector) -> None: ...
 
-    def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
-        return AppliedCommand(asked_rad)
+    def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:
+        return AppliedCommand(requested_rad)
 
 
 def make_arm(settings: Mapping[str, Any], context: RigContext) -> Any:
@@ -69,7 +69,9 @@ def arm_of(rig: RigFile, arm: str, wishes: RealTimeConfig, timeout_ms: float) ->
     clock, before = MonotonicClock(), signal.getsignal(HANG_SIGNAL)
     context = RigContext.of(arm, clock)
     limits = tuple(min(limit, FASTEST_RAD_S) for limit in context.velocity_limit_rad_s)
-    context = replace(context, velocity_limit_rad_s=limits, hurry=lambda: join_loop(wishes), accept_kinematics=True)
+    context = replace(
+        context, velocity_limit_rad_s=limits, set_priority=lambda: join_loop(wishes), accept_kinematics=True
+    )
     os.environ[ADAPTER] = rig.arm.adapter
     entry = DeviceEntry("benchmarks.stops_loop:make_arm", rig.arm.settings)
     client = arm_in_process(entry, context, wishes, round(timeout_ms * 1e6))

@@ -118,7 +118,7 @@ def tried(strike: Strike, folder: Path) -> str:
             while ended_s is None or time.monotonic() - struck_s < ended_s + 1.0:
                 if ended_s is None and process.poll() is not None:
                     ended_s = time.monotonic() - struck_s
-                if not controller.at_rest:
+                if not controller.stationary:
                     moved_s = time.monotonic() - struck_s
                 time.sleep(0.005)
             _, complaint = process.communicate()

@@ -50,14 +50,14 @@ class Person(Policy):
         tx_mNm, ty_mNm = (1e3 * value for value in observation.torque_Nm[:2])
         state = self._states[observation.state]
         say(f"x {x_mm:+.1f} y {y_mm:+.1f} mm, torque {tx_mNm:+.0f} {ty_mNm:+.0f} mN m, {state}: ")
-        index = self._asked()
+        index = self._requested()
         say(f"{self._actions[index].name}\n")
         return Decision(self._actions[index], index, PERSON)
 
     def learn(self, transition: Transition) -> None:
         """A person learns without help."""
 
-    def _asked(self) -> int:
+    def _requested(self) -> int:
         with single_keys():
             while (key := os.read(sys.stdin.fileno(), 1).decode("latin-1")) not in ENDING:
                 if (index := self._indices.get(STEPS.get(key, ""))) is not None:

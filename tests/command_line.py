@@ -23,7 +23,7 @@ RESULTS = (
 )  # fmt: skip
 """Files that equal runs leave equal, byte by byte."""
 
-PATIENCE_S = 100.0
+TIMEOUT_S = 100.0
 """With a process; only its end after Ctrl-C takes two seconds of a processor, of which a busy machine may give 3 %."""
 
 RT_EMULATOR = ("--priority", 30)
@@ -138,9 +138,9 @@ def start():
         process.communicate()
 
 
-def wait_until(condition, process, patience_s=PATIENCE_S):
+def wait_until(condition, process, timeout_s=TIMEOUT_S):
     """Wait for something that a running process brings about."""
-    deadline = time.monotonic() + patience_s
+    deadline = time.monotonic() + timeout_s
     while not condition():
         assert process.poll() is None, "the process ended before"
         assert time.monotonic() < deadline, "it never happened"

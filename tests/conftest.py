@@ -33,7 +33,7 @@ WITH_TORCH = (
     "tests/unit/core/automata/",
     "tests/cli/test_automaton.py",
     "tests/integration/test_examples.py::test_infer_automaton",
-    "tests/integration/test_strange_policies.py::test_a_network_of_torchscript",
+    "tests/integration/test_third_party_policies.py::test_a_network_of_torchscript",
 )
 """Tests for which PyTorch is loaded, in two seconds of a processor: one worker does it."""
 MOST_TRIES = 3

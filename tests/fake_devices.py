@@ -129,16 +129,16 @@ class FakeArm(FakeDevice, ArmCommand):
         """Move to the set-points, within the velocity limit and then within the position limits."""
         self._require_active("send()")
         self._require_connection()
-        here_rad, asked_rad, stopped = self.position_rad(), command.position_rad, self._stopped
-        if len(asked_rad) != len(here_rad):
-            raise CommandError(f"a command for {len(here_rad)} joints has {len(asked_rad)}", asked_rad)
+        here_rad, requested_rad, stopped = self.position_rad(), command.position_rad, self._stopped
+        if len(requested_rad) != len(here_rad):
+            raise CommandError(f"a command for {len(here_rad)} joints has {len(requested_rad)}", requested_rad)
         if stopped:
             return AppliedCommand(here_rad, CommandReason.STOPPED)
-        reason, step_rad = CommandReason.AS_ASKED, self._max_step_rad
+        reason, step_rad = CommandReason.AS_REQUESTED, self._max_step_rad
         slow_rad = tuple(
-            min(max(q, here - step_rad), here + step_rad) for q, here in zip(asked_rad, here_rad, strict=True)
+            min(max(q, here - step_rad), here + step_rad) for q, here in zip(requested_rad, here_rad, strict=True)
         )
-        if slow_rad != asked_rad:
+        if slow_rad != requested_rad:
             reason = CommandReason.VELOCITY_LIMIT
         limits = zip(slow_rad, self._lower_rad, self._upper_rad, strict=True)
         applied_rad = tuple(min(max(q, lower), upper) for q, lower, upper in limits)

@@ -4,7 +4,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 from palpate.adapters.config import DeviceEntry, EmulationConfig, RigFile, SensorFactsTable, overlay
-from palpate.adapters.hardware.approach import find_approach, walk
+from palpate.adapters.hardware.approach import find_approach, move_to_ready
 from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
@@ -12,7 +12,7 @@ from palpate.adapters.hardware.rig import DeviceRig
 from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
 from palpate.adapters.hardware.ur import UrTable, ur_arm
 from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports
-from palpate.core.supervision import SampleWatch
+from palpate.core.supervision import SampleMonitor
 from palpate.drivers.ros2 import WRENCH
 from palpate.simulation.emulators.ati import NetFtServer
 from palpate.simulation.emulators.lines import PtyServer, SlcanAdapter
@@ -75,7 +75,7 @@ class VirtualRig(DeviceRig):
         )
         context = replace(RigContext.of(config.arm, clock), tool=config.tool, accept_kinematics=True)
         if arm == "ur-rtde":
-            stated = self.cell.arm.entries() | {"host": "virtual", "patience": 1.0}
+            stated = self.cell.arm.entries() | {"host": "virtual", "timeout_scale": 1.0}
             del stated["adapter"]
             made = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
         elif arm == "ros2":
@@ -102,8 +102,8 @@ class VirtualRig(DeviceRig):
         self.ports.arm.deactivate()
         self.ports.arm.activate()
         if not self._at_ready:
-            watch = SampleWatch(self._config.supervision, self.sensor_facts)
-            walk(self._approach, self.ports, _WAY_RAD_S, self._config.task.max_force_N, watch)
+            monitor = SampleMonitor(self._config.supervision, self.sensor_facts)
+            move_to_ready(self._approach, self.ports, _WAY_RAD_S, self._config.task.max_force_N, monitor)
             self._at_ready = True
         self.ports.force_sensor.read()
 

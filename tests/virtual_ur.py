@@ -104,7 +104,7 @@ class VirtualUr(UrLink):
         return True
 
     def _stop(self, rad_s2):
-        self._command(16, rad_s2, done=lambda: self.controller.at_rest)
+        self._command(16, rad_s2, done=lambda: self.controller.stationary)
         return True
 
     def _tcp(self):

@@ -204,7 +204,7 @@ def _calls_of(watching: Supervisor) -> list[tuple[Any, ...]]:
     return calls
 
 
-class Course:
+class Trajectory:
     """One training, recorded or not, timed trial by trial."""
 
     def __init__(self, folder: Path | None) -> None:
@@ -238,16 +238,16 @@ class Course:
 def recording(form: Form) -> list[Row]:
     """The same trials with and without recording, in turns, so that a slower machine slows both."""
     with tempfile.TemporaryDirectory() as folder:
-        courses = [Course(None), Course(Path(folder))]
+        courses = [Trajectory(None), Trajectory(Path(folder))]
         for trial in range(max(form.trials * 2 // 3, 4)):
             # Back and forth, so that neither always comes second.
             order = courses if trial % 2 == 0 else courses[::-1]
-            if len({course.run(trial) for course in order}) != 1:
+            if len({trajectory.run(trial) for trajectory in order}) != 1:
                 raise RuntimeError(f"trial {trial} differs with recording")
-        for course in courses:
-            course.close()
+        for trajectory in courses:
+            trajectory.close()
     without, with_ = courses
-    medians = [float(np.median(course.ticks_us)) for course in courses]
+    medians = [float(np.median(trajectory.ticks_us)) for trajectory in courses]
     return [
         Row("training, recorded", with_.seconds, "s", "not recorded", without.seconds),
         Row("median tick, recorded", medians[1], "us", "not recorded", medians[0]),

@@ -20,8 +20,8 @@ from typing import Annotated, Any, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.motion import ArmDescription, DampingControl, PositionControl, TipMotion, ToolGeometry
-from palpate.core.ports import PERIOD_S, STILL, Range, Settings, Truth, Vector3
-from palpate.core.tasks.contact import Monitor, RunningPhase, TouchTask, TrialState
+from palpate.core.ports import PERIOD_S, STILL, GroundTruth, Range, Settings, Vector3
+from palpate.core.tasks.contact import ContactTask, Monitor, RunningPhase, TrialState
 from palpate.core.trial import (
     N_PER_KGF,
     ControlConfig,
@@ -79,7 +79,7 @@ class FollowPhase(Enum):
     FOLLOW = "follow"
 
 
-class FollowTask(TouchTask):
+class FollowTask(ContactTask):
     """The base class lifts, moves to the start, tares and holds every limit; what comes after is in `_follow`."""
 
     def __init__(self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion) -> None:
@@ -124,7 +124,7 @@ class ContourApproach(RunningPhase):
         monitor: Monitor,
     ) -> None:
         self._measurement, self._motion, self._state, self._monitor = measurement, motion, state, monitor
-        self._law = _press(task, control, measurement, _APPROACH_M_S)
+        self._controller = _press(task, control, measurement, _APPROACH_M_S)
         self._contact_N = task.contact_kgf * N_PER_KGF
         # Compared with the commanded depth, so that the search also ends for an arm that does not follow.
         self._deepest_m = options_of(FollowOptions, task).relief_mm * 1e-3
@@ -135,11 +135,11 @@ class ContourApproach(RunningPhase):
         # The relief bounds how far the tool may press on what the force does not show.
         self._monitor.free()
         if measured.filtered_force_z_N < -self._contact_N:
-            self._state.event("contact", f"surface at {measured.position_m[2] * 1e3:.3f} mm below the nominal plane")
+            self._state.event("contact", f"surface at {measured.position_m[2] * 1e3:.3f} mm below the nominal plate")
             self.over = True
         elif reference_m[2] > self._deepest_m:
             self._state.end(Outcome.NO_CONTACT, f"nothing touched down to {reference_m[2] * 1e3:.2f} mm")
-        return 0.0, 0.0, self._law.velocity_m_s(reference_m, reference_m, measured.force_N)[2]
+        return 0.0, 0.0, self._controller.velocity_m_s(reference_m, reference_m, measured.force_N)[2]
 
 
 class Follow(RunningPhase):
@@ -187,7 +187,7 @@ class Follow(RunningPhase):
         depth_m = self._measurement.tip_depth_m
         state.report.exploration_time_s = (state.tick - self._begun) * PERIOD_S
         if not -self._relief_m <= depth_m <= self._relief_m:
-            state.doubt(self._astray(depth_m))
+            state.mismatch(self._astray(depth_m))
             return STILL
         if state.report.exploration_time_s >= self._time_limit_s:
             state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s, {self._gone_m:.3f} m on the way")
@@ -243,7 +243,7 @@ class Follow(RunningPhase):
             f"the tip is at {depth_m * 1e3:.2f} mm, the surface within {self._relief_m * 1e3:g} mm of the nominal"
             " plane: the surface is elsewhere, or the force sensor does not show what there is"
         )
-        return Trip(TripReason.PLATE_NOT_FELT, self._state.tick, text)
+        return Trip(TripReason.PLATE_NOT_FOUND, self._state.tick, text)
 
 
 class SurfaceFollow(TaskKind):
@@ -260,7 +260,7 @@ class SurfaceFollow(TaskKind):
             "contour": {"shape": "sine"},
         },
     }
-    asks_policy = False
+    queries_policy = False
     options = FollowOptions
 
     @override
@@ -281,7 +281,7 @@ class SurfaceFollow(TaskKind):
         return FollowTask(parts.task, parts.control, parts.measurement, parts.motion)
 
     @override
-    def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+    def achieved(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return whether all of the path was within the tolerance and the true peak force below the limit."""
         return report.outcome is Outcome.DONE and truth.peak_force_N < task.max_force_N
 

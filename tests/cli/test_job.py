@@ -79,7 +79,7 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):
     assert {table["control"]["axial_stiffness_N_per_mm"] for table in tables} == {10.0, 20.0}
     assert {table["task"]["goal"]["x_mm"] for table in tables} == {550.0, 600.0}
     # Again, as it stands in the folder: nothing is left to do.
-    assert "2 of them are finished" in palpate.succeed(*words)
+    assert "2 are finished" in palpate.succeed(*words)
     (folder / "dowel.toml").write_text(DOWEL.read_text().replace("mass_kg = 0.6", "mass_kg = 0.7"))
     assert "was run with other settings or versions, not mass_kg = 0.7" in palpate.refusal(*words)
 

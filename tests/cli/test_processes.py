@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.command_line import PATIENCE_S, QUICK, finished_trials, results_in, wait_until
+from tests.command_line import QUICK, TIMEOUT_S, finished_trials, results_in, wait_until
 
 HEAVY = ("matplotlib", "pyarrow", "pinocchio", "mujoco", "scipy", "sklearn", "torch", "pandas")
 SETTINGS = ("tyro", "pydantic")
@@ -17,9 +17,9 @@ MANY = 5000
 
 def test_the_installed_script_prints_and_refuses(palpate):
     script = Path(sys.executable).with_name("palpate")
-    done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
+    done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
     assert done.stdout == palpate.succeed("--version")
-    done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
 
 
@@ -36,7 +36,7 @@ def test_help_and_info_import_nothing_heavy(trained):
         f"sys.stderr.write(json.dumps([*told, loaded({HEAVY!r})]))"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE_S, check=True
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=TIMEOUT_S, check=True
     )
     assert json.loads(done.stderr) == [[], []]
 
@@ -46,7 +46,7 @@ def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained, start):
     process.stdout.close()  # as `palpate show policy.json | head -1` may do
     with process.stderr as stderr:
         assert stderr.read() == ""
-    assert process.wait(timeout=PATIENCE_S) == 1
+    assert process.wait(timeout=TIMEOUT_S) == 1
 
 
 def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(palpate, tmp_path, trained, start):
@@ -56,7 +56,7 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(palpate
     process = start(*words, "--trials", MANY, "--out", out)
     wait_until(lambda: finished_trials(out) >= 1, process)
     process.send_signal(signal.SIGINT)
-    printed, complaint = process.communicate(timeout=PATIENCE_S)
+    printed, complaint = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 130
     assert "Traceback" not in complaint
     done = finished_trials(out)

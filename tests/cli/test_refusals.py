@@ -59,8 +59,8 @@ def desk(palpate, trained, tmp_path):
         ("run --policy magic", "policy = 'magic' is refused: a policy file, or one of oracle"),
         ("replay sound.mcap --set task.max_force=5", "did you mean task.max_force_N"),
         # What does not go together.
-        ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or skills, which learning.trace_decay"),
-        ("train --learning.belief.patience 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
+        ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or options, which learning.trace_decay"),
+        ("train --learning.belief.restart_steps 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
         ("train --learner hmm --perception.memory last-2", "none with the learner hmm"),
         ("train --learner hmm --learning.hmm.lattice 0", "a lattice to round them to"),
         ("train --policy sarsa", "--learner sarsa chooses it"),

@@ -47,7 +47,7 @@ def test_a_difference_fails_and_is_named(palpate, trained, messages, tmp_path):
     write_log(tmp_path / "changed.mcap", off_by_a_bit(messages))
     done = palpate("replay", tmp_path, trained, "--jobs", 1)
     assert done.code == 1
-    assert "changed.mcap: tick 100, /tick asked_rad[2]: recorded " in done.stdout
+    assert "changed.mcap: tick 100, /tick requested_rad[2]: recorded " in done.stdout
     assert "no cause is known" in done.stdout
     assert "3 of 4 equal in every bit, 1 DIVERGED" in done.stdout
 
@@ -62,7 +62,7 @@ def test_known_causes_are_named(palpate, messages, tmp_path):
 
 
 def off_by_a_bit(messages):
-    return changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
+    return changed(messages, indices(messages, "/tick")[100], one_ulp("requested_rad", 2))
 
 
 def test_another_processor_may_differ_in_the_last_bits_only(palpate, messages, tmp_path):
@@ -74,7 +74,7 @@ def test_another_processor_may_differ_in_the_last_bits_only(palpate, messages, t
     assert palpate("replay", log, "--strict").code == 1
     # Without a difference there is nothing to excuse; with a large one there is no excuse.
     assert "1 of 1 equal" in palpate.succeed("replay", write_log(tmp_path / "same.mcap", messages))
-    gross = changed(messages, indices(messages, "/tick")[100], lambda made: made.asked_rad.__setitem__(2, 0.1))
+    gross = changed(messages, indices(messages, "/tick")[100], lambda made: made.requested_rad.__setitem__(2, 0.1))
     assert palpate("replay", write_log(tmp_path / "gross.mcap", gross)).code == 1
     decision = changed(messages, indices(messages, "/decision")[0], lambda made: setattr(made, "action", "none"))
     assert palpate("replay", write_log(tmp_path / "decision.mcap", decision)).code == 1

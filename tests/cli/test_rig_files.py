@@ -71,7 +71,7 @@ def faulted(rig="rig.toml"):
     """A rig file whose rig has an open fault."""
     zebra_rig(Path(rig))
     latch = FaultFile(Path(rig))
-    latch.set("PLATE_NOT_FELT: nothing felt down to 2.93 mm")
+    latch.set("PLATE_NOT_FOUND: nothing felt down to 2.93 mm")
     latch.end()
 
 
@@ -92,7 +92,7 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
     )
     done = palpate(*words.split())
     assert (done.code, len(done.stderr.splitlines())) == (1, 1), done
-    assert "PLATE_NOT_FELT: nothing felt down to 2.93 mm" in done.stderr
+    assert "PLATE_NOT_FOUND: nothing felt down to 2.93 mm" in done.stderr
     assert done.stderr.endswith('acknowledge it: --acknowledge "1 NAME: why"\n')
     assert not Path("out").exists()
 
@@ -100,7 +100,7 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
 def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palpate):
     faulted()
     refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: fixed")
-    assert "acknowledge = '2 Ada: fixed' is refused: the open fault, 1 (PLATE_NOT_FELT: nothing felt" in refused
+    assert "acknowledge = '2 Ada: fixed' is refused: the open fault, 1 (PLATE_NOT_FOUND: nothing felt" in refused
     assert "nothing without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: fixed")
     assert "nothing without --move" in palpate.refusal(
         "rig", "doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: fixed"

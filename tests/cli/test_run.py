@@ -151,7 +151,7 @@ def test_flags_for_learning_are_refused_where_nothing_learns(palpate):
 
 def test_logs_that_lost_their_ends_are_told_and_make_the_run_fail(palpate, monkeypatch):
     lost = "trial-00000.mcap: cannot be written (No space left on device); nothing after that is kept"
-    monkeypatch.setattr("palpate.adapters.log.sink.FileSink.close", lambda sink: sink.troubles.append(lost))
+    monkeypatch.setattr("palpate.adapters.log.sink.FileSink.close", lambda sink: sink.losses.append(lost))
     done = palpate("run", "--policy", "random", "--trials", 1, *QUICK, "--out", "run")
     assert done.code == 1
     assert f"palpate: recording: {lost}" in done.stderr

@@ -23,7 +23,7 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
     [
         (f"run {SPATIAL} --policy corner-first", "3 or more for the policy corner-first"),
         ("run --policy corner-first", "one of --task insertion-6dof"),
-        (f"run {TURNING} most_lean_deg 30", "a turn about y that zebra-zero can make above the goal"),
+        (f"run {TURNING} most_tilt_deg 30", "a turn about y that zebra-zero can make above the goal"),
         (f"run {SQUARE}", "0, as the round peg of cell.peg.cross_section has"),
         ("run --policy torque --task.options way_mm 9", "no option of insertion"),
     ],

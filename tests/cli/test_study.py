@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from palpate.simulation.work_cell.cell import WorkCell
-from tests.command_line import PATIENCE_S, RESULTS, STUDY, CommandLine, Done, files_in, results_in, wait_until
+from tests.command_line import RESULTS, STUDY, TIMEOUT_S, CommandLine, Done, files_in, results_in, wait_until
 
 ENDLESS = """
 [study]
@@ -63,7 +63,7 @@ def test_finished_conditions_are_not_run_again(palpate, studied, tmp_path):
     make(STUDY.replace("[0, 1]", "[1]"), out)
     before = times_in(out)
     assert "4 conditions of 2 trials in " in (printed := make(STUDY, out).stdout)
-    assert "2 of them are finished" in printed
+    assert "2 are finished" in printed
     assert before.items() <= times_in(out).items()
     assert files_in(out) == files_in(studied)
     # Nor with the study that the folder holds.
@@ -150,6 +150,6 @@ def test_study_that_is_interrupted_ends_its_workers_first(tmp_path, start):
     workers = workers_of(process.pid)
     assert workers
     process.send_signal(signal.SIGINT)
-    printed, complaint = process.communicate(timeout=PATIENCE_S)
+    printed, complaint = process.communicate(timeout=TIMEOUT_S)
     require_ended_in_order(Done(process.returncode, printed, complaint), out)
     assert [worker for worker in workers if os.path.exists(f"/proc/{worker}")] == []

@@ -14,7 +14,7 @@ import pytest
 
 from palpate.adapters.experiments.study import cluster
 from palpate.core.errors import ConfigurationError
-from tests.command_line import PATIENCE_S, STUDY, CommandLine, files_in
+from tests.command_line import STUDY, TIMEOUT_S, CommandLine, files_in
 
 pytest.importorskip("distributed")
 
@@ -42,7 +42,7 @@ def address(begin, tmp_path_factory):
     """A scheduler's address on loopback."""
     file = tmp_path_factory.mktemp("scheduler") / "scheduler.json"
     process = begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + TIMEOUT_S
     while not (file.exists() and file.read_text().endswith("\n}")):
         assert process.poll() is None
         assert time.monotonic() < deadline
@@ -57,7 +57,7 @@ def run(out, *words):
 
 def kill_at_work(out, workers, killed):
     """Kill the first worker that has begun a condition."""
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + TIMEOUT_S
     while not killed and time.monotonic() < deadline:
         for path in (out / "conditions").glob(".*.part"):
             number = int(path.name.split(".")[-2])
@@ -111,7 +111,7 @@ def test_worker_with_several_threads_is_refused():
     ],
 )
 def test_a_scheduler_that_cannot_be_used_is_refused(palpate, monkeypatch, address, told):
-    monkeypatch.setattr(cluster, "_PATIENCE_S", 0.5)
+    monkeypatch.setattr(cluster, "_TIMEOUT_S", 0.5)
     Path("study.toml").write_text(STUDY)
     assert told in palpate.refusal("study", "study.toml", "--scheduler", address)
     assert not os.path.exists("runs")

@@ -47,7 +47,7 @@ def test_trials_have_their_columns_and_decisions_belong_to_them(trained):
 
 def test_the_policy_has_learned_from_all_decisions(trained):
     policy = json.loads((trained / "policy.json").read_text())
-    assert policy["schema"] == "palpate.policy/3"
+    assert policy["schema"] == "palpate.policy/4"
     visits = sum(map(sum, policy["learner"]["state"]["visits"]))
     assert visits == sum(bool(decision["reinforcement"]) for decision in table(trained / "decisions.csv"))
 

@@ -16,15 +16,15 @@ VIEW = ("run", "--policy", "oracle", "--recording.no-enabled", "--out", "out", "
 class Window:
     """Counts what it shows, and is closed after some of it."""
 
-    def __init__(self, patience):
-        self.shown, self.patience = 0, patience
+    def __init__(self, timeout_scale):
+        self.shown, self.timeout_scale = 0, timeout_scale
         self.cam = mujoco.MjvCamera()
 
     def sync(self):
         self.shown += 1
 
     def is_running(self):
-        return self.shown < self.patience
+        return self.shown < self.timeout_scale
 
     def lock(self):
         return threading.Lock()
@@ -33,9 +33,9 @@ class Window:
         """Nothing was opened."""
 
 
-@pytest.mark.parametrize(("patience", "trials"), [(100_000, 1), (100, 0)])
-def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(palpate, monkeypatch, patience, trials):
-    window, shown = Window(patience), list[Any]()
+@pytest.mark.parametrize(("timeout_scale", "trials"), [(100_000, 1), (100, 0)])
+def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(palpate, monkeypatch, timeout_scale, trials):
+    window, shown = Window(timeout_scale), list[Any]()
 
     def launch(model, data, **others):
         shown.append(data)
@@ -48,7 +48,7 @@ def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(palpate, m
     done = palpate(*VIEW, "--trials", 1, *grip)
     assert done.code == (0 if trials else 130)
     assert window.cam.distance == pytest.approx(0.4)
-    assert window.shown == patience or (window.shown > 200 and shown[0].site("tip").xpos[2] < 0.0105)
+    assert window.shown == timeout_scale or (window.shown > 200 and shown[0].site("tip").xpos[2] < 0.0105)
     if trials:
         assert finished_trials(Path("out")) == trials
 

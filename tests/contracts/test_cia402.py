@@ -82,7 +82,7 @@ class TestCia402Arm(ArmCommandContract):
     [
         ({}, "arm.counts_per_rad"),
         ({"nodes": [1, 2]}, "arm.nodes"),
-        ({"counts_per_rad": [1e4] * 3, "patience": 0.0}, "arm.patience"),
+        ({"counts_per_rad": [1e4] * 3, "timeout_scale": 0.0}, "arm.timeout_scale"),
     ],
 )
 def test_settings_that_cannot_work_are_refused(settings, field):

@@ -11,7 +11,7 @@ from tests.fake_devices import FakeArm
 class ResumesPlugged(FakeArm):
     """Plugged in again, the drives go on to where they were sent before the stop."""
 
-    cut, asked_rad = False, None
+    cut, requested_rad = False, None
 
     @property
     def disconnected(self):
@@ -20,13 +20,13 @@ class ResumesPlugged(FakeArm):
     @disconnected.setter
     def disconnected(self, value):
         again, self.cut = self.cut and not value, value
-        if again and self.asked_rad:
-            self._target_rad, self._target_since_ns = self.asked_rad, self.clock.now_ns()
+        if again and self.requested_rad:
+            self._target_rad, self._target_since_ns = self.requested_rad, self.clock.now_ns()
 
     def send(self, command):
         applied = super().send(command)
         if not self._stopped:
-            self.asked_rad = applied.position_rad
+            self.requested_rad = applied.position_rad
         return applied
 
 
@@ -68,7 +68,7 @@ class ClampsSilently(FakeArm):
 
     def send(self, command):
         applied = super().send(command)
-        return applied._replace(reason=CommandReason.AS_ASKED) if applied.reason is self.hushed else applied
+        return applied._replace(reason=CommandReason.AS_REQUESTED) if applied.reason is self.hushed else applied
 
 
 class SlowsSilently(ClampsSilently):

@@ -69,7 +69,7 @@ class _AnsweringArm(DeviceDecorator, ArmCommand):
         if self._sends not in self._answers:
             return applied
         joint, angle_rad, reason = self._answers[self._sends]
-        angles = list(command.position_rad if reason is CommandReason.AS_ASKED else applied.position_rad)
+        angles = list(command.position_rad if reason is CommandReason.AS_REQUESTED else applied.position_rad)
         angles[joint] = angle_rad
         return AppliedCommand(tuple(angles), reason)
 

@@ -38,7 +38,7 @@ COMMANDS = {
     # A belief that is soon given up, in much noise: searches around the likeliest place, then everywhere.
     "train-belief-lost": (
         "train", "--learner", "belief", "--scenario", "blind-noise", "--trials", "7", "--seed", "29", *_SHALLOW,
-        "--learning.belief.patience", "3", "--learning.belief.search-steps", "4",
+        "--learning.belief.restart_steps", "3", "--learning.belief.search-steps", "4",
         "--learning.belief.memory-trials", "4",
     ),
     # The model is fitted after 30 trials.
@@ -46,13 +46,13 @@ COMMANDS = {
         "train", "--learner", "hmm", "--scenario", "blind", "--trials", "31", "--seed", "71", *_SHALLOW,
         "--task.time-limit-s", "0.6",
     ),
-    "train-skills": (
-        "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
-        "--seed", "7", *_SHALLOW, "--learning.rule-lead", "0", "--task.options", "corners", "4", "corner_mm", "20.5",
-        "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7",
+    "train-options": (
+        "train", "--task", "insertion-6dof", "--learner", "options", "--scenario", "blind-square", "--trials", "2",
+        "--seed", "7", *_SHALLOW, "--learning.optimistic-prior", "0", "--task.options", "corners", "4", "corner_mm",
+        "20.5", "--task.time-limit-s", "3.1", "--task.ticks-per-action", "7",
     ),
-    "train-skills-round": (
-        "train", "--task", "insertion-6dof", "--learner", "skills", "--trials", "1", "--seed", "59", "--job",
+    "train-options-round": (
+        "train", "--task", "insertion-6dof", "--learner", "options", "--trials", "1", "--seed", "59", "--job",
         _JOBS + "paper-peg.toml", *_SHALLOW, "--task.time-limit-s", "2",
     ),
     # Perception, memory and programmed states.

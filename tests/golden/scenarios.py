@@ -67,7 +67,7 @@ INSERTIONS = {
 """Insertions without a sensor fault: outcomes and arms."""
 
 SENSOR_FAULTS = {
-    "fault-dead-early": FaultScenario("safety trip, PLATE_NOT_FELT", dead(0)),
+    "fault-dead-early": FaultScenario("safety trip, PLATE_NOT_FOUND", dead(0)),
     "fault-dead": FaultScenario("safety trip, CONTACT_MISMATCH", dead(EXPLORING), _LONG),
     "fault-dead-6dof": FaultScenario("safety trip, CONTACT_MISMATCH", dead(60), square(), policy="corner-first"),
     "fault-scaled": FaultScenario("safety trip, CONTACT_MISMATCH", (force("unit", 245, factor=0.5),), _LONG),

@@ -121,7 +121,7 @@ def test_a_notebook_without_what_it_needs_says_so_in_a_line(monkeypatch):
 
 
 def test_policies_of_ones_own(palpate, tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(DOCS.parent / "examples" / "strange_policies"))
+    monkeypatch.syspath_prepend(str(DOCS.parent / "examples" / "third_party_policies"))
     for language, lines in blocks(DOCS / "how-to" / "your-own-policy.md"):
         if language == "toml":
             (tmp_path / lines[0].removeprefix("# ")).write_text("\n".join(lines))

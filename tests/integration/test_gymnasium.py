@@ -19,14 +19,14 @@ from palpate.adapters.gymnasium_envs import PEG_INSERTION, PEG_INSERTION_6DOF
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.policy import Observation, Transition, learner_of
 from palpate.core.trial.report import Purpose, generator
-from tests.command_line import PATIENCE_S
+from tests.command_line import TIMEOUT_S
 
 NOWHERE = (0.0, 0.0, 0.0)
 SHORT = {"task": {"time_limit_s": 0.5, "ready_height_mm": 1.0, "tare_ticks": 8}}
 CORNERS = {"corners": 4, "corner_mm": 20.5}
 SQUARE = {
     "scenario": "blind-square",
-    "config": {"learner": "skills", "task": {"time_limit_s": 2.5, "options": CORNERS}},
+    "config": {"learner": "options", "task": {"time_limit_s": 2.5, "options": CORNERS}},
 }
 KINDS = [
     (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),
@@ -56,7 +56,7 @@ def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_hea
         "print(env.unwrapped.spec.id, env.reset(seed=1)[0] in env.observation_space)"
     )
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=PATIENCE_S, check=False
+        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=TIMEOUT_S, check=False
     )
     assert (done.stdout, done.stderr) == (f"[]\n{PEG_INSERTION} True\n", "")
 
@@ -114,7 +114,7 @@ def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys):
     assert re.fullmatch(r"inserted lean 1, push 1, stand 1(, insert)?\n", capsys.readouterr().out)
 
 
-def learn_outside(env, policy, seed, trials, tell):
+def learn_outside(env, policy, seed, trials, notify):
     """Let a policy of palpate act and learn through the environment, by what any agent is told."""
     for trial in trials:
         state, info = env.reset(seed=seed, options={"trial": trial})
@@ -126,7 +126,7 @@ def learn_outside(env, policy, seed, trials, tell):
             after, reward, terminated, truncated, info = env.step(decision.index)
             policy.learn(Transition(int(state), decision.index, reward, None if terminated else int(after)))
             state, over, number = after, terminated or truncated, number + 1
-        tell(trial, terminated, info)
+        notify(trial, terminated, info)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def learn_outside(env, policy, seed, trials, tell):
         ({"config": {"task": {"time_limit_s": 1.5}}}, "--task.time-limit-s 1.5", {"inserted", "time limit"}),
         (
             {"task": "insertion-6dof", **SQUARE},
-            "--task.time-limit-s 2.5 --scenario blind-square --task insertion-6dof --learner skills"
+            "--task.time-limit-s 2.5 --scenario blind-square --task insertion-6dof --learner options"
             " --task.options corners 4 corner_mm 20.5",
             {"time limit"},
         ),
@@ -153,7 +153,7 @@ def test_a_learner_has_the_same_trials_through_the_environment(palpate, tmp_path
     policy = learning_policy(run, build_perception(run))
     rows = []
 
-    def tell(trial, terminated, info):
+    def notify(trial, terminated, info):
         rows.append(
             {
                 "trial": str(trial),
@@ -167,7 +167,7 @@ def test_a_learner_has_the_same_trials_through_the_environment(palpate, tmp_path
             }
         )
 
-    learn_outside(env, policy, seed, range(trials), tell)
+    learn_outside(env, policy, seed, range(trials), notify)
     env.close()
     assert rows == [{name: row[name] for name in rows[0]} for row in expected]
     assert {row["outcome"] for row in rows} >= outcomes

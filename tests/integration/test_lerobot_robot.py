@@ -155,7 +155,7 @@ def frames(dataset, folder, ticks, fps, **more):
 
 def test_an_invalid_sample_leaves_the_one_before(dataset, tmp_path):
     bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)
-    silent = replace(exact(0), wrench=None, asked_rad=None, applied=None)
+    silent = replace(exact(0), wrench=None, requested_rad=None, applied=None)
     found = frames(dataset, tmp_path, [silent, exact(1), replace(exact(2), wrench=bad), exact(3)], 140)
     assert found["tick"].tolist() == [1, 2, 3]
     assert found["observation.wrench"][:, 0] == pytest.approx([0.1, 0.1, 0.3])

@@ -29,14 +29,14 @@ def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_lin
     (laboratory / "test_own.py").write_text("def test_own():\n    pass\n")
     sound = laboratory / "trials" / "torque-ur5.mcap"
     messages = messages_of(sound)
-    altered = changed(messages, indices(messages, "/tick")[20], one_ulp("asked_rad", 1))
+    altered = changed(messages, indices(messages, "/tick")[20], one_ulp("requested_rad", 1))
     write_log(laboratory / "trials" / "altered.mcap", altered)
     (laboratory / "trials" / "torn.mcap").write_bytes(sound.read_bytes()[:5000])
     done = run_pytest(laboratory, "--palpate-logs", "trials", "-v")
     assert done.returncode == 1
     assert "2 failed, 3 passed" in done.stdout
     assert "trials/train-paper.mcap PASSED" in done.stdout
-    assert "altered.mcap: tick 20, /tick asked_rad[1]: recorded" in done.stdout
+    assert "altered.mcap: tick 20, /tick requested_rad[1]: recorded" in done.stdout
     assert "torn.mcap: " in done.stdout
     assert "Traceback" not in done.stdout
 

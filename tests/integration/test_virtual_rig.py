@@ -108,7 +108,7 @@ def test_squares_go_in_one_after_the_other_on_an_arm_that_lags(tmp_path):
             "cell": {
                 "tilt_mrad": 4.0, "hole_uncertainty_mm": 3.0, "peg": {"cross_section": "square"},
                 "conditions": {
-                    "tilt_heading": "drawn", "grip_trials": 1, "yaw_deg": 5.0, "plate_lean_mrad": 17.5
+                    "tilt_heading": "drawn", "grip_trials": 1, "yaw_deg": 5.0, "plate_tilt_mrad": 17.5
                 },
             },
         },

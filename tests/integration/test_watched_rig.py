@@ -94,7 +94,7 @@ def test_the_arm_walks_to_the_ready_pose_once(rig_of):
             rig.prepare(trial)
             assert (devices.arm.sent > before) is walks
             rig.ports.clock.sleep_until(rig.ports.clock.now_ns() + 10**9)
-            assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
+            assert rig.ports.arm.send(HERE).reason is CommandReason.AS_REQUESTED
         assert rig.stopped_by() == ""
         other = overlay(CONFIG, {"task": {"goal": {"y_mm": 60.0}}})
         there = find_ready_pose(other.arm, other.tool.geometry, other.task)
@@ -129,7 +129,7 @@ def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_o
     seen = []
 
     def adapters_thread():
-        devices.context.hurry()
+        devices.context.set_priority()
         seen.append(os.sched_getaffinity(0))
 
     thread = threading.Thread(target=adapters_thread)

@@ -143,11 +143,11 @@ class Bench:
         return self
 
     def cycle(self, setpoint=None, times=1):
-        asked = (setpoint,) * 6 if isinstance(setpoint, float) else setpoint
+        requested = (setpoint,) * 6 if isinstance(setpoint, float) else setpoint
         for _ in range(times):
             # Time goes on to the next tick, not by a period after however long the last one took.
             self.network.wait_until(-(-self.network.now_ns // PERIOD_NS) * PERIOD_NS)
-            measured = self.arm.cycle(asked)
+            measured = self.arm.cycle(requested)
         return measured
 
     def words(self):

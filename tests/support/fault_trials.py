@@ -107,18 +107,18 @@ class Bench:
         task, supervisor = self._parts()
         struck, error = list[int](), None
         self._rig.prepare(seed)
-        course = _Course(Kinematics(arm_named(self.config.arm), TOOL))
+        trajectory = _Course(Kinematics(arm_named(self.config.arm), TOOL))
         plans = fault.at(tick, seed, self._rig.sensor_facts)
-        ports = faulty(self._rig.ports, plans, lambda moment: struck.append(course.tick))
+        ports = faulty(self._rig.ports, plans, lambda moment: struck.append(trajectory.tick))
         try:
-            run_trial(task, ports, trial_setup(self.config, seed), supervisor, (course,))
+            run_trial(task, ports, trial_setup(self.config, seed), supervisor, (trajectory,))
         except PolicyError:
             raise
         except PalpateError as caught:
             error = caught
         report, truth = task.report, self._rig.truth()
-        damage = truth.peak_force_N > HARDWARE_LIMIT_N or course.left_limits
-        stop = _stop_tick(course.tick, supervisor, report.outcome, error)
+        damage = truth.peak_force_N > HARDWARE_LIMIT_N or trajectory.left_limits
+        stop = _stop_tick(trajectory.tick, supervisor, report.outcome, error)
         ticks = None if stop is None or not struck else max(stop - struck[0], 0)
         safe_stop = isinstance(ports.arm, FaultyArm) and ports.arm.stopped
         kind = task_kind(self.config.task.name)
@@ -130,7 +130,7 @@ class Bench:
             verdict = Verdict.FAILED
         else:
             harmless = truth.peak_force_N <= self.config.task.max_force_N
-            verdict = _verdict(fault, ticks, course.tick - struck[0], damage=damage, harmless=harmless)
+            verdict = _verdict(fault, ticks, trajectory.tick - struck[0], damage=damage, harmless=harmless)
         return FaultRun(
             fault=fault,
             phase=phase,

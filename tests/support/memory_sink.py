@@ -9,7 +9,7 @@ class MemorySink(Sink):
     """Keeps the logs in memory, by name."""
 
     def __init__(self):
-        self.troubles = []
+        self.losses = []
         self.streams = {}
         self._log = None
 
@@ -21,14 +21,14 @@ class MemorySink(Sink):
     def open(self, path, metadata):
         self._log = None
         if path in self.streams:
-            self.troubles.append(f"{path}: is there already")
+            self.losses.append(f"{path}: is there already")
             return
         self.streams[path] = BytesIO()
         self._log = LogFile(self.streams[path], metadata)
 
     def put(self, batch):
         if self._log is not None:
-            self._log.add(packed(batch, self.troubles))
+            self._log.add(packed(batch, self.losses))
 
     def close(self):
         if self._log is not None:

@@ -16,14 +16,14 @@ class Overlap:
         wall_um: Rim of the peg in the wall of the hole.
         mouth_um: Shaft of the peg in the edge of the hole's mouth.
         floor_um: Rim of the peg in the floor.
-        lean_mrad: Angle between the axes.
+        total_tilt_mrad: Angle between the axes.
         depth_mm: Depth of the middle of the peg's end.
     """
 
     wall_um: float
     mouth_um: float
     floor_um: float
-    lean_mrad: float
+    total_tilt_mrad: float
     depth_mm: float
 
 

@@ -13,7 +13,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.motion.arm import arm_named
-from palpate.core.motion.laws import DampingControl, HybridControl, PositionControl
+from palpate.core.motion.controllers import DampingControl, HybridControl, PositionControl
 from palpate.core.motion.model import Kinematics
 from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import SignalProcessor
@@ -176,13 +176,13 @@ class Bench:
                 return True
         return False
 
-    def _run(self, law, target_m, ticks):
+    def _run(self, controller, target_m, ticks):
         ports = self.rig.ports
         for _ in range(ticks):
             ports.clock.sleep_until(tick_time_ns(self._start_ns, self._tick))
             wrench, joints = ports.force_sensor.read(), ports.joint_encoder.read()
             self.measurement.update(Snapshot(self._tick, ports.clock.now_ns(), wrench, joints))
-            velocity = law.velocity_m_s(self._motion.reference_m, target_m, self.measurement.force_N)
+            velocity = controller.velocity_m_s(self._motion.reference_m, target_m, self.measurement.force_N)
             self._motion.adopt(ports.arm.send(self._motion.move(velocity)))
             self._tick += 1
         return wrench

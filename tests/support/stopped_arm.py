@@ -10,7 +10,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand
 from tests.fake_devices import FakeArm
 
-PATIENCE_S = 30.0
+TIMEOUT_S = 30.0
 HERE = JointCommand((0.0,))
 
 
@@ -38,7 +38,7 @@ def active_arm(clock):
 
 def wait_for(condition):
     """Until it holds; fails only after a time that no busy machine needs."""
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + TIMEOUT_S
     while not condition():
         assert time.monotonic() < deadline, "it never came about"
         time.sleep(0.002)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from palpate.adapters.log import read_log
-from tests.command_line import PATIENCE_S, RT_EMULATOR, CommandLine, command, finished_trials, wait_until
+from tests.command_line import RT_EMULATOR, TIMEOUT_S, CommandLine, command, finished_trials, wait_until
 from tests.wall_clock.late import TooLateError
 
 PATIENT = (
@@ -32,8 +32,8 @@ def relax(rig):
     """Allow for a machine that is busy with other tests: what is tested here is not how fast it is."""
     text = rig.read_text()
     arm, sensor = text.split("[force_sensor]\n")
-    patience = "" if "patience" in arm else "patience = 8.0\n"
-    arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{patience}")
+    timeout_scale = "" if "timeout_scale" in arm else "timeout_scale = 8.0\n"
+    arm = arm.replace("[arm]\n", f"[arm]\nmax_age_ms = 1000.0\n{timeout_scale}")
     arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
     sensor = sensor.replace("setpoint_timeout_ms = 500.0", "setpoint_timeout_ms = 2000.0")
     rig.write_text(f"{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
@@ -106,15 +106,15 @@ def require_equal(out, last):
 
 def test_doctor_finds_both_devices_and_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path, monkeypatch):
     rig, out = tmp_path / "rig.toml", tmp_path / "out"
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2] / "examples" / "strange_policies"))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2] / "examples" / "third_party_policies"))
     with emulated(rig, "--wires", "zebra-nmc", "--force", "jr3-can") as devices:
         examined = CommandLine()("rig", "doctor", "--rig", rig, "--seconds", "0.3")
         # What it says of rates and latencies is the host's affair here.
         for found in ("modules 6, servo", "ok limits", "ok range"):
             assert found in " ".join(examined.stdout.split())
-        with running(rig, out, "strange_policies.drift:Drift") as process:
+        with running(rig, out, "third_party_policies.drift:Drift") as process:
             devices.send_signal(signal.SIGKILL)
-            _, complaint = process.communicate(timeout=PATIENCE_S)
+            _, complaint = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 1
     assert "Traceback" not in complaint
     last = complaint.strip().splitlines()[-1]
@@ -133,12 +133,12 @@ def test_a_closed_terminal_and_the_operator_s_signal_stop_the_arm_and_leave_whol
         with running(rig, closed, "random", slave) as process:
             os.close(slave)
             os.close(master)
-            code = process.wait(PATIENCE_S)
+            code = process.wait(TIMEOUT_S)
         # Where the terminal's keys were watched, its end is a fault.
         rig.with_name("rig.toml.fault.json").unlink(missing_ok=True)
         with running(rig, out, "random") as process:
             process.send_signal(signal.SIGUSR1)
-            _, complaint = process.communicate(timeout=PATIENCE_S)
+            _, complaint = process.communicate(timeout=TIMEOUT_S)
     log = read_log(logs(closed)[-1])
     assert log.end is not None, f"the log has no end; exit code {code}"
     if log.end.outcome not in ("interrupted", "stopped from outside"):

@@ -54,7 +54,7 @@ def table(server, **settings):
 def owned(server):
     """The arm in a process of its own."""
     context = RigContext.of("ur5e", MonotonicClock())
-    settings = table(server, joints=NAMES, commands=f"/{server.commands}", patience=10.0)
+    settings = table(server, joints=NAMES, commands=f"/{server.commands}", timeout_scale=10.0)
     return arm_in_process(DeviceEntry("ros2", settings), context, RealTimeConfig(), 10**9)
 
 

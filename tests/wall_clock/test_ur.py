@@ -50,7 +50,7 @@ def require_within(limit_s, since_s):
 @pytest.mark.usefixtures("real_time")
 def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context):
     with served() as server:
-        made = driver_arm("ur-rtde", {"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context)
+        made = driver_arm("ur-rtde", {"host": server.host, "timeout_scale": 4.0, "max_age_ms": 400.0}, context)
         arm = arm_in_thread(made, context.clock, TIMEOUT_NS)
         with arm:
             lead(arm, THERE, 0.4)
@@ -75,7 +75,7 @@ def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context):
 def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(context, network):
     with served() as server:
         arm = arm_in_thread(
-            driver_arm("ur-rtde", {"host": server.host, "patience": 2.0}, context), context.clock, TIMEOUT_NS
+            driver_arm("ur-rtde", {"host": server.host, "timeout_scale": 2.0}, context), context.clock, TIMEOUT_NS
         )
         with arm:
             lead(arm, THERE, 0.1)
@@ -84,7 +84,7 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
             since_s = time.monotonic()
             with pytest.raises(DeviceError, match="Universal Robots arm"):
                 lead(arm, THERE, 5.0)
-            wait_for(lambda: arm.fault and controller.at_rest)
+            wait_for(lambda: arm.fault and controller.stationary)
             require_within(2.0, since_s)
             assert server.host in arm.fault
 
@@ -99,11 +99,11 @@ def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(w
         link.servo((*HOME[:5], 3.0), 0.007, 0.03, 1000.0)
         with server.exclusive() as controller:
             pass
-        wait_for(lambda: not controller.at_rest)
+        wait_for(lambda: not controller.stationary)
         if way == "the client is killed":
             link._process.kill()
         since_s = time.monotonic()
-        wait_for(lambda: controller.at_rest)
+        wait_for(lambda: controller.stationary)
         require_within(1.0, since_s)
         if way == "the client is killed":
             with pytest.raises(DriverError, match="is broken"):

@@ -19,7 +19,7 @@ from palpate.core.ports import (
     Validity,
     WrenchSample,
 )
-from palpate.core.trial import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
+from palpate.core.trial import CommandOverride, Supervised, TrialReport, TrialSetup, TrialTiming
 
 if TYPE_CHECKING:
     # Making a task loads kinematics and learning; an observer needs neither.
@@ -234,12 +234,12 @@ def trial_ticks(
                 if retreating:
                     supervised = supervisor.retreat(snapshot)
                 else:
-                    asked = yield snapshot
+                    requested = yield snapshot
                     for call in on_acted:
-                        call(asked)
-                    supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m, task.turned_rad)
-                    if supervised.intervention is not None:
-                        _report(task, supervised.intervention)
+                        call(requested)
+                    supervised = supervisor.check(snapshot, requested, task.constraints, task.tip_m, task.turned_rad)
+                    if supervised.command_override is not None:
+                        _report(task, supervised.command_override)
                 command, changed = supervised
                 retreating = changed is not None and supervisor.retracting
                 for call in on_supervised:
@@ -293,29 +293,29 @@ def _stop(
     tick: UnfinishedTick | None = None,
 ) -> None:
     """Stop the arm first, then latch device errors, including those of the stop, and notify the observers."""
-    trouble: BaseException | None = None
+    problem: BaseException | None = None
     try:
         arm.stop()
     except BaseException as raised:
-        trouble = raised
+        problem = raised
         raise
     finally:
-        for fault in (error, trouble):
+        for fault in (error, problem):
             if supervisor is not None and isinstance(fault, DeviceError):
                 supervisor.latch.set(str(fault))
         if error is not None:
             for call in _listeners(observers, "failed"):
                 call(error, tick)
         for call in _listeners(observers, "stopped"):
-            call(trouble)
+            call(problem)
 
 
-def _report(task: Task, intervention: Intervention) -> None:
-    if intervention.trip is not None:
-        task.report.trip = intervention.trip
-        task.tripped(intervention.trip)
+def _report(task: Task, command_override: CommandOverride) -> None:
+    if command_override.trip is not None:
+        task.report.trip = command_override.trip
+        task.tripped(command_override.trip)
     else:
-        task.clamped(intervention)
+        task.clamped(command_override)
 
 
 def _note_irregular(

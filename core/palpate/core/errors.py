@@ -134,11 +134,11 @@ class FaultLatchedError(DeviceError):
 
 def one_line(said: object) -> str:
     """Return the text of an object on one line, with unprintable characters escaped."""
-    told = " ".join(str(said).split())
-    return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in told)
+    describe = " ".join(str(said).split())
+    return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in describe)
 
 
-def told(error: BaseException) -> str:
+def describe(error: BaseException) -> str:
     """Return type, text and location of a third-party error on one line, even if formatting its text fails."""
     try:
         said = one_line(error)[:200]

@@ -91,8 +91,8 @@ def _rows(log: TrialLog) -> Iterator[dict[str, Any]]:
             valid["joints"] = record.joints.validity is Validity.VALID
             if record.joints.validity is not Validity.INVALID:
                 newest |= {"state": record.joints.position_rad, "state_ns": record.joints.source_time_ns}
-        if record.asked_rad is not None and record.applied is not None:
-            newest |= {"asked": record.asked_rad, "applied": record.applied.position_rad}
+        if record.requested_rad is not None and record.applied is not None:
+            newest |= {"asked": record.requested_rad, "applied": record.applied.position_rad}
         time_ns = record.deadline_ns if record.time_ns is None else record.time_ns
         if time_ns is not None and {"wrench", "state", "asked"} <= newest.keys():
             yield {"time_ns": time_ns, "tick": record.tick, "valid": all(valid.values()), **newest}

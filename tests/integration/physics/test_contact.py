@@ -81,11 +81,11 @@ def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(arm, section, clea
 
 @pytest.mark.parametrize("arm", EVERY_ARM)
 def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm):
-    def at_rest(mass_kg):
+    def stationary(mass_kg):
         with Bench(quiet(arm, compliance=ComplianceConfig(moving_mass_kg=mass_kg))) as bench:
             return bench.hang_above(0.0, 0.0).force_N
 
-    light, heavy = at_rest(0.3), at_rest(0.5)
+    light, heavy = stationary(0.3), stationary(0.5)
     assert np.subtract(heavy, light) == pytest.approx([0.0, 0.0, 0.2 * 9.81], abs=0.01)
     assert light[2] > 0.0
     with Bench(quiet(arm)) as bench:

@@ -13,7 +13,7 @@ from palpate.adapters.experiments import (
     build_perception,
 )
 from palpate.core.policy import Observation
-from palpate.core.ports.rig import Truth
+from palpate.core.ports.rig import GroundTruth
 from palpate.core.trial import DecisionRecord, Outcome, TaskConfig, TrialReport, TrialSetup, find_ready_pose
 
 QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
@@ -41,7 +41,7 @@ def scored_trial(index, *, success=True, decisions=2):
         temperature=5.0,
     )
     return ScoredTrial(
-        report, Truth((1e-4, -2e-4, 0.0), (1e-4, -2e-4, 0.01), 0.01, 6.25), success, report.exploration_time_s
+        report, GroundTruth((1e-4, -2e-4, 0.0), (1e-4, -2e-4, 0.01), 0.01, 6.25), success, report.exploration_time_s
     )
 
 

@@ -23,7 +23,7 @@ from palpate.core.perception import (
     SignalProcessor,
     Thresholds,
 )
-from palpate.core.policy import Action, ActionPenalty, Decision, Hindsight, Policy, Transition, compass_actions
+from palpate.core.policy import Action, ActionPenalty, Decision, EpisodeOutcome, Policy, Transition, compass_actions
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Ports
 from palpate.core.tasks.insertion import Agent, InsertionTask
 from palpate.core.trial import N_PER_KGF, ControlConfig, GoalConfig, Measurement, TaskConfig, goal_in_base
@@ -165,7 +165,7 @@ class FollowTorque(Policy):
     """Steps where the torque about the tip points: -x torque means +y, +y torque means +x."""
 
     learned: list[Transition] = field(default_factory=list)
-    ended: list[Hindsight] = field(default_factory=list)
+    ended: list[EpisodeOutcome] = field(default_factory=list)
     temperature: float | None = None
 
     def serves(self, state):
@@ -182,8 +182,8 @@ class FollowTorque(Policy):
     def learn(self, transition):
         self.learned.append(transition)
 
-    def end_trial(self, hindsight):
-        self.ended.append(hindsight)
+    def end_trial(self, episode):
+        self.ended.append(episode)
 
 
 @dataclass

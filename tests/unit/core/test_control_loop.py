@@ -33,33 +33,33 @@ class TestLoop:
     def test_ticks_come_at_their_times_and_with_their_samples(self):
         world = FakeWorld(HOLE)
         world.clock.sleep_until(987_654_321)
-        watch = Watch(world)
+        monitor = Watch(world)
         with world:
-            assert run(world, watch) is Outcome.INSERTED
+            assert run(world, monitor) is Outcome.INSERTED
             assert_stopped(world)
-        assert [s.tick for s in watch.snapshots] == list(range(len(watch.snapshots)))
-        for snapshot in watch.snapshots:
+        assert [s.tick for s in monitor.snapshots] == list(range(len(monitor.snapshots)))
+        for snapshot in monitor.snapshots:
             assert snapshot.time_ns == tick_time_ns(987_654_321, snapshot.tick)
             assert snapshot.wrench.source_time_ns == snapshot.joints.source_time_ns == snapshot.time_ns
             assert snapshot.wrench.sequence == snapshot.joints.sequence == snapshot.tick
 
     def test_slots_missed_are_left_out_and_the_schedule_keeps_its_phase(self):
         world = FakeWorld(HOLE)
-        watch = Watch(world)
+        monitor = Watch(world)
 
         def dawdle(tick):
             if tick == 10:
                 world.clock.advance(4)
 
-        watch.on_step = dawdle
+        monitor.on_step = dawdle
         with world:
-            assert run(world, watch) is Outcome.INSERTED
-        times = [s.time_ns for s in watch.snapshots]
+            assert run(world, monitor) is Outcome.INSERTED
+        times = [s.time_ns for s in monitor.snapshots]
         assert times[:11] == [tick_time_ns(0, tick) for tick in range(11)]
         # The tick after the delay comes at once, in the slot that is running; no burst makes up for those that went by.
         assert tick_time_ns(0, 13) < times[11] <= tick_time_ns(0, 14)
         assert times[12:] == [tick_time_ns(0, tick + 2) for tick in range(12, len(times))]
-        assert [s.tick for s in watch.snapshots] == list(range(len(times)))
+        assert [s.tick for s in monitor.snapshots] == list(range(len(times)))
 
     @given(start=st.integers(0, 2**40), slot=st.integers(0, 10**6), late_ns=st.integers(0, 10**10))
     def test_next_slot_is_the_first_that_has_not_begun(self, start, slot, late_ns):
@@ -73,16 +73,16 @@ class TestLoop:
     @pytest.mark.parametrize("tick", [0, 1, 100])
     def test_arm_is_stopped_when_the_task_fails(self, error, tick):
         world = FakeWorld(HOLE)
-        watch = Watch(world)
+        monitor = Watch(world)
 
         def fail(now):
             if now == tick:
                 raise error
 
-        watch.on_step = fail
+        monitor.on_step = fail
         with world:
             with pytest.raises(error):
-                run(world, watch)
+                run(world, monitor)
             assert_stopped(world)
 
     def test_arm_is_stopped_when_a_trial_cannot_begin(self):
@@ -218,10 +218,10 @@ class TestObservers:
     @pytest.mark.parametrize(("device", "calling"), [("sensor", "force_sensor"), ("encoder", "joint_encoder")])
     def test_what_failed_is_observed_with_the_tick_as_far_as_it_came(self, device, calling):
         world = FakeWorld(HOLE)
-        diary, watch = Diary(world), Watch(world)
-        watch.on_step = lambda tick: setattr(getattr(world, device), "disconnected", tick == 50)
+        diary, monitor = Diary(world), Watch(world)
+        monitor.on_step = lambda tick: setattr(getattr(world, device), "disconnected", tick == 50)
         with world, pytest.raises(DeviceError, match="does not answer") as caught:
-            run_trial(watch, world.ports, SETUP, None, (diary,))
+            run_trial(monitor, world.ports, SETUP, None, (diary,))
         ((error, tick),) = diary.failures
         assert error is caught.value
         assert (tick.calling, tick.time_ns) == (calling, tick_time_ns(0, 51))
@@ -231,17 +231,17 @@ class TestObservers:
     def test_arm_is_stopped_when_it_refuses_a_command_and_that_is_observed(self):
         world = FakeWorld(HOLE)
         policy = FollowTorque()
-        diary, watch = Diary(world), Watch(world, policy)
-        watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
+        diary, monitor = Diary(world), Watch(world, policy)
+        monitor.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
         with world:
             with pytest.raises(DeviceError, match="follow-up error"):
-                run_trial(watch, world.ports, SETUP, None, (diary,))
+                run_trial(monitor, world.ports, SETUP, None, (diary,))
             assert world.arm.life is Life.FAULTED
             here = world.arm.position_rad()
             world.clock.advance(10)
             assert world.arm.position_rad() == here
         ((_, tick),) = diary.failures
-        assert (tick.calling, tick.command) == ("arm", watch.commands[-1])
+        assert (tick.calling, tick.command) == ("arm", monitor.commands[-1])
         assert tick.wrench is not None
         # A trial that an error ended came to nothing.
         assert policy.ended == []

@@ -49,5 +49,5 @@ def test_the_place_of_an_error_is_in_the_package_that_was_called_and_not_in_the_
         caller["call"](act)
     # This test is no caller of palpate's.
     error = caught.value.with_traceback(caught.tb.tb_next)
-    assert errors.told(error) == "KeyError: 'key' (own_policy.py:5)"
-    assert errors.told(KeyError("key")) == "KeyError: 'key'"
+    assert errors.describe(error) == "KeyError: 'key' (own_policy.py:5)"
+    assert errors.describe(KeyError("key")) == "KeyError: 'key'"

@@ -32,8 +32,8 @@ class Watch:
         return self.commands[-1]
 
 
-def run(world, watch):
-    return run_trial(watch, world.ports, SETUP).outcome
+def run(world, monitor):
+    return run_trial(monitor, world.ports, SETUP).outcome
 
 
 def assert_stopped(world):

@@ -26,7 +26,7 @@ class FakeCanLink:
     def __init__(self):
         self.garbled = self.bus_offs = self.send_failures = 0
         self.inbox = []
-        self.asked = []
+        self.requested = []
         self.mute = set()
         self.state = 0
         self.broken = False
@@ -40,7 +40,7 @@ class FakeCanLink:
 
     def send(self, frame):
         name = OPS[frame.can_id & 0x780]
-        self.asked.append(name)
+        self.requested.append(name)
         if name in self.mute:
             return True
         scripted = self.answer(name)

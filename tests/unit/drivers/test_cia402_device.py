@@ -22,7 +22,7 @@ from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT
 from palpate.simulation.emulators.cia402.servo import PowerState
 from tests.support.cia402_bench import SCALE, Bench, Delay, flipped, lost, mute, on_answers
 
-AT_REST = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}
+STATIONARY = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}
 
 
 def test_drive_left_under_power_by_a_dead_program_is_stopped_first():
@@ -275,7 +275,7 @@ def test_fault_stops_the_arm_and_stays(provoke, kind, told):
     assert bench.arm.state is ArmState.FAULTED
     assert bench.arm.fault is not None
     if bench.network.broken is None:
-        assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= AT_REST
+        assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= STATIONARY
     sent = len(bench.network.sent)
     for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable):
         with pytest.raises(DeviceFaultError, match="latched"):
@@ -321,7 +321,7 @@ def test_drive_in_fault_is_not_enabled():
     with pytest.raises(DeviceFaultError, match="drive 6: is in fault"):
         bench.arm.enable()
     assert bench.arm.state is ArmState.FAULTED
-    assert all(drive.machine.state in AT_REST for drive in bench.drives)
+    assert all(drive.machine.state in STATIONARY for drive in bench.drives)
     bench.arm.acknowledge()
     bench.arm.enable()
 

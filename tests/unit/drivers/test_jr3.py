@@ -28,7 +28,7 @@ def frame(vector):
 
 
 @pytest.mark.parametrize(
-    ("asked", "vector"),
+    ("requested", "vector"),
     [
         ((Op.START, 200, 10_000), golden.START),
         ((Op.STOP,), golden.STOP),
@@ -37,8 +37,8 @@ def frame(vector):
         ((Op.GET_MOMENT_SCALES,), golden.GET_MOMENT_SCALES),
     ],
 )
-def test_request_becomes_a_golden_frame(asked, vector):
-    op, *values = asked
+def test_request_becomes_a_golden_frame(requested, vector):
+    op, *values = requested
     assert encode_can(op, 1, *values) == frame(vector)
     assert encode_can(op, 2, *values).can_id == vector[0] + 1
 

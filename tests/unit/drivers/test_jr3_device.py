@@ -16,7 +16,7 @@ BOOTUP = CanFrame(0x701)
 
 def test_requests_come_in_their_order():
     bench = Bench().streaming()
-    assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
+    assert bench.link.requested == ["state", "force scales", "moment scales", "stop", "start"]
     assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
 
 
@@ -25,20 +25,20 @@ def test_late_acknowledgement_counts_once():
     bench.link.mute = {"state"}
     bench.device.open()
     bench.polls(260)
-    assert bench.link.asked == ["state", "state"]
+    assert bench.link.requested == ["state", "state"]
     bench.link.inbox += bench.link.ack("state") * 2
     bench.link.mute = set()
     bench.polls(9)
-    assert bench.link.asked == ["state", "state", "force scales", "moment scales", "stop", "start"]
+    assert bench.link.requested == ["state", "state", "force scales", "moment scales", "stop", "start"]
 
 
 def test_late_answer_for_forces_is_not_taken_for_moments():
     bench = Bench()
     bench.link.mute = {"force scales"}
     bench.device.open()
-    while len(bench.link.asked) < 3:
+    while len(bench.link.requested) < 3:
         bench.poll()
-    assert bench.link.asked == ["state", "force scales", "state"]
+    assert bench.link.requested == ["state", "force scales", "state"]
     # Both answers come at once: the late long one and the short one that was asked for.
     bench.link.inbox = bench.link.ack("force scales") + bench.link.ack("state")
     bench.link.mute = set()
@@ -51,7 +51,7 @@ def test_missing_board_is_a_wiring_error():
     bench.link.mute = {"state"}
     with pytest.raises(WiringError, match=r"no answer \("):
         start_up(bench.device, bench.clock_ns, bench.sleep)
-    assert bench.link.asked == ["state"] * 16
+    assert bench.link.requested == ["state"] * 16
     assert bench.device.phase is Jr3Phase.FAULTED
 
 
@@ -82,7 +82,7 @@ def test_board_that_falls_silent_while_it_is_set_up_is_asked_again(request_name)
     bench.link.mute = {request_name}
     with pytest.raises(SilentError, match="no answer"):
         start_up(bench.device, bench.clock_ns, bench.sleep)
-    assert bench.link.asked.count(request_name) in (3, 4)
+    assert bench.link.requested.count(request_name) in (3, 4)
 
 
 def test_full_scales_of_a_sensor_that_is_not_initialised_are_ignored():
@@ -112,7 +112,7 @@ def test_helpers_wait_for_the_stream_and_for_its_end():
 
     def sleep_and_stream(seconds):
         sleep(seconds)
-        if "start" in bench.link.asked:
+        if "start" in bench.link.requested:
             bench.counter += 16
             bench.link.inbox += [forces(bench.counter), moments(bench.counter)]
 
@@ -152,14 +152,14 @@ def test_requests_out_of_order_are_refused():
 def test_bootup_in_mid_run_starts_again_and_marks_samples():
     bench = Bench().streaming()
     last = bench.device.latest
-    bench.link.asked.clear()
+    bench.link.requested.clear()
     bench.link.inbox.append(BOOTUP)
     bench.poll()
     assert bench.device.phase is Jr3Phase.PINGING
     bench.polls(8)
     bench.counter = 0
     (sample,) = bench.read()
-    assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
+    assert bench.link.requested == ["state", "force scales", "moment scales", "stop", "start"]
     assert bench.device.after_boot
     assert sample.settling
     assert sample.sequence == last.sequence + 1

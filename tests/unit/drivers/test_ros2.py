@@ -94,13 +94,13 @@ def test_set_point_is_at_most_a_period_ahead_of_where_the_arm_is():
     assert domain.robot.targets_rad()[5] == pytest.approx(HOME[5] + 0.05 + SETTINGS.period_s)
 
 
-@pytest.mark.parametrize("asked", [(nan,) * 6, HOME[:5]])
-def test_set_point_that_is_none_is_refused_without_a_fault(asked):
+@pytest.mark.parametrize("requested", [(nan,) * 6, HOME[:5]])
+def test_set_point_that_is_none_is_refused_without_a_fault(requested):
     domain = VirtualDomain()
     arm = made(domain)
     arm.enable()
     with pytest.raises(RefusedError):
-        arm.cycle(asked)
+        arm.cycle(requested)
     assert arm.state is ArmState.ENABLED
 
 

@@ -13,7 +13,7 @@ from tests.virtual_ur import HOME, VirtualUr
 
 SETTINGS = UrSettings(
     lower_rad=(-3.0,) * 6, upper_rad=(3.0,) * 6, velocity_rad_s=(1.0,) * 6, period_s=1.0 / CONTROL_RATE_HZ,
-    guard_N=20.0,
+    force_stop_N=20.0,
 )  # fmt: skip
 
 
@@ -42,7 +42,7 @@ def test_arm_goes_where_it_is_led_no_faster_than_allowed_and_stops():
     lead(arm, ur, 60, there)
     assert ur.controller.targets_rad() == pytest.approx(there, abs=1e-4)
     arm.stop()
-    assert ur.controller.at_rest
+    assert ur.controller.stationary
     with pytest.raises(RefusedError):
         arm.cycle((float("nan"),) * 6)
 
@@ -65,7 +65,7 @@ TROUBLES = [
     (lambda ur: ur.controller.end_program(), "at the pendant, or by a switch to local control; switch back to remote"),
     (lambda ur: setattr(ur, "is_silent", True), "no data for"),
     (lambda ur: setattr(ur, "is_plugged", False), "unplugged"),
-    (lambda ur: ur.load.__setitem__(2, -40.0), "changed by 35.0 N, beyond [arm] guard_N = 20"),
+    (lambda ur: ur.load.__setitem__(2, -40.0), "changed by 35.0 N, beyond [arm] force_stop_N = 20"),
 ]
 
 
@@ -94,7 +94,7 @@ def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(strike, told
     assert told in str(raised.value)
     assert arm.state is ArmState.FAULTED
     assert told in (arm.fault or "")
-    assert ur.controller.at_rest
+    assert ur.controller.stationary
     assert ur.clock.now_ns() - since_ns < 1_200_000_000
     with pytest.raises(DriverError, match="a fault is latched"):
         arm.cycle()
@@ -163,6 +163,6 @@ def test_controller_ends_the_program_of_a_host_that_is_gone():
     ur = VirtualUr()
     arm = enabled(ur)
     lead(arm, ur, 20, (*HOME[:5], 2.0))
-    assert not ur.controller.at_rest
+    assert not ur.controller.stationary
     ur.clock.sleep(0.4)
-    assert ur.controller.at_rest
+    assert ur.controller.stationary

@@ -202,12 +202,12 @@ def ends():
 
 def test_newest_set_point_is_sent_and_none_that_came_before_a_stop(client, ends):
     served = Served(ends[1], "arm", 500.0)
-    asked = [{"op": "control", "id": 1, "args": [0.0]}, *({"op": "servo", "args": [k]} for k in range(3))]
-    for one in asked:
+    requested = [{"op": "control", "id": 1, "args": [0.0]}, *({"op": "servo", "args": [k]} for k in range(3))]
+    for one in requested:
         ends[0].send(json.dumps(one).encode())
     assert served._hear()
     assert client.called("servoJ") == [("servoJ", 2)]
-    for one in (asked[1], {"op": "stop", "id": 2, "args": [15.0]}):
+    for one in (requested[1], {"op": "stop", "id": 2, "args": [15.0]}):
         ends[0].send(json.dumps(one).encode())
     assert served._hear()
     assert client.called("servoJ", "servoStop") == [("servoJ", 2), ("servoStop", 15.0)]
@@ -223,7 +223,7 @@ def test_state_is_sent_once_and_only_if_it_is_of_one_time(client, ends):
     times_s = iter((4.0, 4.0, 4.0, 5.0, 6.0))
     client.answers["getTimestamp"] = lambda: next(times_s)
     for _ in range(3):  # whole; the same; another package came meanwhile
-        served._tell_state()
+        served._notify_state()
     ends[0].setblocking(False)
     assert json.loads(ends[0].recv(1 << 16)[1:])["timestamp_s"] == 4.0
     with pytest.raises(BlockingIOError):

@@ -82,7 +82,7 @@ def test_steps_have_their_order(line):
     arm.enable()
     assert arm.state is ArmState.ENABLED
     arm.stop()
-    assert (arm.state, arm.stopped) == (ArmState.STOPPED, StopOutcome.AT_REST)
+    assert (arm.state, arm.stopped) == (ArmState.STOPPED, StopOutcome.STATIONARY)
     arm.disable()
     arm.enable()
     arm.close()
@@ -307,7 +307,7 @@ def test_group_stop_that_is_lost_is_made_up_for(line):
     for module in line.modules:
         module.group = 0x80
     arm.stop()
-    assert arm.stopped is StopOutcome.AT_REST
+    assert arm.stopped is StopOutcome.STATIONARY
     assert all(module.counts == module.target for module in line.modules)
 
 

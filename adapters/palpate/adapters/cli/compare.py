@@ -24,4 +24,4 @@ def compare(options: CompareOptions) -> int:
     folder.write("compare.csv", found.csv())
     folder.write_json("summary.json", {"finished": found.finished, "policies": found.summaries})
     sys.stdout.write(f"\n{text}saved in {folder.path}\n")
-    return int(bool(found.troubles)) if found.finished else 130
+    return int(bool(found.losses)) if found.finished else 130

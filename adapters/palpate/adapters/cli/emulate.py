@@ -14,7 +14,7 @@ from palpate.adapters.files import write_whole
 from palpate.adapters.hardware import EVENTS, EmulatedCell, PlannedEvent
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.errors import OutputError
-from palpate.core.ports import Truth
+from palpate.core.ports import GroundTruth
 
 _MARK: Final = "# Written by palpate emulate, which replaces this file unless it is changed: "
 
@@ -38,7 +38,7 @@ def emulate(options: EmulateOptions) -> int:
         _write(path, rig)
         say(rig + "\n# serving; end with Ctrl-C")
 
-        def show(truth: Truth) -> None:
+        def show(truth: GroundTruth) -> None:
             say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
                 f" {truth.peak_force_N:.1f} N")  # fmt: skip
 

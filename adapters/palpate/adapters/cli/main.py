@@ -119,7 +119,7 @@ def _unexpected(error: Exception, *, debug: bool) -> int:
     """Print the place of an error in third-party code; an error in palpate's code keeps its traceback."""
     if not errors.raised_at(error):
         raise error
-    return _fail(errors.PalpateError(f"{errors.told(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)
+    return _fail(errors.PalpateError(f"{errors.describe(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)
 
 
 def _fail(error: errors.PalpateError, code: int, *, debug: bool) -> int:

@@ -43,7 +43,7 @@ def run_of(
 ) -> Run:
     """Return the run requested by a command."""
 
-    def asked(config: RunConfig, ready: ReadyPose) -> Rig:
+    def requested(config: RunConfig, ready: ReadyPose) -> Rig:
         """Return the rig before it is opened, after checking its settings and asking for confirmation."""
         accepted = options.accept_kinematics
         rig = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=accepted)
@@ -51,7 +51,7 @@ def run_of(
             ask_before_motion(options)
         return rig
 
-    return Run(options.run, rig=options.rig, live=live, notify=note, make_rig=make_rig or asked)
+    return Run(options.run, rig=options.rig, live=live, notify=note, make_rig=make_rig or requested)
 
 
 def ask_before_motion(options: RunOptions | TrainOptions) -> None:
@@ -106,13 +106,13 @@ def validity_note(config: RunConfig, rig: str = "") -> str:
     return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
-def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return how many trials are marked for their timing, why, and whether they are learned from; empty for none."""
-    if not summary["marked"]:
+def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
+    """Return how many trials are flagged for their timing, why, and whether they are learned from; empty for none."""
+    if not summary["flagged"]:
         return ""
-    why = ", ".join(f"{reason} {count}" for reason, count in summary["marked_why"].items())
+    why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())
     fate = "" if learned is None else ", learned from all the same" if learned else ", not learned from"
-    return f"marked for their timing: {summary['marked']} of {summary['trials']} trials{fate} ({why})\n"
+    return f"flagged for their timing: {summary['flagged']} of {summary['trials']} trials{fate} ({why})\n"
 
 
 def trips_line(summary: Mapping[str, Any]) -> str:

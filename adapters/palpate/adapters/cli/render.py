@@ -57,7 +57,7 @@ def render(options: RenderOptions) -> int:
     is_gif = ending == ".gif"
     with _mujoco_without_graphics():
         from palpate.adapters.mujoco import CAMERAS
-        from palpate.adapters.visualisation.film import Painter, course_of, require_video, write_gif, write_mp4
+        from palpate.adapters.visualisation.video import Painter, require_video, trajectory_of, write_gif, write_mp4
     require_one_of("camera", options.camera, CAMERAS)
     size = _size(options.size)
     options.require("size", is_gif or not (size[0] % 2 or size[1] % 2), "even numbers for .mp4")
@@ -73,10 +73,10 @@ def render(options: RenderOptions) -> int:
     print_damage(log)
     if not is_gif:
         require_video()
-    course = course_of(log)
-    stretch = course.stretch(options.begin_s, options.end_s)
-    moments = course.film(*stretch, fps, options.speed, _GIF_MOST if is_gif else _MP4_MOST)
-    with new_file(out, "--to") as passing, Painter(log, course, size, options.camera) as painter:
+    trajectory = trajectory_of(log)
+    stretch = trajectory.stretch(options.begin_s, options.end_s)
+    moments = trajectory.film(*stretch, fps, options.speed, _GIF_MOST if is_gif else _MP4_MOST)
+    with new_file(out, "--to") as passing, Painter(log, trajectory, size, options.camera) as painter:
         pictures = map(painter.paint, tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None))
         if is_gif:
             write_gif(passing, pictures, fps, len(moments))

@@ -10,7 +10,7 @@ from typing import Final
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, overlay
-from palpate.adapters.experiments import BASELINES, foreign_entry, policy_named
+from palpate.adapters.experiments import BASELINES, policy_named, third_party_entry
 from palpate.adapters.log import aligned, find_logs
 from palpate.adapters.replay import (
     Changes,
@@ -23,7 +23,7 @@ from palpate.adapters.replay import (
     replay_files,
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
-from palpate.core.policy import ForeignEntry, PolicyDocument
+from palpate.core.policy import PolicyDocument, ThirdPartyEntry
 from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
@@ -64,12 +64,12 @@ def read_changes(options: ReplayOptions) -> Changes:
     """Return the changes of the options relative to the recording."""
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
-    policy: PolicyDocument | ForeignEntry | str | None = None
+    policy: PolicyDocument | ThirdPartyEntry | str | None = None
     if options.policy in BASELINES:
         policy = options.policy
     elif options.policy:
         document, code = policy_named(options.policy)
-        policy = document or foreign_entry(code)
+        policy = document or third_party_entry(code)
     changes = Changes(options.set, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"

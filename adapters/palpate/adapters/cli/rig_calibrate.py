@@ -79,7 +79,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
         # This check comes before a device is opened.
         commissioning.plan_payload()
     with rig, session:
-        for line in (*session.grants, limits_line(config.supervision, config.task)):
+        for line in (*session.request_results, limits_line(config.supervision, config.task)):
             note(str(line))
         values, text = _measured(step, commissioning, known)
     short = {name: _short(value) for name, value in values.items()}

@@ -15,10 +15,10 @@ class _Terminal(Person):
     """The person at the terminal. Questions go to the error stream: the report may be kept in a file."""
 
     def ask(self, question: str) -> str | None:
-        self.tell(question)
+        self.notify(question)
         return sys.stdin.readline() or None
 
-    def tell(self, text: str) -> None:
+    def notify(self, text: str) -> None:
         sys.stderr.write(text)
         sys.stderr.flush()
 

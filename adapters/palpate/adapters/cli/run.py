@@ -56,11 +56,11 @@ def run(options: RunOptions) -> int:
         + (f"claim {claim}: {verdict}\n" if claim else "")
         + f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
-        f"{notices.trips_line(summary)}{notices.marked_line(summary)}saved in {folder.path}\n"
+        f"{notices.trips_line(summary)}{notices.flagged_line(summary)}saved in {folder.path}\n"
     )
     if not result.finished:
         return 130
-    return 1 if result.troubles or verdict not in ("", "proved") else 0
+    return 1 if result.losses or verdict not in ("", "proved") else 0
 
 
 def _dry(options: RunOptions, folder: RunFolder) -> int:
@@ -76,4 +76,4 @@ def _dry(options: RunOptions, folder: RunFolder) -> int:
         lines.append(f"ended by {scored.cause}")
     lines.append(recording.timing)
     sys.stdout.write("\n".join((*lines, f"saved in {folder.path}")) + "\n")
-    return 1 if scored.trip or recording.troubles else 0
+    return 1 if scored.trip or recording.losses else 0

@@ -24,14 +24,14 @@ _MOST_LINES: Final = 20
 def study(options: StudyOptions) -> int:
     """Run every condition of a study that is not finished; returns the exit code."""
     file = Path(options.file)
-    asked, folder = Study.read(file), StudyFolder(Path(options.out or f"runs/{file.stem}"))
-    conditions = list(asked.conditions())
-    for condition in conditions[:: len(asked.seeds)]:
+    requested, folder = Study.read(file), StudyFolder(Path(options.out or f"runs/{file.stem}"))
+    conditions = list(requested.conditions())
+    for condition in conditions[:: len(requested.seeds)]:
         condition.require_possible()
     failed, interrupted = 0, False
-    with closing(_workers(options)) as workers, folder.writing(file, asked.job, conditions) as missing:
+    with closing(_workers(options)) as workers, folder.writing(file, requested.job, conditions) as missing:
         finished = len(conditions) - len(missing)
-        say(f"{len(conditions)} conditions of {asked.trials} trials in {folder.path}; {finished} of them are finished")
+        say(f"{len(conditions)} conditions of {requested.trials} trials in {folder.path}; {finished} are finished")
         try:
             with progress(len(conditions), "condition", initial=finished) as bar:
                 failed = _run(workers, folder, missing, bar)
@@ -39,7 +39,7 @@ def study(options: StudyOptions) -> int:
             interrupted = True
         finally:
             workers.close()
-            finished = folder.write_table(asked, conditions)
+            finished = folder.write_table(requested, conditions)
     say(f"{finished} of {len(conditions)} conditions are finished; table in {folder.path / 'summary.csv'}")
     if failed:
         say(f"{failed} conditions failed")

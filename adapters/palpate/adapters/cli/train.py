@@ -53,8 +53,8 @@ def train(options: TrainOptions) -> int:
         notices.say(result.timing)
     if result.rows:
         notices.say(f"{results_line(result.rows)}\n{notices.validity_note(config, options.rig)}".rstrip())
-        learned = config.admission.learn_from_marked
-        for line in (notices.trips_line(result.summary), notices.marked_line(result.summary, learned=learned)):
+        learned = config.acceptance.learn_from_flagged
+        for line in (notices.trips_line(result.summary), notices.flagged_line(result.summary, learned=learned)):
             if line:
                 notices.say(line.rstrip())
         notices.say(_look_at(folder))
@@ -64,14 +64,14 @@ def train(options: TrainOptions) -> int:
             words += ["--policy", options.policy]
         notices.say(f"ended after {len(result.rows)} of {options.trials} trials; resume with: {shlex.join(words)}")
         return 130
-    return int(bool(result.troubles))
+    return int(bool(result.losses))
 
 
 def _fit_to_logs(options: TrainOptions) -> int:
     """Fit a belief to recorded trials, report and save; return the exit code."""
     # Imported here, because training in trials does not need them.
     from palpate.adapters.log import find_logs
-    from palpate.adapters.replay import touches_of
+    from palpate.adapters.replay import contacts_of
 
     if not options.out:
         raise UsageError("palpate train --from-logs needs --out, a folder for the policy")
@@ -82,7 +82,7 @@ def _fit_to_logs(options: TrainOptions) -> int:
     require_free_folder(Path(options.out))
     paths = find_logs(options.from_logs)
     with progress(len(paths), "log", passing=True) as bar:
-        found = touches_of(paths, lambda: bar.update())
+        found = contacts_of(paths, lambda: bar.update())
     with new_folder(Path(options.out)) as folder:
         save_policy(found.document, folder / "policy.json")
         facts = {"from_logs": list(options.from_logs)}

@@ -35,7 +35,7 @@ from .rig import OperatorTable as OperatorTable
 from .rig import RigFile as RigFile
 from .rig import SensorFactsTable as SensorFactsTable
 from .rig import WatchdogTable as WatchdogTable
-from .run import AdmissionConfig as AdmissionConfig
+from .run import AcceptanceConfig as AcceptanceConfig
 from .run import PerceptionConfig as PerceptionConfig
 from .run import RealTimeConfig as RealTimeConfig
 from .run import RecordingConfig as RecordingConfig

@@ -8,7 +8,7 @@ from itertools import pairwise
 from textwrap import dedent
 from typing import Any, Final
 
-from palpate.core.ports import Settings, accepted_by, kinds_of, table_beside
+from palpate.core.ports import Settings, accepted_by, kinds_of, table_or
 
 _UNITS: Final = {
     "mm": "mm", "m": "m", "deg": "degrees", "mrad": "mrad", "rad": "rad", "N": "N", "Nm": "N m", "kg": "kg", "s": "s",
@@ -50,7 +50,7 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
         if field.default_factory is not MISSING:
             default = field.default_factory()
         name = f"{prefix}{field.name}"
-        if isinstance(default, Settings) and table_beside(kind) is None:
+        if isinstance(default, Settings) and table_or(kind) is None:
             yield from described(type(default), f"{name}.")
         else:
             yield Described(name, kind, default, texts.get(field.name, ""))

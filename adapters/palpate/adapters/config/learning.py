@@ -21,10 +21,10 @@ from palpate.core.ports import (
     require_floor,
 )
 
-_OF_TABLES: Final = ("q-learning", "sarsa", "skills")
+_OF_TABLES: Final = ("q-learning", "sarsa", "options")
 OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
-    "rule_lead": ("skills",),
-    "trace_decay": ("sarsa", "skills"),
+    "optimistic_prior": ("options",),
+    "trace_decay": ("sarsa", "options"),
     "belief": ("belief",),
     "hmm": ("hmm",),
     **dict.fromkeys(
@@ -67,8 +67,8 @@ class LearningConfig(Settings):
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
     """Q before the first visit: near what the way to the goal costs. From 0, which promises the goal at once, values
     sink for hundreds of trials and hide which action is best."""
-    rule_lead: Annotated[float, Range(0.0, 1e6)] = 0.0
-    """Optimistic prior in Q for the skills that the task's rule would choose; 0 starts all skills equally."""
+    optimistic_prior: Annotated[float, Range(0.0, 1e6)] = 0.0
+    """Optimistic prior in Q for the options that the task's rule would choose; 0 starts all options equally."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95
@@ -78,7 +78,7 @@ class LearningConfig(Settings):
     temperature_in_use: Temperature = 0.1
     """Temperature of the policy without learning, if it is below the floor."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
-    """Trace decay lambda of sarsa and skills."""
+    """Trace decay lambda of sarsa and options."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"
     """action-penalty: -1 per action; effort: force beyond the pressing force costs too; time: -10 per second."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0

@@ -9,7 +9,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from palpate.core.errors import ConfigurationError, told
+from palpate.core.errors import ConfigurationError, describe
 
 
 def entries(group: str) -> dict[str, EntryPoint]:
@@ -56,7 +56,7 @@ def imported(field: str, place: str, accepted: str) -> Any:
         raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
     except (Exception, SystemExit, GeneratorExit) as error:
         # A third-party module may raise anything when it is imported.
-        raise ConfigurationError(field, place, f"a module that imports without failing ({told(error)})") from error
+        raise ConfigurationError(field, place, f"a module that imports without failing ({describe(error)})") from error
     if not hasattr(module, attribute):
         raise ConfigurationError(field, place, f"a name in {module_name}; it has no {attribute}")
     return getattr(module, attribute)

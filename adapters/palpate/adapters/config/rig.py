@@ -67,7 +67,7 @@ class OperatorTable(Settings):
     """Any key in the terminal."""
 
 
-RIG_FORMAT: Final = 1
+RIG_FORMAT: Final = 2
 """Format of rig files; the key ``format`` may name it."""
 
 

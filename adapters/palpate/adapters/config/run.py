@@ -49,9 +49,9 @@ class PerceptionConfig(Settings):
     """Number of principal components for pca."""
     som_side: Annotated[int, Range(2, 50)] = 6
     """Number of rows and of columns of the self-organising map."""
-    symbols: Annotated[str, OneOf("regions", "grid", "random", "clusters", "skills")] = "regions"
+    symbols: Annotated[str, OneOf("regions", "grid", "random", "clusters", "options")] = "regions"
     """regions: the paper's 17; grid: every combination of bands (81); random: random partition; clusters: k-means;
-    skills: the task's own situations, in which its programmed skills are the actions."""
+    options: the task's own situations, in which its programmed options are the actions."""
     position_threshold_mm: Annotated[float, Range(0.001, 100.0)] = 1.0
     """Distance from the nominal goal below which a position counts as zero."""
     torque_threshold_kgf_mm: Annotated[float, Range(0.001, 1000.0)] = 0.7
@@ -70,7 +70,7 @@ class PerceptionConfig(Settings):
             require_in("perception.components", self.components, 1, len(self.channels))
         plain = self.features == "channels" and self.channels == ("x", "y", "tx", "ty")
         accepted = "random or clusters, unless the features are the channels x y tx ty"
-        self.require("symbols", plain or self.symbols not in ("regions", "grid", "skills"), accepted)
+        self.require("symbols", plain or self.symbols not in ("regions", "grid", "options"), accepted)
 
 
 @dataclass(frozen=True)
@@ -81,15 +81,15 @@ class RecordingConfig(Settings):
 
     enabled: bool = True
     """Record each trial as a log in the subfolder logs of the run's folder."""
-    on_trouble: Annotated[str, OneOf("report", "stop")] = "report"
+    on_loss: Annotated[str, OneOf("report", "stop")] = "report"
     """Response to a full disk: report it and continue, or stop the trial."""
 
 
 @dataclass(frozen=True)
-class AdmissionConfig(Settings):
+class AcceptanceConfig(Settings):
     """Limits on the timing of an accepted trial. In the simulator every trial is accepted."""
 
-    TABLE: ClassVar[str] = "admission"
+    TABLE: ClassVar[str] = "acceptance"
 
     max_late_ms: Annotated[float, Range(0.1, 10_000.0)] = 20.0
     """Maximum delay of a tick."""
@@ -99,7 +99,7 @@ class AdmissionConfig(Settings):
     """Maximum share of slots in the schedule without a tick."""
     max_repeated_share: Annotated[float, Range(0.0, 1.0)] = 0.9
     """Maximum share of ticks without a new sample; an arm on a bus with half the rate has one half."""
-    learn_from_marked: bool = False
+    learn_from_flagged: bool = False
     """Also learn from flagged trials."""
 
 
@@ -132,7 +132,7 @@ class RunConfig(Settings):
     blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with all three of these a peg that
     is not round: blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
-    """What learns: q-learning, sarsa, belief, hmm or skills; a preset, as the scenario is."""
+    """What learns: q-learning, sarsa, belief, hmm or options; a preset, as the scenario is."""
     arm: str | ArmDescription = "zebra-zero"
     """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one that another package
     brings; in TOML a table [arm] as well, with urdf, flange and posture_rad of an arm of your own."""
@@ -149,7 +149,7 @@ class RunConfig(Settings):
     learning: LearningConfig = field(default_factory=LearningConfig)
     recording: RecordingConfig = field(default_factory=RecordingConfig)
     supervision: SupervisionConfig = field(default_factory=SupervisionConfig)
-    admission: AdmissionConfig = field(default_factory=AdmissionConfig)
+    acceptance: AcceptanceConfig = field(default_factory=AcceptanceConfig)
     real_time: RealTimeConfig = field(default_factory=RealTimeConfig)
 
     @override

@@ -14,10 +14,10 @@ _KGF_MM_IN_NM: Final = 0.00980665
 _DRAWN: Final = {"zero_heading": "drawn"}
 _TILT: Final = {"tilt_heading": "drawn"}
 _ONE_GRIP: Final = {"grip_trials": 0}
-_TURNED: Final = _TILT | {"grip_trials": 1, "plate_lean_mrad": 17.5}
+_TURNED: Final = _TILT | {"grip_trials": 1, "plate_tilt_mrad": 17.5}
 _PLATE: Final = {
     "tilt_mrad": 0.0,
-    "conditions": {"tilt_heading": "set", "grip_trials": 0, "plate_lean_mrad": 17.5},
+    "conditions": {"tilt_heading": "set", "grip_trials": 0, "plate_tilt_mrad": 17.5},
 }
 _BIAS: Final = _DRAWN | {"zero_shift_Nm": round(3.0 * _KGF_MM_IN_NM, 6)}
 _DRIFT: Final = _DRAWN | {"zero_drift_Nm_s": round(3.0 * _KGF_MM_IN_NM / 20.0, 6)}
@@ -66,14 +66,14 @@ LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
     "sarsa": {},
     "belief": {
-        "task": {"ticks_per_action": 4, "moving_share": 1.0},
+        "task": {"ticks_per_action": 4, "motion_duty": 1.0},
         "perception": {"cutoff_Hz": 10.0},
     },
     "hmm": {"learning": {"hmm": {"reach": 20, "lattice": 3}}},
-    "skills": {
-        "perception": {"symbols": "skills", "memory": "last-action"},
+    "options": {
+        "perception": {"symbols": "options", "memory": "last-action"},
         "learning": {
-            "alpha": 0.7, "alpha_visits": 3.0, "alpha_floor": 0.1, "initial_value": -22.0, "rule_lead": 30.0,
+            "alpha": 0.7, "alpha_visits": 3.0, "alpha_floor": 0.1, "initial_value": -22.0, "optimistic_prior": 30.0,
             "temperature": 2.0, "temperature_decay": 0.85, "trace_decay": 0.6, "reinforcement": "time",
         },
     },

@@ -47,8 +47,8 @@ def task_kind(name: str) -> TaskKind:
         place = others[name].value if name in others else name
     with from_here():
         made = imported(_FIELD, place, "package.module:Name")
-    missing = [each for each in ("preset", "asks_policy", "options", "workspace", "ready", "setup", "actions", "make",
-                               "achieved") if not hasattr(made, each)]  # fmt: skip
+    missing = [each for each in ("preset", "queries_policy", "options", "workspace", "ready", "setup", "actions",
+                               "make", "achieved") if not hasattr(made, each)]  # fmt: skip
     if missing:
         raise ConfigurationError(_FIELD, name, f"a palpate.core.trial.TaskKind; {place} has no {missing[0]}")
     kind: TaskKind = made

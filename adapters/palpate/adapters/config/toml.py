@@ -10,10 +10,10 @@ from typing import Any, Final, TypeVar
 
 from palpate.adapters.files import whole_text
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Settings, fitted, kinds_of, table_beside
+from palpate.core.ports import Settings, fitted, kinds_of, table_or
 
 T = TypeVar("T", bound=Settings)
-RUN_FORMAT: Final = "palpate.run/1"
+RUN_FORMAT: Final = "palpate.run/2"
 """Format of a run folder."""
 
 
@@ -63,7 +63,7 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
         if key not in kinds_of(type(base)):
             raise _unknown(type(base), name, value, key)
         current = getattr(base, key)
-        if isinstance(current, Settings) and table_beside(kinds_of(type(base))[key]) is None:
+        if isinstance(current, Settings) and table_or(kinds_of(type(base))[key]) is None:
             if not isinstance(value, Mapping):
                 raise ConfigurationError(name, value, "a table")
             value = overlay(current, value)

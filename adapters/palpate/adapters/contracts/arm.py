@@ -14,7 +14,7 @@ from palpate.adapters.contracts.bench import (
     ArmCommandRig,
     ClauseNotApplicable,
     ContractViolation,
-    knob,
+    parameter,
     ramp,
     require,
     require_raises,
@@ -62,16 +62,16 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
 
     def work(self, rig: ArmCommandRig) -> None:
         """Require that a small move reaches its target, or that a stopped arm does not move and reports STOPPED."""
-        asked_rad = self._next_pose(rig)
-        if asked_rad == self._rest_rad:
-            asked_rad = self._next_pose(rig)
+        requested_rad = self._next_pose(rig)
+        if requested_rad == self._rest_rad:
+            requested_rad = self._next_pose(rig)
         if self._stopped:
-            _require_stopped(self._send(rig, asked_rad), asked_rad)
+            _require_stopped(self._send(rig, requested_rad), requested_rad)
         else:
-            applied = self._go(rig, asked_rad)
-            told = applied.reason is CommandReason.AS_ASKED and applied.position_rad == asked_rad
-            require("each command", told, f"{applied}", f"{asked_rad} with the reason AS_ASKED")
-            self._rest_rad = asked_rad
+            applied = self._go(rig, requested_rad)
+            told = applied.reason is CommandReason.AS_REQUESTED and applied.position_rad == requested_rad
+            require("each command", told, f"{applied}", f"{requested_rad} with the reason AS_REQUESTED")
+            self._rest_rad = requested_rad
         rig.advance(rig.settle_ticks)
         self.rest(rig)
 
@@ -88,7 +88,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     def rest(self, rig: ArmCommandRig) -> None:
         """Require that the arm is at its last target, or close to the place where a command was halted."""
         with suppress(ClauseNotApplicable):
-            knob(rig.position_rad, "position_rad")
+            parameter(rig.position_rad, "position_rad")
             rig.advance(rig.settle_ticks if self._halted else 0)
             here_rad = _where(rig)
             most_rad = 0.5 * rig.step_rad if self._halted else rig.tolerance_rad
@@ -102,25 +102,25 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         joint = self._poses % len(rig.home_rad)
         return _shifted(rig.home_rad, rig.step_rad if self._poses % 2 else -rig.step_rad, joint)
 
-    def _send(self, rig: ArmCommandRig, asked_rad: JointVector) -> AppliedCommand:
+    def _send(self, rig: ArmCommandRig, requested_rad: JointVector) -> AppliedCommand:
         """Send a command; all clauses use this method."""
         if not self.may_command:
             raise ClauseNotApplicable("it sends commands to the arm")
-        return rig.device.send(JointCommand(asked_rad))
+        return rig.device.send(JointCommand(requested_rad))
 
     def _go(self, rig: ArmCommandRig, end_rad: JointVector) -> AppliedCommand:
         """Move the arm to a pose in steps of one tick; return the result of the last command."""
         begin_rad = rig.home_rad if rig.position_rad is None else _where(rig)
         applied = AppliedCommand(begin_rad)
-        for asked_rad in ramp(begin_rad, end_rad, rig.step_rad):
-            applied = self._send(rig, asked_rad)
+        for requested_rad in ramp(begin_rad, end_rad, rig.step_rad):
+            applied = self._send(rig, requested_rad)
             rig.pass_time(TICK_NS - 1)
         return applied
 
     def test_turned_by_hand_it_stays_where_it_is_activated(self) -> None:
         """An arm that was turned by hand while it was not active stays there when it is activated."""
         with self.rig(Life.ACTIVE) as rig:
-            turn = knob(rig.turn_by_hand, "turn_by_hand")
+            turn = parameter(rig.turn_by_hand, "turn_by_hand")
             self.use(rig)
             rig.device.deactivate()
             there_rad = _fast_steps(rig)[-1]
@@ -141,15 +141,15 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     def _check_limit(self, rig: ArmCommandRig, joint: int, limit_rad: float, beyond_rad: float) -> None:
         clause, end = "position limit", tuple(beyond_rad if i == joint else q for i, q in enumerate(rig.home_rad))
         # The target moves in small steps, because an arm without limits would jump to it.
-        for asked in chain(ramp(rig.home_rad, end, rig.step_rad), repeat(end, rig.limit_ticks)):
-            applied = self._send(rig, asked)
+        for requested in chain(ramp(rig.home_rad, end, rig.step_rad), repeat(end, rig.limit_ticks)):
+            applied = self._send(rig, requested)
             _require_within(clause, rig, applied.position_rad, 0.0)
-            if abs(asked[joint] - rig.home_rad[joint]) > abs(limit_rad - rig.home_rad[joint]):
+            if abs(requested[joint] - rig.home_rad[joint]) > abs(limit_rad - rig.home_rad[joint]):
                 at_limit = abs(applied.position_rad[joint] - limit_rad) <= rig.tolerance_rad
                 if at_limit and applied.reason is CommandReason.POSITION_LIMIT:
                     break
                 # The velocity limit may delay the arm on its path to the position limit.
-                require(clause, applied.reason is not CommandReason.AS_ASKED, f"{applied}", "another reason")
+                require(clause, applied.reason is not CommandReason.AS_REQUESTED, f"{applied}", "another reason")
             rig.advance(1)
         else:
             wanted = f"joint {joint} at {limit_rad} rad with POSITION_LIMIT within {rig.limit_ticks} ticks"
@@ -190,7 +190,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     def test_newest_command_wins(self) -> None:
         """If several commands arrive in one tick, only the last one is executed, and no backlog remains."""
         with self.rig(Life.ACTIVE) as rig:
-            knob(rig.position_rad, "position_rad")
+            parameter(rig.position_rad, "position_rad")
             # There are more commands than ticks to settle, so that a queue cannot be empty at the first check.
             for _ in range(rig.settle_ticks + 5):
                 self._send(rig, _shifted(rig.home_rad, rig.step_rad))
@@ -208,7 +208,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 bring(rig, life)
                 was_open = rig.is_open is None or rig.is_open()
                 if cut:
-                    knob(rig.disconnect, "disconnect")()
+                    parameter(rig.disconnect, "disconnect")()
                 for _ in range(2):
                     start_ns, wall_ns = rig.clock.now_ns(), perf_counter_ns()
                     rig.device.stop()
@@ -216,7 +216,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                     quick = spent_ns <= rig.stop_budget_ns and wall_ns <= max(rig.stop_budget_ns, _HANG_NS)
                     observed = f"{spent_ns} ns, {wall_ns} ns of real time"
                     require("stop", quick, observed, f"at most {rig.stop_budget_ns} ns (stop_budget_ns)")
-                    rig.pass_time(rig.patience_ns)
+                    rig.pass_time(rig.timeout_ns)
                 require("stop", cut or rig.device.life is life, f"{rig.device.life} after stop()", str(life))
                 opened = rig.is_open is not None and rig.is_open() and not was_open
                 require("stop", not opened, "a resource that it opened", "stop() to open nothing")
@@ -241,8 +241,8 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 # The stop may have to wait for simulated time.
                 rig.advance(1)
             require("another thread", returned == [None], f"{returned}", "stop() to return")
-            asked_rad = _shifted(rig.home_rad, rig.step_rad)
-            _require_stopped(self._send(rig, asked_rad), asked_rad)
+            requested_rad = _shifted(rig.home_rad, rig.step_rad)
+            _require_stopped(self._send(rig, requested_rad), requested_rad)
 
     def test_after_stop_the_arm_holds_still(self) -> None:
         """After ``stop`` the arm holds its position, and ``send`` reports STOPPED and applies nothing."""
@@ -252,9 +252,9 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             self.disturb(rig)
             self.rest(rig)
             for ticks in (1, LONG_TICKS, 1):
-                asked_rad = self._next_pose(rig)
-                applied = self._send(rig, asked_rad)
-                _require_stopped(applied, asked_rad)
+                requested_rad = self._next_pose(rig)
+                applied = self._send(rig, requested_rad)
+                _require_stopped(applied, requested_rad)
                 rig.advance(ticks)
                 if self._rest_rad:
                     _require_at("stopped", applied.position_rad, self._rest_rad, 2.0 * rig.tolerance_rad)
@@ -295,7 +295,7 @@ def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:
 
 def _where(rig: ArmCommandRig) -> JointVector:
     """Return the joint angles in any state of the adapter."""
-    position_rad = knob(rig.position_rad, "position_rad")
+    position_rad = parameter(rig.position_rad, "position_rad")
     try:
         return position_rad()
     except Exception as error:
@@ -323,6 +323,6 @@ def _require_within(clause: str, rig: ArmCommandRig, found_rad: JointVector, tol
     require(clause, within, f"{found_rad} rad", f"angles between {rig.lower_rad} and {rig.upper_rad} rad")
 
 
-def _require_stopped(applied: AppliedCommand, asked_rad: JointVector) -> None:
-    held = applied.reason is CommandReason.STOPPED and applied.position_rad != asked_rad
+def _require_stopped(applied: AppliedCommand, requested_rad: JointVector) -> None:
+    held = applied.reason is CommandReason.STOPPED and applied.position_rad != requested_rad
     require("stopped", held, f"{applied}", "STOPPED, with the angles at which the arm is held")

@@ -75,7 +75,7 @@ class DeviceRig(Generic[DeviceT]):
         return (self.device,)
 
     @property
-    def patience_ns(self) -> int:
+    def timeout_ns(self) -> int:
         """Time within which the adapter must detect a lost device."""
         return 0
 
@@ -105,7 +105,7 @@ class SensorRig(DeviceRig[DeviceT]):
 
     @property
     @override
-    def patience_ns(self) -> int:
+    def timeout_ns(self) -> int:
         return self.max_age_ns
 
 
@@ -199,7 +199,7 @@ class ArmCommandRig(MovingRig[ArmCommand]):
     limit_ticks: int = 2000
 
 
-def knob(value: T | None, name: str) -> T:
+def parameter(value: T | None, name: str) -> T:
     """Return an optional control of the rig.
 
     Raises:

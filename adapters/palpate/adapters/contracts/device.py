@@ -8,7 +8,7 @@ from functools import partial
 from time import perf_counter_ns
 from typing import Any, Final, Generic, TypeVar
 
-from palpate.adapters.contracts.bench import DeviceRig, knob, require, require_raises
+from palpate.adapters.contracts.bench import DeviceRig, parameter, require, require_raises
 from palpate.adapters.contracts.life import try_lives
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import Life
@@ -77,7 +77,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Only ``configure`` opens the device; if it fails, it raises DeviceError and leaves nothing open."""
         clause = "configuration"
         with self.rig(Life.CONSTRUCTED) as rig:
-            is_open = knob(rig.is_open, "is_open")
+            is_open = parameter(rig.is_open, "is_open")
             require(clause, not is_open(), "an open resource", "a constructor that opens nothing")
             rig.device.configure()
             require(clause, is_open(), "nothing open", "configure() to open the device")
@@ -87,7 +87,7 @@ class DeviceContract(ABC, Generic[RigT]):
                 rig.disconnect()
                 require_raises(clause, DeviceError, rig.device.configure, "DeviceError with the cable cut")
                 require(clause, rig.device.life is Life.CONSTRUCTED, f"{rig.device.life}", "CONSTRUCTED")
-                require(clause, not knob(rig.is_open, "is_open")(), "a resource still open", "nothing open")
+                require(clause, not parameter(rig.is_open, "is_open")(), "a resource still open", "nothing open")
                 _require_no_thread(clause, before)
 
     def test_life_follows_the_table(self) -> None:
@@ -101,17 +101,17 @@ class DeviceContract(ABC, Generic[RigT]):
         """With the cable cut, each use raises DeviceError, even after reactivation, and ``close`` still works."""
         with self.rig(Life.ACTIVE) as rig:
             clause, device = "lost device", rig.device
-            cut = knob(rig.disconnect, "disconnect")
+            cut = parameter(rig.disconnect, "disconnect")
             self.use(rig)
             cut()
-            rig.pass_time(rig.patience_ns)
+            rig.pass_time(rig.timeout_ns)
             for _ in range(_CALLS):
                 require_raises(clause, DeviceError, partial(self.use, rig), "DeviceError each time")
                 rig.advance(1)
             with suppress(DeviceError):
                 (device.acknowledge_fault if device.life is Life.FAULTED else device.deactivate)()
                 device.activate()
-                rig.pass_time(rig.patience_ns)
+                rig.pass_time(rig.timeout_ns)
                 self.use(rig)
                 require(clause, False, "no error once it was activated again", "DeviceError while the cable is cut")
             device.close()
@@ -155,7 +155,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:
     """Bring the adapter of a new rig to a state; an active adapter gets time for a first sample."""
-    provoke = knob(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
+    provoke = parameter(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
     if life is not Life.CONSTRUCTED:
         rig.device.configure()
     if life in (Life.ACTIVE, Life.FAULTED):

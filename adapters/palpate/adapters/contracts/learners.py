@@ -20,20 +20,20 @@ from palpate.core.errors import PalpateError
 from palpate.core.policy import (
     Action,
     Decision,
-    ForeignEntry,
-    ForeignPolicy,
-    Hindsight,
+    EpisodeOutcome,
     Learner,
     Observation,
     Policy,
     PolicyContext,
-    Reach,
+    TaskBounds,
+    ThirdPartyEntry,
+    ThirdPartyPolicy,
     Transition,
     compass_actions,
 )
 from palpate.core.ports import Vector3
 
-CONTEXT: Final = PolicyContext(("a", "b", "c", "d"), compass_actions(0.7e-3), Reach(3.5e-3, 0.05))
+CONTEXT: Final = PolicyContext(("a", "b", "c", "d"), compass_actions(0.7e-3), TaskBounds(3.5e-3, 0.05))
 """Task of the practice trials: four states, defined by the direction of the torque, and eight compass steps."""
 _ACTIONS: Final = 12
 """Maximum number of actions in a practice trial, which then ends in the hole."""
@@ -43,11 +43,11 @@ _NOISE_NM: Final = 0.003
 _PRESS: Final[Vector3] = (0.0, 0.0, -4.9)
 
 
-def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool = False) -> ForeignPolicy:
+def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool = False) -> ThirdPartyPolicy:
     """Wrap a policy that derives from no class of palpate."""
     kind = type(policy)
-    return ForeignPolicy(
-        policy, ForeignEntry(f"{kind.__module__}:{kind.__name__}", "", "", "", 0), context, frozen=frozen
+    return ThirdPartyPolicy(
+        policy, ThirdPartyEntry(f"{kind.__module__}:{kind.__name__}", "", "", "", 0), context, frozen=frozen
     )
 
 
@@ -84,7 +84,7 @@ class Practice:
                 after = None if found else self._state(hole_x - x, hole_y - y)
                 policy.learn(Transition(seen.state, decision.index, -1.0, after))
             if found:
-                policy.end_trial(Hindsight(True, (hole_x, hole_y, 0.01), 0.01))
+                policy.end_trial(EpisodeOutcome(True, (hole_x, hole_y, 0.01), 0.01))
                 return
 
     def _state(self, dx: float, dy: float) -> int:

@@ -103,11 +103,11 @@ class _Living:
         """Cut the cable and reconnect it; the only permitted effect is a fault."""
         rig = self._rig
         self._try("cut", rig.disconnect)
-        rig.pass_time(rig.patience_ns)
+        rig.pass_time(rig.timeout_ns)
         with suppress(DeviceError):
             self._suite.use(rig)
         self._try("plug in", rig.reconnect)
-        rig.pass_time(rig.patience_ns)
+        rig.pass_time(rig.timeout_ns)
         if rig.device.life is Life.FAULTED:
             self._faulted()
 

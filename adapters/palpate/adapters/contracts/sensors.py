@@ -15,7 +15,7 @@ from palpate.adapters.contracts.bench import (
     ForceSensorRig,
     JointEncoderRig,
     SensorRig,
-    knob,
+    parameter,
     ramp,
     require,
 )
@@ -25,7 +25,7 @@ from palpate.core.ports import JointCommand, JointSample, JointVector, Life, Val
 
 _RUN_TICKS: Final = 280
 _SILENT_TICKS: Final = 30
-_PATIENCE_TICKS: Final = 200
+_TIMEOUT_TICKS: Final = 200
 _MANY_TOLERANCES: Final = 8.0
 _PLAUSIBLE_RAD: Final = 4.0 * pi
 """Maximum plausible joint angle; angles in degrees soon exceed it."""
@@ -119,7 +119,7 @@ class SampleContract(DeviceContract[SensorRigT]):
     def test_silence_is_marked(self) -> None:
         """When the newest sample is too old, ``read`` raises DeviceError or marks it STALE, without waiting."""
         with self.rig(Life.ACTIVE) as rig:
-            go_silent = knob(rig.go_silent, "go_silent")
+            go_silent = parameter(rig.go_silent, "go_silent")
             stale = rig.device.read()
             go_silent()
             rig.pass_time(rig.max_age_ns)
@@ -190,7 +190,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
     def test_no_hidden_tare(self) -> None:
         """A load applied before ``configure`` is reported like one applied later."""
         with self.rig(Life.ACTIVE) as rig:
-            _settled(rig, knob(rig.push_N, "push_N"), _NOTHING)
+            _settled(rig, parameter(rig.push_N, "push_N"), _NOTHING)
             self.work(rig)
             later = self._last
         with self.rig(Life.CONSTRUCTED) as rig:
@@ -212,7 +212,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
     def test_angles_are_where_the_joints_stand(self) -> None:
         """The reported angles equal the known joint angles."""
         with self.rig(Life.ACTIVE) as rig:
-            _require_there(rig, knob(rig.expected_rad, "expected_rad"), rig.tolerance_rad, ticks=0)
+            _require_there(rig, parameter(rig.expected_rad, "expected_rad"), rig.tolerance_rad, ticks=0)
 
     def test_encoders_follow_each_joint(self) -> None:
         """A joint motion appears in full in that joint's encoder and in no other, but not before the next tick."""
@@ -229,16 +229,16 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
                 rig.advance(1)
             for joint in range(-1, len(home)):  # the first target is home
                 end = tuple(q + way_rad * (k == joint) for k, q in enumerate(home))
-                for asked in ramp(here, end, rig.step_rad):
-                    arm.send(JointCommand(asked))
+                for requested in ramp(here, end, rig.step_rad):
+                    arm.send(JointCommand(requested))
                     rig.advance(1)
                 here = end
-                _require_there(rig, end, max(2.0 * rig.tolerance_rad, 0.25 * way_rad), ticks=_PATIENCE_TICKS)
+                _require_there(rig, end, max(2.0 * rig.tolerance_rad, 0.25 * way_rad), ticks=_TIMEOUT_TICKS)
 
 
 def _moving_arm(rig: JointEncoderRig) -> Any:
     """Return the arm of these joints, active and stationary."""
-    arm = knob(rig.arm, "arm")
+    arm = parameter(rig.arm, "arm")
     if arm.life is Life.CONSTRUCTED:
         arm.configure()
     if arm.life is Life.CONFIGURED:
@@ -259,7 +259,7 @@ def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: f
 
 def _sides(rig: ForceSensorRig) -> list[_Side]:
     """Return the kinds of load: control, part of the sample, safe load, overload, tolerance."""
-    push, force, torque = knob(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
+    push, force, torque = parameter(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
     sides: list[_Side] = [(push, force, rig.load_N, rig.overload_N or 0.0, rig.tolerance_N)]
     if rig.twist_Nm is not None:
         sides.append((rig.twist_Nm, torque, rig.load_Nm, rig.overload_Nm or 0.0, rig.tolerance_Nm))

@@ -14,7 +14,7 @@ from .comparison import compare as compare
 from .dry import dry_run as dry_run
 from .dry import dry_trial as dry_trial
 from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL
-from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
+from .evaluation import ORACLE_ON_RIG as ORACLE_ON_RIG
 from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import true_hole_m as true_hole_m
 from .evaluation import warm_up as warm_up
@@ -28,8 +28,6 @@ from .figure import trials_picture as trials_picture
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
 from .fitting import simulated_perception as simulated_perception
-from .foreign import foreign_entry as foreign_entry
-from .foreign import foreign_policy as foreign_policy
 from .planning import BLOCK as BLOCK
 from .planning import simulate as simulate
 from .planning import untrue as untrue
@@ -64,6 +62,8 @@ from .statistics import summary_of as summary_of
 from .statistics import t_half_width as t_half_width
 from .statistics import window_of as window_of
 from .tables import render_table as render_table
+from .third_party import third_party_entry as third_party_entry
+from .third_party import third_party_policy as third_party_policy
 from .training import Checkpoint as Checkpoint
 from .training import Trainer as Trainer
 from .training import run_toml as run_toml

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.motion import leaning
-from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, Spatial
+from palpate.core.motion import tilt_rows
+from palpate.core.policy import Action, ControllerKind, Decision, FixedPolicy, Observation, Spatial
 
 _OVER_M: Final = 1e-3
 """Height above the plate at which a tool that leans as a plate may do touches nothing."""
@@ -54,7 +54,7 @@ class OraclePose(Baseline):
     Args:
         pose: Returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation vector from
             the task's axes to the hole's, (3,), rad, and where it was drawn ``heading_deg``.
-        lean_rad: Tilt of the peg in the grip.
+        tilt_rad: Tilt of the peg in the grip.
         heading_deg: Heading of that tilt, unless it was drawn.
         step_m: Longest step of an action.
         turn_rad: Longest turn of an action.
@@ -63,13 +63,13 @@ class OraclePose(Baseline):
     def __init__(
         self,
         pose: Callable[[], Sequence[float]],
-        lean_rad: float,
+        tilt_rad: float,
         heading_deg: float,
         step_m: float,
         turn_rad: float,
     ) -> None:
         super().__init__("oracle-pose", ())
-        self._pose, self._lean_rad, self._heading_deg = pose, lean_rad, heading_deg
+        self._pose, self._tilt_rad, self._heading_deg = pose, tilt_rad, heading_deg
         self._longest = step_m, turn_rad
 
     def choose(self, observation: Observation) -> Decision:
@@ -81,21 +81,21 @@ class OraclePose(Baseline):
             ceil(hypot(*left) / most - _SAME) for left, most in zip((across, turn), self._longest, strict=True)
         )
         if actions <= 0:
-            return Decision(Action(self.name, (0.0, 0.0), Spatial(Law.INSERT)), None, self.name)
-        lean_x, lean_y, yaw = (each / actions for each in turn)
-        lift = Spatial(Law.LIFT, max(_OVER_M + observation.depth_m, 0.0), (lean_x, lean_y, yaw))
+            return Decision(Action(self.name, (0.0, 0.0), Spatial(ControllerKind.INSERT)), None, self.name)
+        tilt_x, tilt_y, yaw = (each / actions for each in turn)
+        lift = Spatial(ControllerKind.LIFT, max(_OVER_M + observation.depth_m, 0.0), (tilt_x, tilt_y, yaw))
         return Decision(Action(self.name, (across[0] / actions, across[1] / actions), lift), None, self.name)
 
     def _turn_rad(self, turned: Sequence[float]) -> tuple[float, float, float]:
         """Return lean and yaw of the tool that align the peg, tilted in the grip, with the hole."""
         heading_rad = radians(turned[3] if len(turned) > 3 else self._heading_deg)
-        lean = pin.exp3(self._lean_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
-        tool = pin.exp3(np.array(turned[:3] or (0.0, 0.0, 0.0))) @ lean.T
+        tilt = pin.exp3(self._tilt_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
+        tool = pin.exp3(np.array(turned[:3] or (0.0, 0.0, 0.0))) @ tilt.T
         x, y, z = tool[:, 2].tolist()
         aside = hypot(x, y)
-        lean_x, lean_y = (each * atan2(aside, z) / max(aside, _SAME) for each in (-y, x))
-        upright = np.array(leaning((lean_x, lean_y, 0.0))).T @ tool
-        return lean_x, lean_y, atan2(upright[1, 0], upright[0, 0])
+        tilt_x, tilt_y = (each * atan2(aside, z) / max(aside, _SAME) for each in (-y, x))
+        upright = np.array(tilt_rows((tilt_x, tilt_y, 0.0))).T @ tool
+        return tilt_x, tilt_y, atan2(upright[1, 0], upright[0, 0])
 
 
 class TorqueFollowing(Baseline):

@@ -46,8 +46,8 @@ from palpate.core.policy import (
     InternalEffort,
     Policy,
     RandomWalkPolicy,
-    Reach,
     Reinforcement,
+    TaskBounds,
     TimePenalty,
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
@@ -57,7 +57,7 @@ from palpate.core.trial import LEAST_PLAY_MM, N_PER_KGF, Measurement, ReadyPose,
 NONE: Final = "none"
 _BENT_MM: Final = 0.2
 """Deflection of the gripper at both walls, beyond the play, before a push meets resistance."""
-SKILLS: Final = "skills"
+OPTIONS: Final = "options"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
 _ACCEPTED: Final = "none, last-action, last-2, last-3 and so on, or an automaton file ending in .json"
@@ -89,14 +89,14 @@ def task_actions(config: RunConfig) -> tuple[Action, ...]:
     """Return the actions from which policies choose.
 
     Raises:
-        ConfigurationError: Skills are requested, but the task has none.
+        ConfigurationError: Options are requested, but the task has none.
     """
     kind = task_kind(config.task.name)
-    if config.perception.symbols != SKILLS:
+    if config.perception.symbols != OPTIONS:
         return kind.actions(config.task)
-    if not (skills := kind.skills(config.task)):
-        raise ConfigurationError("perception.symbols", SKILLS, f"a task that has skills; {config.task.name} has none")
-    return skills
+    if not (learner_options := kind.learner_options(config.task)):
+        raise ConfigurationError("perception.symbols", OPTIONS, f"a task that has options; {config.task.name} has none")
+    return learner_options
 
 
 def plain_perception(config: RunConfig) -> Perception:
@@ -104,11 +104,11 @@ def plain_perception(config: RunConfig) -> Perception:
     return build_perception(replace(config, perception=PerceptionConfig()))
 
 
-def task_reach(config: RunConfig) -> Reach:
+def task_bounds(config: RunConfig) -> TaskBounds:
     """Return the region that a belief must cover: the whole area for all possible centres."""
     task = config.task
     half_mm = task.area_half_width_mm + (task.start_uncertainty_mm if task.area_centre == "start" else 0.0)
-    return Reach(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ, task.longest_step_m)
+    return TaskBounds(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ, task.longest_step_m)
 
 
 def needs_fitting(config: RunConfig) -> bool:
@@ -122,7 +122,7 @@ def build_perception(config: RunConfig) -> Perception:
     position, torque = p.position_threshold_mm * 1e-3, p.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
     names = p.channels
     symboliser: Symboliser
-    if p.symbols == SKILLS:
+    if p.symbols == OPTIONS:
         symboliser = Situations()
         return Perception(TaskFacts(FACTS), symboliser, identifier(p.memory, symboliser.symbols, task_actions(config)))
     if p.symbols == "regions":
@@ -238,7 +238,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
     """Check task and supervisor's limits against arm and force sensor.
 
     Raises:
-        ConfigurationError: The sensor's noise exceeds the signals of the task, a limit could never trip or would always
+        ConfigurationError: The sensor's noise exceeds the signals of the task, a limit can never trip or would always
             trip, or the sensor's frame is not that of the task.
     """
     _require_quiet(config, sensor)
@@ -261,7 +261,7 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
     accepted = (
         f"less than {contact_N:.2f} N, a contact, and {1e3 * torque_Nm / passed:.0f} mN m, of which the low-pass leaves"
         f" {1e3 * torque_Nm:.1f} mN m, a torque that points to the hole: insert with a finer sensor;"
-        " one in an arm's flange serves as a coarse guard beside it ([arm] guard_N)"
+        " one in an arm's flange serves as a coarse guard beside it ([arm] force_stop_N)"
     )
     raise ConfigurationError("force_sensor.facts", told, accepted)
 

@@ -20,7 +20,7 @@ class Comparison:
 
     summaries: Mapping[str, Mapping[str, Any]]
     finished: bool
-    troubles: Sequence[str]
+    losses: Sequence[str]
 
     def table(self) -> str:
         """Return success, times and forces, one policy per line, with 95 % intervals in brackets where possible."""
@@ -80,4 +80,4 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
                 summaries[policy.name if taken else policy.label] = summary_of(rows)
             if not finished:
                 break
-    return Comparison(summaries, finished, recording.troubles)
+    return Comparison(summaries, finished, recording.losses)

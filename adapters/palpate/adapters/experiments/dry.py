@@ -29,12 +29,12 @@ _LONGEST_TICKS: Final = 10 * CONTROL_RATE_HZ
 
 
 @dataclass
-class _Watch(LoopObserver):
+class _Observer(LoopObserver):
     """Observer that stores forces before the end of the tare and commands after it, then soon ends the trial."""
 
     task: Task
     forces_N: list[tuple[float, ...]] = field(default_factory=list)
-    asked: list[JointVector] = field(default_factory=list)
+    requested: list[JointVector] = field(default_factory=list)
     report: TrialReport | None = None
 
     @override
@@ -44,10 +44,10 @@ class _Watch(LoopObserver):
     @override
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         if self.report is not None and any(each.name == "tare" for each in self.report.events):
-            self.asked.append(command.position_rad)
+            self.requested.append(command.position_rad)
         else:
             self.forces_N.append(snapshot.wrench.force_N)
-        if len(self.asked) > _BEYOND_TICKS or len(self.forces_N) > _LONGEST_TICKS:
+        if len(self.requested) > _BEYOND_TICKS or len(self.forces_N) > _LONGEST_TICKS:
             self.task.interrupt()
 
 
@@ -77,12 +77,12 @@ def dry_trial(
     trials = Trials(
         here, ready_here, rig, chosen.perception, chosen.on(rig), recording, name=chosen.baseline, first=first
     )
-    watch = _Watch(trials.task)
+    observer = _Observer(trials.task)
     with interrupting(trials.task.interrupt):
-        scored = trials.run(first, (watch,))
-    lines = [_place(config, tip), _way(config, ready, q_rad), _asked(config, watch.asked)]
-    if watch.forces_N:
-        mean, noise_N = np.mean(watch.forces_N, axis=0), np.std(watch.forces_N, axis=0).max()
+        scored = trials.run(first, (observer,))
+    lines = [_place(config, tip), _way(config, ready, q_rad), _requested(config, observer.requested)]
+    if observer.forces_N:
+        mean, noise_N = np.mean(observer.forces_N, axis=0), np.std(observer.forces_N, axis=0).max()
         lines.insert(0, f"force ({_listed(mean)}) N, noise {noise_N:.3g} N (stated {rig.sensor_facts.noise_N:g} N)")
     return scored, lines
 
@@ -128,8 +128,8 @@ def _way(config: RunConfig, ready: ReadyPose, q_rad: JointVector) -> str:
     return f"a run would first {out}go to the ready pose, joints by up to {far_rad:.3f} rad, from above"
 
 
-def _asked(config: RunConfig, asked: list[JointVector]) -> str:
-    if not asked:
+def _requested(config: RunConfig, requested: list[JointVector]) -> str:
+    if not requested:
         return "the task did not finish its tare"
-    x, y, z = _tip(config, asked[0]).actInv(_tip(config, asked[-1])).translation * 1e3
+    x, y, z = _tip(config, requested[0]).actInv(_tip(config, requested[-1])).translation * 1e3
     return f"first commands after the tare: the tip by {z:.2f} mm along the tool and {hypot(x, y):.2f} mm across"

@@ -26,7 +26,7 @@ FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
 """First number of evaluation trials, so that their random streams differ from those of training."""
 
 
-NOBODY_KNOWS: Final = "a policy that need not know where the hole is, on a real rig"
+ORACLE_ON_RIG: Final = "a policy that need not know where the hole is, on a real rig"
 
 
 class ChosenPolicy:
@@ -61,7 +61,7 @@ class ChosenPolicy:
             raise ConfigurationError("policy", name, accepted)
         else:
             self.label, self.perception = code.partition(":")[2], configured
-            self.document = policies.foreign_document(code, config, configured)
+            self.document = policies.third_party_document(code, config, configured)
 
     @property
     def is_object(self) -> bool:
@@ -112,7 +112,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
     """Return the true position and orientation of the hole in the form of :func:`pose_of`."""
     truth = rig.truth()
     if truth is None:
-        raise ConfigurationError("policy", "oracle", NOBODY_KNOWS)
+        raise ConfigurationError("policy", "oracle", ORACLE_ON_RIG)
     return policies.pose_of(truth.hole_in_task_m, truth.hole_turn_rad, truth.drawn)
 
 
@@ -125,6 +125,6 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
     for stated in (made_with, processor, core_sha256):
         stated()
     with SimulatedRig(config, ready) as rig:
-        name = "torque" if task_kind(config.task.name).asks_policy else policies.NO_POLICY
+        name = "torque" if task_kind(config.task.name).queries_policy else policies.NO_POLICY
         policy = policies.baseline(name, config, lambda: rig.truth().hole_in_task_m)
         return Trials(config, ready, rig, plain_perception(config), policy).run(0).report

@@ -40,7 +40,7 @@ def run_blocks(
     Raises:
         PalpateError: A trial failed, with the message of its error.
     """
-    rows, troubles = list[TrialRow](), list[str]()
+    rows, losses = list[TrialRow](), list[str]()
     # Existing workers keep the working folder in which they were started.
     path = None if folder is None else folder.path.absolute()
     calls = ((config, policy, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
@@ -50,13 +50,13 @@ def run_blocks(
                 with interrupts_wait():
                     keep = TrialRow.of if folder is None else folder.append_trial
                     rows += [keep(scored, FIRST_EVALUATION_TRIAL) for scored in done]
-                    troubles += lost
+                    losses += lost
                 if problem:
                     raise PalpateError(problem)
                 on_trial(len(done))
         except KeyboardInterrupt:
             pass
-    return rows, troubles
+    return rows, losses
 
 
 def _run_block(
@@ -76,7 +76,7 @@ def _run_block(
             work.run_all(range(begin, begin + trials), done.append)
         except PalpateError as error:
             problem = str(error)
-    return done, list(recording.troubles), problem
+    return done, list(recording.losses), problem
 
 
 SERIES: Final = 10

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
-from palpate.adapters.experiments.build import SKILLS, task_actions, task_reach
-from palpate.adapters.experiments.foreign import GROUP, foreign_code, foreign_entry, foreign_policy
+from palpate.adapters.experiments.build import OPTIONS, task_actions, task_bounds
+from palpate.adapters.experiments.third_party import GROUP, third_party_code, third_party_entry, third_party_policy
 from palpate.adapters.files import load_examples, load_policy
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
@@ -19,13 +19,13 @@ from palpate.core.perception import Perception, perception_from_dict, perception
 from palpate.core.policy import (
     ExamplesPolicy,
     MixedPolicy,
+    OptionParameters,
     Policy,
     PolicyDocument,
     ProgrammedPolicy,
     QParameters,
     RandomWalkPolicy,
     SarsaParameters,
-    SkillParameters,
     TemperatureSchedule,
     document_of,
     new_learner,
@@ -35,13 +35,13 @@ from palpate.core.ports import CONTROL_RATE_HZ, Settings, fitted
 from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
 from palpate.core.trial import N_PER_KGF, options_of
 
-OMNISCIENT_SPEED_M_S: Final = 0.01
+ORACLE_SPEED_M_S: Final = 0.01
 
 _TURN_SHARE: Final = 0.75
 """Share of the fastest turn: at full speed, a wrist exceeded the supervisor's limit of lag once in 100."""
 
 _NEVER: Final = -1e6
-"""Q of a skill that cannot start, so that it is never drawn at any temperature."""
+"""Q of an option that cannot start, so that it is never drawn at any temperature."""
 
 Hole = Callable[[], Sequence[float]]
 """Returns the numbers of :func:`pose_of`, or the first three of them."""
@@ -80,7 +80,7 @@ def policy_for(config: RunConfig, name: str) -> str:
         ConfigurationError: A required policy is missing, or a policy is named for a task without policies.
     """
     task = config.task.name
-    if task_kind(task).asks_policy:
+    if task_kind(task).queries_policy:
         if name in ("", NO_POLICY):
             raise ConfigurationError("policy", name, accepted_policies())
         return name
@@ -96,7 +96,7 @@ def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
         ConfigurationError: The name is unknown.
     """
     task, action_s = config.task, config.task.ticks_per_action / CONTROL_RATE_HZ
-    # The actions of the task, because a baseline has no skills.
+    # The actions of the task, because a baseline has no options.
     actions = task_kind(task.name).actions(task)
     match name:
         case "none":
@@ -110,7 +110,7 @@ def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
             # The distance between turns follows from clearance and chamfer.
             return Spiral(name, config.learning.belief.pitch_mm * 1e-3, speed_m_s * action_s)
         case "oracle":
-            return Oracle(hole_m, OMNISCIENT_SPEED_M_S * action_s)
+            return Oracle(hole_m, ORACLE_SPEED_M_S * action_s)
         case "corner-first":
             return CornerFirst(spatial_options(config))
         case "oracle-pose":
@@ -143,8 +143,8 @@ def learning_parameters(config: RunConfig) -> Settings:
     common: dict[str, Any] = {
         name: getattr(learning, name) for name in ("alpha", "gamma", "alpha_visits", "alpha_floor", "initial_value")
     }
-    if config.learner in ("sarsa", "skills"):
-        kind = SarsaParameters if config.learner == "sarsa" else SkillParameters
+    if config.learner in ("sarsa", "options"):
+        kind = SarsaParameters if config.learner == "sarsa" else OptionParameters
         return kind(**common, temperature=schedule, trace_decay=learning.trace_decay)
     return QParameters(**common, temperature=schedule)
 
@@ -152,7 +152,7 @@ def learning_parameters(config: RunConfig) -> Settings:
 def learning_policy(config: RunConfig, perception: Perception, code: str = "") -> Policy:
     """Return a new learner, of third-party ``code`` if given, combined with the programmed and example states."""
     if code:
-        return foreign_policy(foreign_entry(code), config, perception, frozen=False)
+        return third_party_policy(third_party_entry(code), config, perception, frozen=False)
     learning, actions = config.learning, task_actions(config)
     parts: list[Policy] = []
     try:
@@ -165,16 +165,16 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         # The setting has different names in the configuration and in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
-    learner = new_learner(learning_parameters(config), perception.states, actions, task_reach(config))
+    learner = new_learner(learning_parameters(config), perception.states, actions, task_bounds(config))
     if config.learner == "belief" and not parts:
         # A belief has no names of states and actions.
         parts.append(ProgrammedPolicy(perception.states, actions, {}))
-    if config.perception.symbols == SKILLS:
+    if config.perception.symbols == OPTIONS:
         kind, begun = task_kind(config.task.name), learner.get_state()
-        ahead, behind = learning.initial_value, learning.initial_value - learning.rule_lead
+        ahead, behind = learning.initial_value, learning.initial_value - learning.optimistic_prior
         begun["q"] = [
             [
-                _NEVER if not kind.may_begin(one.name, state) else ahead if kind.by_rule(one.name, state) else behind
+                _NEVER if not kind.can_start(one.name, state) else ahead if kind.by_rule(one.name, state) else behind
                 for one in actions
             ]
             for state in perception.states
@@ -206,18 +206,18 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
     """
     if os.path.exists(name):
         return load_policy(Path(name)), ""
-    if not (code := foreign_code(name)):
+    if not (code := third_party_code(name)):
         raise ConfigurationError("policy", name, accepted or accepted_policies())
     return None, code
 
 
-def foreign_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:
+def third_party_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:
     """Return the policy file of a new third-party policy.
 
     Raises:
         ConfigurationError: The code cannot be loaded, or creates no policy.
     """
-    policy = foreign_policy(foreign_entry(code), config, perception, frozen=True)
+    policy = third_party_policy(third_party_entry(code), config, perception, frozen=True)
     return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
 
 
@@ -263,14 +263,14 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
         PolicyError: The code refuses its learned state.
     """
     _require_same_tool(document, config)
-    if document.foreign is not None:
+    if document.third_party is not None:
         document.check_matches(perception.states, task_actions(config))
-        return foreign_policy(document.foreign, config, perception, frozen=frozen)
+        return third_party_policy(document.third_party, config, perception, frozen=frozen)
     learner = document.learner
     if not frozen and learner is not None:
         config.require("learner", learner.kind == config.learner, f"{learner.kind!r}, as in the policy file")
         document = replace(document, learner=replace(learner, parameters=learning_parameters(config)))
-    return policy_from(document, perception.states, task_actions(config), task_reach(config), frozen=frozen)
+    return policy_from(document, perception.states, task_actions(config), task_bounds(config), frozen=frozen)
 
 
 def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:

@@ -102,7 +102,7 @@ class TrialRow:
     hole_y_mm: float | None
     ticks: int
     temperature: float | None
-    marked: str
+    flagged: str
     trip: str
     drawn: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
@@ -126,7 +126,7 @@ class TrialRow:
             hole_y_mm=None if truth is None else round(truth.hole_in_task_m[1] * 1e3, 6) + 0.0,
             ticks=report.ticks,
             temperature=report.temperature,
-            marked=scored.marked,
+            flagged=scored.flagged,
             trip=scored.trip,
             drawn=scored.own if truth is None else {**scored.own, **truth.drawn},
         )
@@ -167,7 +167,7 @@ class RunResult:
     summary: dict[str, Any]
     finished: bool
     folder: RunFolder | None = None
-    troubles: Sequence[str] = ()
+    losses: Sequence[str] = ()
     timing: str = ""
 
     @property

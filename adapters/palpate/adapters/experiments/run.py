@@ -14,7 +14,7 @@ from palpate.adapters.experiments import training
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
 from palpate.adapters.experiments.evaluation import (
     FIRST_EVALUATION_TRIAL,
-    NOBODY_KNOWS,
+    ORACLE_ON_RIG,
     ChosenPolicy,
     warm_up,
     write_evaluation,
@@ -33,7 +33,7 @@ from palpate.core.supervision import limits_line, weakened_lines
 from palpate.core.trial import ReadyPose
 from palpate.simulation.work_cell import inertia_lines, validity_lines
 
-_MOST_TROUBLES: Final = 5
+_MOST_LOSSES: Final = 5
 Named: TypeAlias = str | os.PathLike[str]
 """A policy by name or file."""
 MakeRig: TypeAlias = Callable[[RunConfig, ReadyPose], Rig]
@@ -133,7 +133,7 @@ class Run:
         """
         chosen = ChosenPolicy(policy or self.policy, self.config)
         if chosen.name.startswith("oracle") and self.rig_file:
-            raise ConfigurationError("policy", chosen.name, NOBODY_KNOWS)
+            raise ConfigurationError("policy", chosen.name, ORACLE_ON_RIG)
         require_usable(self.config, self.ready, self.rig_file)
         return chosen
 
@@ -189,19 +189,19 @@ class Run:
         with ExitStack() as kept:
             if jobs > 1:
                 self.begin(kept, folder, "run", **facts)
-                rows, troubles = run_blocks(self.config, chosen.name, trials, jobs, folder, on_trial)
-                self._tell_troubles(troubles)
+                rows, losses = run_blocks(self.config, chosen.name, trials, jobs, folder, on_trial)
+                self._notify_losses(losses)
             else:
                 with self.opened(), ExitStack() as opened:
                     self.begin(kept, folder, "run", **facts)
                     recording = self.record(kept, opened, folder)
                     rows = self.rows(chosen, trials, recording, folder, on_trial=on_trial)
-                troubles = recording.troubles
+                losses = recording.losses
             if folder is None:
                 summary = policy_summary(self.config, chosen.name, rows, trials)
             else:
                 summary = write_evaluation(self.config, folder, chosen.name, chosen.document, rows, trials, claim)
-        return RunResult(rows, summary, len(rows) == trials, folder, troubles, recording.timing)
+        return RunResult(rows, summary, len(rows) == trials, folder, losses, recording.timing)
 
     def rows(
         self,
@@ -276,7 +276,7 @@ class Run:
                 else:
                     training.resume_from(checkpoint, learning, rig)
                     training.cut_back(folder, first)
-                    self._tell_part()
+                    self._notify_part()
                 recording = self.record(kept, opened, folder)
                 trainer = training.Trainer(self.config, folder, self.ready, rig, perception, learning, first, recording)
                 trainer.checkpoint()
@@ -285,7 +285,7 @@ class Run:
                 trainer.save_policy()
             rows, summary = training.write_training(self.config, folder, trials)
         self.policy = folder.path / "policy.json"
-        return RunResult(rows, summary, not trainer.interrupted, folder, recording.troubles, recording.timing)
+        return RunResult(rows, summary, not trainer.interrupted, folder, recording.losses, recording.timing)
 
     @contextmanager
     def opened(self) -> Iterator[Rig]:
@@ -298,7 +298,7 @@ class Run:
         if folder is not None:
             kept.enter_context(folder.writing())
             folder.write("run.toml", training.run_toml(self.config, command, **facts))
-        self._tell_part()
+        self._notify_part()
 
     def record(self, kept: ExitStack, opened: ExitStack, folder: RunFolder | None) -> Recording:
         """Start recording, and real time on a rig, until ``opened`` closes; ``kept`` then reports losses."""
@@ -307,24 +307,24 @@ class Run:
             recorder = folder.recorder(config.recording, opened)
         if recorder is not None:
             # In any case, together with the error that ended the run.
-            kept.callback(self._tell_troubles, recorder.troubles)
+            kept.callback(self._notify_losses, recorder.losses)
         session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
-        for grant in () if session is None else session.grants:
+        for grant in () if session is None else session.request_results:
             self.notify(str(grant))
         return Recording(recorder, session, self.live)
 
-    def _tell_part(self) -> None:
+    def _notify_part(self) -> None:
         config = self.config
         own = [limits_line(config.supervision, config.task)] if self.rig_file else inertia_lines(config.arm)
         weak = *weakened_lines(config.supervision), *validity_lines(config.cell)
         for line in (config.part.describe(), *own, *weak):
             self.notify(line)
 
-    def _tell_troubles(self, troubles: Sequence[str]) -> None:
-        for trouble in troubles[:_MOST_TROUBLES]:
-            self.notify(f"recording: {trouble}")
-        if len(troubles) > _MOST_TROUBLES:
-            self.notify(f"recording: and {len(troubles) - _MOST_TROUBLES} more like these")
+    def _notify_losses(self, losses: Sequence[str]) -> None:
+        for problem in losses[:_MOST_LOSSES]:
+            self.notify(f"recording: {problem}")
+        if len(losses) > _MOST_LOSSES:
+            self.notify(f"recording: and {len(losses) - _MOST_LOSSES} more like these")
 
 
 def note(line: str) -> None:

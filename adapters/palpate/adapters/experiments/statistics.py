@@ -139,9 +139,9 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
         "outcomes": _counted(row.outcome for row in rows),
         "trips": _counted(row.trip.partition(":")[0] for row in rows if row.trip),
-        "marked": sum(bool(row.marked) for row in rows),
-        # A trial may be marked for several reasons.
-        "marked_why": _counted(why.partition(" (")[0] for row in rows for why in row.marked.split("; ") if why),
+        "flagged": sum(bool(row.flagged) for row in rows),
+        # A trial may be flagged for several reasons.
+        "flagged_reasons": _counted(why.partition(" (")[0] for row in rows for why in row.flagged.split("; ") if why),
     }
 
 

@@ -2,7 +2,7 @@
 
 from palpate.adapters.log import aligned
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
-from palpate.core.policy.belief import FEWEST_TOUCHES, RINGS_M, TouchModel
+from palpate.core.policy.belief import MIN_CONTACTS, RINGS_M, ContactModel
 
 
 def render_table(document: PolicyDocument) -> str:
@@ -13,23 +13,23 @@ def render_table(document: PolicyDocument) -> str:
     """
     learner = document.learner
     learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
-    if (foreign := document.foreign) is not None:
-        package = f" ({foreign.distribution} {foreign.version})" if foreign.distribution else ""
-        learned = f"made by {foreign.code}{package}, {foreign.trials_learned} trials learned"
+    if (third_party := document.third_party) is not None:
+        package = f" ({third_party.distribution} {third_party.version})" if third_party.distribution else ""
+        learned = f"made by {third_party.code}{package}, {third_party.trials_learned} trials learned"
     head = f"{len(document.states)} states, {len(document.actions)} actions; {learned}"
     rows = [("state", "source", "best action", "value", "visits"), *map(_cells, document.table)]
     table = f"\n{aligned(rows, left=3)}" if len(rows) > 1 else ""
-    touches = f"\n{_touches(learner.touch_model)}" if learner is not None and learner.kind == "belief" else ""
-    return f"{head}\n{table}{touches}"
+    contacts = f"\n{_touches(learner.contact_model)}" if learner is not None and learner.kind == "belief" else ""
+    return f"{head}\n{table}{contacts}"
 
 
-def _touches(model: TouchModel | None) -> str:
+def _touches(model: ContactModel | None) -> str:
     """Return the contact model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
     if model is None:
-        return f"no touch model yet: fewer than {FEWEST_TOUCHES} touches in trials that ended in the hole\n"
+        return f"no touch model yet: fewer than {MIN_CONTACTS} touches in trials that ended in the hole\n"
     offset_x, offset_y = (1e3 * value for value in model.offset_Nm)
     head = (
-        f"touch model of {model.touches} touches: offset {offset_x:.2f} {offset_y:.2f} N mm,"
+        f"touch model of {model.contacts} touches: offset {offset_x:.2f} {offset_y:.2f} N mm,"
         f" {1e3 * model.bias_Nm:.2f} N mm from trial to trial; torque behind by {model.lag:g} of a step\n\n"
     )
     rows: list[tuple[str, ...]] = [("mm from the hole", "torque along N mm", "across N mm", "noise N mm")]

@@ -10,7 +10,6 @@ from typing import Any, Final
 from palpate.adapters.config import LEARNERS, RUN_FORMAT, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.foreign import foreign_entry
 from palpate.adapters.experiments.policies import (
     first_difference,
     learning_policy,
@@ -21,6 +20,7 @@ from palpate.adapters.experiments.policies import (
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import training_summary
+from palpate.adapters.experiments.third_party import third_party_entry
 from palpate.adapters.experiments.trial import OVERLOADS, ScoredTrial, require_sound, rest_reinforcement
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
 from palpate.adapters.files import json_of_file, save_policy
@@ -150,7 +150,7 @@ class Subject:
         if policy in LEARNERS and policy not in ("q-learning", config.learner):
             raise ConfigurationError("policy", policy, f"a policy file; --learner {policy} chooses it")
         name = config.learner if policy in ("", *LEARNERS) else policy
-        asks = task_kind(config.task.name).asks_policy
+        asks = task_kind(config.task.name).queries_policy
         config.task.require("name", asks, "a task that lets a policy choose; this one asks none")
         document, code = (None, "") if name == config.learner else policy_named(name, _TRAINED)
         brought = config.learning.programmed or config.learning.examples
@@ -160,7 +160,7 @@ class Subject:
             )
             raise ConfigurationError("learning.programmed", brought, accepted)
         if code:
-            foreign_entry(code)
+            third_party_entry(code)
         return cls(name, document, code)
 
     def perception(self, config: RunConfig, checkpoint: Checkpoint | None) -> Perception | None:
@@ -227,7 +227,7 @@ class Trainer(Trials):
         if scored.report.outcome is Outcome.INTERRUPTED:
             self._learner.set_state(before)
             self.rig.set_clock_ticks(ticks)
-        elif scored.marked and not self.config.admission.learn_from_marked:
+        elif scored.flagged and not self.config.acceptance.learn_from_flagged:
             self._learner.set_state(before)
         elif scored.trip:
             self._learn_from_trip(scored, before)

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from palpate.adapters.config import AdmissionConfig, RunConfig, folder_kept, task_kind
+from palpate.adapters.config import AcceptanceConfig, RunConfig, folder_kept, task_kind
 from palpate.adapters.experiments.build import build_reinforcement
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
@@ -16,7 +16,7 @@ from palpate.adapters.signals import on_ending_signal
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, require_whole
 from palpate.core.policy import ActionOutcome
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig, Truth
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, GroundTruth, Rig
 from palpate.core.supervision import Supervisor
 from palpate.core.trial import Fit, Outcome, Supervised, Task, TrialReport, TrialSetup, Trip, TripReason
 
@@ -29,17 +29,17 @@ class ScoredTrial:
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that ended by a trip.
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
-        marked: Why the trial's timing is not admitted; empty for an admitted trial.
+        flagged: Why the trial's timing is not admitted; empty for an admitted trial.
         stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
         blamed: Device whose samples or lateness ended the trial; empty if there is none.
         own: Values in which its job differs from that of the run, by column of trials.csv.
     """
 
     report: TrialReport
-    truth: Truth | None
+    truth: GroundTruth | None
     success: bool
     exploration_time_s: float
-    marked: str = ""
+    flagged: str = ""
     stopped_by: str = ""
     blamed: str = ""
     own: Mapping[str, float] = field(default_factory=dict)
@@ -82,7 +82,7 @@ OVERLOADS: Final = (
 """Reasons of trips in which valid samples show that the last action exceeded a limit. Other reasons may be faults."""
 _OF_THE_ARM: Final = (
     TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
-    TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FELT,
+    TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FOUND,
 )  # fmt: skip
 
 
@@ -148,7 +148,7 @@ class _Witness(LoopObserver):
 
     @override
     def supervised(self, supervised: Supervised) -> None:
-        change = supervised.intervention
+        change = supervised.command_override
         if change is not None and change.trip is not None and self._trip is None:
             self._trip = change.trip
             self.blamed = self._told(change.trip)
@@ -167,23 +167,23 @@ def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
     return {"stopped_by": rig.stopped_by(), "timing_json": "" if session is None else session.report_json()}
 
 
-def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:
+def score(config: RunConfig, report: TrialReport, truth: GroundTruth | None) -> ScoredTrial:
     """Score the core's report against the ground truth."""
-    marked, time_s = objections(report, config.admission), report.exploration_time_s
+    flagged, time_s = objections(report, config.acceptance), report.exploration_time_s
     if trip_of(report):
-        return ScoredTrial(report, truth, False, max(time_s, config.task.time_limit_s), marked)
+        return ScoredTrial(report, truth, False, max(time_s, config.task.time_limit_s), flagged)
     if truth is None:
-        return ScoredTrial(report, None, report.outcome in (Outcome.INSERTED, Outcome.DONE), time_s, marked)
+        return ScoredTrial(report, None, report.outcome in (Outcome.INSERTED, Outcome.DONE), time_s, flagged)
     success = task_kind(config.task.name).achieved(config.task, report, truth, fit_of(config))
-    return ScoredTrial(report, truth, success, time_s, marked)
+    return ScoredTrial(report, truth, success, time_s, flagged)
 
 
 def fit_of(config: RunConfig) -> Fit:
     """Return the fit of tool and part in the simulated cell."""
     cell = config.cell
-    lean_mrad = cell.tilt_mrad + cell.conditions.plate_lean_mrad
+    total_tilt_mrad = cell.tilt_mrad + cell.conditions.plate_tilt_mrad
     clearance_mm = max(cell.peg.clearance_mm, cell.worn_clearance_mm)
-    return Fit(cell.peg.diameter_mm, clearance_mm, lean_mrad, cell.peg.hole_depth_mm)
+    return Fit(cell.peg.diameter_mm, clearance_mm, total_tilt_mrad, cell.peg.hole_depth_mm)
 
 
 def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
@@ -206,7 +206,7 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
     }
 
 
-def objections(report: TrialReport, config: AdmissionConfig) -> str:
+def objections(report: TrialReport, config: AcceptanceConfig) -> str:
     """Return why a trial is flagged for its timing, or an empty text; semicolons separate the reasons."""
     timing, ticks = report.timing, max(report.ticks, 1)
     found = []

@@ -13,14 +13,14 @@ from palpate.adapters.experiments.build import (
     needs_fitting,
     ready_pose,
     supervisor_of,
-    task_reach,
+    task_bounds,
 )
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.control_loop import LoopObserver
 from palpate.core.perception import Perception
-from palpate.core.policy import BeliefLearner, ForeignPolicy, Policy, learner_of
+from palpate.core.policy import BeliefLearner, Policy, ThirdPartyPolicy, learner_of
 from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
 
@@ -41,9 +41,9 @@ class Recording:
     live: TrialsObserver | None = None
 
     @property
-    def troubles(self) -> list[str]:
+    def losses(self) -> list[str]:
         """Failures of recording."""
-        return [] if self.recorder is None else self.recorder.troubles
+        return [] if self.recorder is None else self.recorder.losses
 
     @property
     def timing(self) -> str:
@@ -81,7 +81,7 @@ class Trials:
         subfolder: str = "",
         first: int = 0,
     ) -> None:
-        if isinstance(policy, ForeignPolicy):
+        if isinstance(policy, ThirdPartyPolicy):
             policy.now_ns = rig.ports.clock.now_ns
         self.run_config, self.rig, self._command, self._subfolder = config, rig, command, subfolder
         self.perception, self.policy, self.name = perception, policy, name
@@ -115,7 +115,7 @@ class Trials:
                 self.perception = build_perception(config)
             learner = learner_of(self.policy)
             if isinstance(learner, BeliefLearner):
-                learner.step_within(task_reach(config))
+                learner.step_within(task_bounds(config))
             self._begin(config, ready)
         own = {"place": 1 + trial % len(whole.place.centres_mm)} if whole.place.further_mm else {}
         return own | ({"limit_N": config.limits.force_N} if drawn and whole.limits.drawn_from_N else {})

@@ -19,7 +19,7 @@ from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 
 LATE: Final = "late"
 """Source of a pause in the records of a trial."""
-REST: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
+PAUSE: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
 """Time for which the loop of a rig waits for a decision; less than half a tick."""
 _NS: Final = 1_000_000_000
@@ -60,7 +60,7 @@ class Agent(FixedPolicy, LoopObserver):
     def new_trial(self) -> None:
         """Discard what remains of the previous trial."""
         self.shown, self._given = SimpleQueue[Any](), SimpleQueue[Decision]()
-        self._asked_ns: int | None = None
+        self._requested_ns: int | None = None
         self._time_ns = self.late_decisions = 0
         self.left = False
 
@@ -71,19 +71,19 @@ class Agent(FixedPolicy, LoopObserver):
     def leave(self) -> None:
         """End the waiting: in the simulator the trial ends; on a rig it pauses until the arm is stopped."""
         self.left = True
-        self._given.put(REST)
+        self._given.put(PAUSE)
 
     def choose(self, observation: Observation) -> Decision:
         """Return the agent's decision, or a pause if there is none in time."""
-        if self._asked_ns is None:
-            self._asked_ns = self._time_ns
+        if self._requested_ns is None:
+            self._requested_ns = self._time_ns
             self.shown.put(self.look())
         try:
-            decision = REST if self.left else self._given.get(timeout=self._grace_s)
+            decision = PAUSE if self.left else self._given.get(timeout=self._grace_s)
         except Empty:
             self.late_decisions += 1
-            return REST
-        self._asked_ns = None
+            return PAUSE
+        self._requested_ns = None
         return decision
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
@@ -95,8 +95,8 @@ class Agent(FixedPolicy, LoopObserver):
         """
         if self.left and self._grace_s is None:
             raise LeftError
-        self._time_ns, asked_ns = time_ns, self._asked_ns
-        if asked_ns is None or self.left or time_ns - asked_ns <= self._limit_ns or not self._given.empty():
+        self._time_ns, requested_ns = time_ns, self._requested_ns
+        if requested_ns is None or self.left or time_ns - requested_ns <= self._limit_ns or not self._given.empty():
             return
-        took = f"no decision for {(time_ns - asked_ns) / _NS:.3f} s; {self._limit_ns / _NS:g} s are allowed"
+        took = f"no decision for {(time_ns - requested_ns) / _NS:.3f} s; {self._limit_ns / _NS:g} s are allowed"
         raise LateAgentError(took)

@@ -46,7 +46,7 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
 
 MOST_SKIPPED: Final = 20
 """Largest number of consecutive trials without a decision; more indicate a wrong set-up of the cell."""
-_PATIENCE_S: Final = 5.0
+_TIMEOUT_S: Final = 5.0
 
 
 class Episodes:
@@ -205,7 +205,7 @@ class Episodes:
         """End the running trial in any state of its loop; preparing the next trial releases the stopped arm."""
         self.running = False
         self._agent.leave()
-        deadline_s = time.monotonic() + _PATIENCE_S
+        deadline_s = time.monotonic() + _TIMEOUT_S
         while self._thread.is_alive() and time.monotonic() < deadline_s:
             if self.on_rig:
                 self.rig.ports.arm.stop()
@@ -244,7 +244,7 @@ class Episodes:
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
         # The cost of earlier pauses is charged to the agent.
         new, self._settled = report.decisions[self._settled :], len(report.decisions)
-        # There is no reinforcement within a skill; for a trial that ended within an action, nothing was settled.
+        # There is no reinforcement within an option; for a trial that ended within an action, nothing was settled.
         earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
         earned += self.plain_reinforcement if new and new[-1].reinforcement is None else 0.0
         trip = experiments.trip_of(report)

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments import OUTSIDE
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
-from palpate.core.policy import Action, Decision, Law, Spatial
+from palpate.core.policy import Action, ControllerKind, Decision, Spatial
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.tasks.insertion_6dof import SpatialOptions
 from palpate.core.trial import options_of, wander_m
@@ -60,7 +60,7 @@ class TipWrench:
         up, down = task.ready_height_mm * 1e-3 + _MARGIN_M, task.insertion_depth_mm * 1e-3 + _SEARCH_M
         force, torque = task.max_force_N, task.max_force_N * config.cell.peg.diameter_mm * 0.5e-3
         own = spatial_of(config)
-        turns = [] if own is None else [radians(most) for most in (own.most_lean_deg,) * 2 + (own.most_yaw_deg,)]
+        turns = [] if own is None else [radians(most) for most in (own.most_tilt_deg,) * 2 + (own.most_yaw_deg,)]
         high = np.array([across, across, down, *[force] * 3, *[torque] * 3, *turns], np.float32)
         low = -high
         low[2] = -up
@@ -168,8 +168,12 @@ class Twists:
         """Return the motion; it belongs to no set of actions, so no table learns from it."""
         x, y, z, *turn = shares = _shares(action, 6)
         scale, turned = self._longest_m / max(hypot(x, y), 1.0), self._longest_rad / max(hypot(*turn), 1.0)
-        lean_x, lean_y, yaw = (turned * share for share in turn)
-        spatial = Spatial(Law.LIFT if z < 0.0 else Law.STEP, max(-z, 0.0) * self._longest_m, (lean_x, lean_y, yaw))
+        tilt_x, tilt_y, yaw = (turned * share for share in turn)
+        spatial = Spatial(
+            ControllerKind.LIFT if z < 0.0 else ControllerKind.STEP,
+            max(-z, 0.0) * self._longest_m,
+            (tilt_x, tilt_y, yaw),
+        )
         name = ", ".join(f"{share:+.4f}" for share in shares)
         return Decision(Action(f"({name})", (scale * x, scale * y), spatial), None, OUTSIDE)
 

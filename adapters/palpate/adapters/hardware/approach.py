@@ -23,7 +23,7 @@ from palpate.core.ports import (
     Validity,
     Vector3,
 )
-from palpate.core.supervision import WITHDRAWAL_SHARE, SampleWatch, require_raw
+from palpate.core.supervision import WITHDRAWAL_SHARE, SampleMonitor, require_raw
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
@@ -42,12 +42,12 @@ An arm that is delayed by 0.2 s near the end of the way then has little to catch
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
 """Time for which the arm waits at its position for new samples; after a pause they may be too old."""
 _TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-_PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
+_TIMEOUT_TICKS: Final = 3 * CONTROL_RATE_HZ
 """Longest time for the arm to arrive after its set-point."""
 
 
 @dataclass(frozen=True, slots=True)
-class WayToReadyPose:
+class ReadyPosePath:
     """Data for the way of an arm to the ready pose from any pose.
 
     Attributes:
@@ -62,7 +62,9 @@ class WayToReadyPose:
     poses_rad: tuple[JointVector, ...]
 
 
-def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: float, watch: SampleWatch) -> None:
+def move_to_ready(
+    approach: ReadyPosePath, ports: Ports, speed_rad_s: float, limit_N: float, monitor: SampleMonitor
+) -> None:
     """Withdraw the tool straight from a hole that it may be in, then pass the poses of an approach.
 
     At the end and after any error the arm is unchanged: it holds its last set-point, or was stopped.
@@ -79,14 +81,14 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
     require_right_turn(approach, begin)
     path = withdrawal(approach, begin)
     if path:
-        _follow(ports, path, recent_force_N(ports), WITHDRAWAL_SHARE * limit_N, watch)
+        _follow(ports, path, recent_force_N(ports), WITHDRAWAL_SHARE * limit_N, monitor)
     first_N = recent_force_N(ports)
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad
-        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N, watch)
+        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N, monitor)
 
 
-def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None:
+def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
     """Refuse a joint more than half a turn from the ready pose whose true angle may be one turn closer."""
     limits = Kinematics(approach.arm, approach.tool)
     joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
@@ -98,7 +100,7 @@ def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None
             raise DeviceError("joint encoder", f"{problem}: {remedy}")
 
 
-def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVector]:
+def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVector]:
     """Return joint poses, tick by tick, that withdraw a tool along its axis until it is clear of the plate.
 
     There are none if the tip is already clear, or the tool is not aligned with the hole.
@@ -146,18 +148,18 @@ def recent_force_N(ports: Ports) -> Vector3:
     raise DeviceError("rig", f"force sample {sample.validity.value} before a motion")
 
 
-def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, watch: SampleWatch) -> None:
+def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, monitor: SampleMonitor) -> None:
     """Command one pose per tick and wait until the arm rests at the last one."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
     near, sequence = 0, -1
-    watch.begin()
+    monitor.begin()
     try:
         while near < _STAYS_SAMPLES:
             clock.sleep_until(tick_time_ns(start_ns, slot))
             now_ns = clock.now_ns()
             joints, wrench = encoder.read(), sensor.read()
-            trip = watch.trip(Snapshot(slot, now_ns, wrench, joints, None))
+            trip = monitor.trip(Snapshot(slot, now_ns, wrench, joints, None))
             if trip is None:
                 tick, blind = tick + 1, 0
                 if dist(wrench.force_N, first_N) > limit_N:
@@ -172,7 +174,7 @@ def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: fl
                 away = max(abs(t - q) for t, q in zip(target, joints.position_rad, strict=True))
                 if joints.sequence != sequence:
                     sequence, near = joints.sequence, near + 1 if away <= _THERE_RAD else 0
-                if tick > len(path) + _PATIENCE_TICKS:
+                if tick > len(path) + _TIMEOUT_TICKS:
                     raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
             slot = next_slot(start_ns, slot, now_ns)
     except BaseException:
@@ -192,7 +194,7 @@ APPROACH_HEIGHT_M: Final = 0.1
 """Height above the plate that an arm passes on its way to the ready pose."""
 
 
-def find_approach(config: RunConfig, ready: ReadyPose) -> WayToReadyPose:
+def find_approach(config: RunConfig, ready: ReadyPose) -> ReadyPosePath:
     """Return the way to the ready pose from any pose: clear of the plate, well above it, then down.
 
     Raises:
@@ -203,4 +205,4 @@ def find_approach(config: RunConfig, ready: ReadyPose) -> WayToReadyPose:
     above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
     q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="place")
     poses = tuple(q.tolist()), tuple(ready.q_rad.tolist())
-    return WayToReadyPose(arm_named(config.arm), config.tool.geometry, goal, config.task.ready_height_mm * 1e-3, poses)
+    return ReadyPosePath(arm_named(config.arm), config.tool.geometry, goal, config.task.ready_height_mm * 1e-3, poses)

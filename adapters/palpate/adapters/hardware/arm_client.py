@@ -46,7 +46,7 @@ _LEFT: Final = "what stops the arm now is its drives' own time-outs; switch the 
 
 
 class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
-    """Encoders and servos of an arm that another process owns; ``tell`` receives its messages when it is opened.
+    """Encoders and servos of an arm that another process owns; ``notify`` receives its messages when it is opened.
 
     Attributes:
         listens: Whether only angles are read, without power and commands. Set it before :meth:`activate`.
@@ -58,15 +58,15 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         start: Callable[[], ArmProcess],
         clock: Clock,
         timeout_ns: int,
-        tell: Callable[[str], object] = str,
+        notify: Callable[[str], object] = str,
     ) -> None:
         super().__init__(arm.name)
         self._arm, self._start, self._clock = arm, start, clock
-        self._silence_ns, self._tell, self.listens = timeout_ns + _HANGS_NS, tell, False
+        self._silence_ns, self._notify, self.listens = timeout_ns + _HANGS_NS, notify, False
         self._limiter = arm.limiter
         self._host: ArmProcess | None = None
         self._stand_by: StandBy | None = None
-        self._held_beat_ns = 0
+        self._held_heartbeat_ns = 0
         self._status = ArmStatus()
         self._sent = self._requests = 0
         self._stopped = False
@@ -120,14 +120,14 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
-        asked, host = command.position_rad, self._host
-        if len(asked) != self._limiter.joints:
+        requested, host = command.position_rad, self._host
+        if len(requested) != self._limiter.joints:
             joints = self._limiter.joints
-            raise CommandError(f"the arm has {joints} joints, the command has another number", len(asked))
+            raise CommandError(f"the arm has {joints} joints, the command has another number", len(requested))
         if self._stopped or self.listens or host is None:
             return AppliedCommand(self._where(), CommandReason.STOPPED)
         now_ns = self._clock.now_ns()
-        applied = AppliedCommand(asked) if self._arm.answers else self._limiter.limited(asked, now_ns)
+        applied = AppliedCommand(requested) if self._arm.answers else self._limiter.limited(requested, now_ns)
         self._sent += 1
         host.memory.setpoint.write(Setpoint(self._sent, now_ns, applied.position_rad))
         if self._arm.answers:
@@ -161,12 +161,12 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     def stop(self) -> None:
         """Stop the arm, and return when it has received the stop or after a time-out. Signal handlers may call this."""
         self._stopped = True
-        host, asked_ns = self._host, self._clock.now_ns()
+        host, requested_ns = self._host, self._clock.now_ns()
         if host is None or self._life is Life.CONSTRUCTED:
             return
-        host.memory.stop_asked_ns = asked_ns
-        while host.memory.stopped_ns < asked_ns and host.is_alive():
-            if self._clock.now_ns() > asked_ns + _STOP_NS:
+        host.memory.stop_requested_ns = requested_ns
+        while host.memory.stopped_ns < requested_ns and host.is_alive():
+            if self._clock.now_ns() > requested_ns + _STOP_NS:
                 return
             self._clock.sleep_until(self._clock.now_ns() + PACE_NS)
 
@@ -190,7 +190,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         self._status = ArmStatus()
         try:
             for line in self._request("configure"):
-                self._tell(line)
+                self._notify(line)
             self._stand_down()
             self._stand_by = self._arm.stand_by()
         except BaseException:
@@ -228,8 +228,8 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._host = None
             host.end()
 
-    def _request(self, name: str, patience_ns: int = _REQUEST_NS) -> Any:
-        host, deadline_ns = self._host, self._clock.now_ns() + patience_ns
+    def _request(self, name: str, wait_ns: int = _REQUEST_NS) -> Any:
+        host, deadline_ns = self._host, self._clock.now_ns() + wait_ns
         if host is None:
             raise DeviceError(self.name, self._last_words)
         self._requests += 1
@@ -261,7 +261,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             return
         # The time is read first, because this process may be suspended between the two.
         now_ns = self._clock.now_ns()
-        silent_ns = now_ns - host.memory.beat_ns
+        silent_ns = now_ns - host.memory.heartbeat_ns
         self._status = host.memory.status.read()
         if self._status.fault is not None:
             self._latch(self._status.fault)
@@ -269,9 +269,9 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._bury(host)
         elif silent_ns > self._silence_ns and self._life is Life.ACTIVE:
             self._bury(host, f"has not run for {silent_ns * 1e-6:.0f} ms, stopped or hanging in its driver")
-        elif silent_ns > _LATE_NS and host.memory.beat_ns != self._held_beat_ns:
+        elif silent_ns > _LATE_NS and host.memory.heartbeat_ns != self._held_heartbeat_ns:
             # A killed process takes time to end. A late one continues from where the arm was held.
-            self._held_beat_ns = host.memory.beat_ns
+            self._held_heartbeat_ns = host.memory.heartbeat_ns
             self._hold()
 
     def _bury(self, host: ArmProcess, cause: str = "") -> None:
@@ -310,4 +310,4 @@ def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeC
     # Also created here, without opening it, so that a wrong rig file is refused before anything starts.
     arm = served(arm_maker(entry.adapter)(entry.settings, context), context)
     assignment = Assignment(entry, context.portable(), clock, real_time, timeout_ns, tuple(sys.path))
-    return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.tell)
+    return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.notify)

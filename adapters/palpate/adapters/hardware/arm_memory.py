@@ -37,7 +37,7 @@ class ArmStatus(NamedTuple):
     taken: int = 0
 
 
-class Board(Generic[NoteT]):
+class SharedState(Generic[NoteT]):
     """Notes that one side writes and the other reads: always the latest one, and always complete."""
 
     BYTES: Final = 2 * _SLOT_BYTES
@@ -85,16 +85,15 @@ class ArmMemory:
     """All shared data.
 
     Attributes:
-        stop_asked_ns: When the arm was last asked to stop; written by any thread of the loop's process, and by signal
-            handlers.
+        stop_requested_ns: Time of the last stop request, from any thread or signal handler of the loop's process.
     """
 
-    BYTES: Final = _WORDS_BYTES + 2 * Board.BYTES
-    stop_asked_ns = _Word(0)
+    BYTES: Final = _WORDS_BYTES + 2 * SharedState.BYTES
+    stop_requested_ns = _Word(0)
     stopped_ns = _Word(1)
-    beat_ns = _Word(2)
+    heartbeat_ns = _Word(2)
 
     def __init__(self, memory: mmap.mmap) -> None:
         self.words = memoryview(memory)[:_WORDS_BYTES].cast("q")
-        self.setpoint = Board[Setpoint | None](memory, _WORDS_BYTES, None)
-        self.status = Board[ArmStatus](memory, _WORDS_BYTES + Board.BYTES, ArmStatus())
+        self.setpoint = SharedState[Setpoint | None](memory, _WORDS_BYTES, None)
+        self.status = SharedState[ArmStatus](memory, _WORDS_BYTES + SharedState.BYTES, ArmStatus())

@@ -60,7 +60,7 @@ class ArmLoop:
         }
         self._cycles = self._closed = self._is_enabled = False
         self._stopped = True
-        self._asked_ns = memory.stop_asked_ns
+        self._requested_ns = memory.stop_requested_ns
         self._fault: str | None = None
         self._sample: JointSample | None = None
         self._applied: AppliedCommand | None = None
@@ -88,7 +88,7 @@ class ArmLoop:
             if self._arm.answers or self._clock.now_ns() >= self._due_ns:
                 self._cycle()
             until_ns = min(until_ns, max(self._due_ns, self._clock.now_ns()))
-        self._memory.beat_ns = self._clock.now_ns()
+        self._memory.heartbeat_ns = self._clock.now_ns()
         self._clock.sleep_until(until_ns)
 
     @property
@@ -100,8 +100,8 @@ class ArmLoop:
             raise EOFError
         while self._line.poll(0):
             self._answer(*self._line.recv())
-        if (asked_ns := self._memory.stop_asked_ns) != self._asked_ns:
-            self._asked_ns = asked_ns
+        if (requested_ns := self._memory.stop_requested_ns) != self._requested_ns:
+            self._requested_ns = requested_ns
             self._stop()
             self._memory.stopped_ns = self._clock.now_ns()
         setpoint = self._newest()
@@ -147,7 +147,7 @@ class ArmLoop:
 
     def _publish(self) -> None:
         self._memory.status.write(ArmStatus(self._fault, self._sample, self._applied, self._taken))
-        self._memory.beat_ns = self._clock.now_ns()
+        self._memory.heartbeat_ns = self._clock.now_ns()
 
     def _stop(self) -> None:
         """Stop the arm once, until it is activated again."""
@@ -253,16 +253,16 @@ class Assignment(NamedTuple):
     path: tuple[str, ...]
 
 
-def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
+def _setting_priority(real_time: RealTimeConfig) -> Callable[[], object]:
     """Return a function that puts a thread into the real-time class, if the run uses it, above a loop that hangs."""
     if not real_time.scheduling:
         return lambda: None
 
-    def hurry() -> None:
+    def set_priority() -> None:
         if not take_real_time(min(real_time.priority + 1, 99)).granted:
             take_real_time(real_time.priority)
 
-    return hurry
+    return set_priority
 
 
 def main() -> None:
@@ -285,11 +285,11 @@ def main() -> None:
 def _serve(given: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
     sys.path[:] = given.path
     clock = given.clock
-    hurry = _hurrying(given.real_time)
-    hurry()
+    set_priority = _setting_priority(given.real_time)
+    set_priority()
     # The priority is between those of the bus's receiver and of this thread.
     sys.setswitchinterval(_SWITCH_S)
-    context = replace(given.context, clock=clock, hurry=hurry)
+    context = replace(given.context, clock=clock, set_priority=set_priority)
     arm = served(arm_maker(given.entry.adapter)(given.entry.settings, context), context)
     with RealTime(replace(given.real_time, scheduling=False, cpu=-1)):
         return ArmLoop(arm, line, memory, clock, given.timeout_ns, is_orphan).serve()

@@ -56,11 +56,11 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,
             host_node=table.host_node,
-            missed_cycles=max(1, round(3 * table.patience)),
-            heartbeat_timeout_ms=round(150 * table.patience),
-            host_watchdog_ms=round(100 * table.patience),
-            sdo_timeout_s=0.3 * table.patience,
-            transition_timeout_s=2.0 * table.patience,
+            missed_cycles=max(1, round(3 * table.timeout_scale)),
+            heartbeat_timeout_ms=round(150 * table.timeout_scale),
+            host_watchdog_ms=round(100 * table.timeout_scale),
+            sdo_timeout_s=0.3 * table.timeout_scale,
+            transition_timeout_s=2.0 * table.timeout_scale,
         )
 
     def open_bus() -> OpenArm:

@@ -13,7 +13,7 @@ from palpate.adapters.hardware.emulated_devices import emulated_arm, emulated_se
 from palpate.adapters.hardware.emulated_events import PlannedEvent
 from palpate.core.job import Job
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth
+from palpate.core.ports import CONTROL_RATE_HZ, GroundTruth, JointVector
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.emulators.motors import HOME_RAD
 from palpate.simulation.work_cell import HiddenValues, WorkCell
@@ -100,7 +100,8 @@ class EmulatedCell:
         for table, entries in (("arm", named | self.arm.entries()), ("force_sensor", sensor)):
             lines.append(f"\n[{table}]\n")
             lines += (
-                f"{key} = {literal(value)}{_SHARED if key == 'patience' else ''}\n" for key, value in entries.items()
+                f"{key} = {literal(value)}{_SHARED if key == 'timeout_scale' else ''}\n"
+                for key, value in entries.items()
             )
         lines.append(f"\n[watchdog]\nsetpoint_timeout_ms = 500.0{_SHARED}\n")
         return "".join(lines)
@@ -126,7 +127,7 @@ class EmulatedCell:
     def run(
         self,
         ended: Callable[[], bool],
-        told: Callable[[Truth], None],
+        told: Callable[[GroundTruth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
         """Run the cell in real time until ``ended``; report the truth of each insertion, and each event."""
@@ -152,7 +153,7 @@ class EmulatedCell:
             else:
                 clock.sleep_until(deadline_ns)
 
-    def _watch(self, told: Callable[[Truth], None]) -> None:
+    def _watch(self, told: Callable[[GroundTruth], None]) -> None:
         if self.cell.ticks % 14:
             return
         truth = self.cell.truth()

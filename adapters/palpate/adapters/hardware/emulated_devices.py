@@ -112,7 +112,7 @@ def _zebra(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs, co
         "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
         "adapter_latency_ms": 0.0, "divider": emulation.divider, "at_home": True,
         "counts_file": counts_file, "reset_wait_ms": 20.0,
-        "patience": 1.0 / emulation.real_time_factor,
+        "timeout_scale": 1.0 / emulation.real_time_factor,
     }, motors=plant, lag_ms=40.0, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: chain.set_power(powered=False))
@@ -126,7 +126,7 @@ def _cia402(emulation: EmulationConfig, start: JointVector, clock_ns: ClockNs) -
     server = PtyServer(SlcanAdapter(EmulatedCanBus(drives)), clock_ns, paced=False)
     arm = EmulatedArm(server, lambda: {
         "adapter": "cia402", "interface": "slcan", "channel": server.path, "divider": emulation.divider,
-        "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "patience": 10.0,
+        "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale), "timeout_scale": 10.0,
     }, motors=motors, lag_ms=40.0, hold=server.exclusive)  # fmt: skip
     arm.faults["cable-pulled"] = server.unplug
     arm.faults["emergency-stop"] = arm.held(lambda: _lose_voltage(drives))
@@ -139,7 +139,7 @@ def _ur(config: RunConfig, start: JointVector, feel: WrenchSource, clock_ns: Clo
     noise_N, noise_Nm = (precision / 2.0 for precision in PRECISION)
     facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
     arm = EmulatedArm(
-        server, lambda: {"adapter": "ur-rtde", "host": server.host, "guard_N": 45.0, "patience": 5.0},
+        server, lambda: {"adapter": "ur-rtde", "host": server.host, "force_stop_N": 45.0, "timeout_scale": 5.0},
         motors=controller, lag_ms=45.0, hold=server.exclusive,
         in_flange=EmulatedDevice(nullcontext(), lambda: {"adapter": "ur-rtde", "host": server.host}, facts=facts),
     )  # fmt: skip
@@ -170,7 +170,7 @@ def _ros2(
     )
     return EmulatedArm(
         server, lambda: {
-            **network(), "commands": f"/{server.commands}", "patience": 5.0,
+            **network(), "commands": f"/{server.commands}", "timeout_scale": 5.0,
             **({"mode": "velocities", "stops_without_commands": True} if velocities else {}),
         },
         {"cable-pulled": lambda: setattr(server, "is_unplugged", True)},

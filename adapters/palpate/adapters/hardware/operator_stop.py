@@ -34,10 +34,10 @@ class OperatorStop:
         arm: ArmCommand,
         *,
         keys: bool = True,
-        tell: Callable[[str], None] = lambda trip: None,
+        notify: Callable[[str], None] = lambda trip: None,
         terminal_fd: int = 0,
     ) -> None:
-        self._arm, self._keys, self._tell, self._fd = arm, keys, tell, terminal_fd
+        self._arm, self._keys, self._notify, self._fd = arm, keys, notify, terminal_fd
         self._tripped: list[str] = []
         self._opened: ExitStack | None = None
 
@@ -46,14 +46,14 @@ class OperatorStop:
         """First cause of a stop since the last acknowledgement; empty if there is none."""
         return next(iter(self._tripped), "")
 
-    def stop(self, cause: str = "program: asked for") -> None:
+    def stop(self, cause: str = "program: requested") -> None:
         """Stop and latch. Uses no lock, so any thread and signal handlers may call it."""
-        trouble = stop_surely(self._arm)
+        problem = stop_surely(self._arm)
         was_tripped = bool(self._tripped)
-        self._tripped.append(cause + trouble)
+        self._tripped.append(cause + problem)
         if not was_tripped:
             with suppress(Exception):
-                self._tell(cause + trouble)
+                self._notify(cause + problem)
 
     def acknowledge(self) -> None:
         """Clear the trip, as decided by a person."""

@@ -48,9 +48,9 @@ class RigContext:
     Attributes:
         tool: Tool on the flange according to the job; None without a job.
         accept_kinematics: Whether a person has accepted a nominal model of the arm, or the rig is emulated.
-        hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
-            class and onto the loop's CPU, where the run asks for these.
-        tell: Receives the messages of an adapter when it opens its device.
+        set_priority: Sets the real-time class and the CPU that the run requests; each thread that keeps the arm's
+            cycles calls it first.
+        notify: Receives the messages of an adapter when it opens its device.
     """
 
     clock: Clock
@@ -58,10 +58,10 @@ class RigContext:
     lower_rad: JointVector
     upper_rad: JointVector
     velocity_limit_rad_s: JointVector
-    hurry: Callable[[], object] = _as_it_is
+    set_priority: Callable[[], object] = _as_it_is
     tool: ToolConfig | None = None
     accept_kinematics: bool = False
-    tell: Callable[[str], object] = _to_stderr
+    notify: Callable[[str], object] = _to_stderr
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:
@@ -87,7 +87,7 @@ class RigContext:
     def portable(self) -> RigContext:
         """Return the parts of the context that can be sent to another process."""
         none: Any = None
-        return replace(self, clock=none, hurry=_as_it_is, tell=_to_stderr)
+        return replace(self, clock=none, set_priority=_as_it_is, notify=_to_stderr)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, Self
 from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
-from palpate.adapters.hardware.approach import WayToReadyPose, find_approach, walk
+from palpate.adapters.hardware.approach import ReadyPosePath, find_approach, move_to_ready
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.fault_file import FaultFile
@@ -31,10 +31,10 @@ from palpate.core.ports import (
     Ports,
     Rig,
     SensorFacts,
-    World,
+    WorldRecord,
     WrenchSample,
 )
-from palpate.core.supervision import SampleWatch
+from palpate.core.supervision import SampleMonitor
 from palpate.core.trial import ReadyPose
 
 
@@ -97,10 +97,10 @@ class DeviceRig(Rig):
         name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
         return f"{name}: {account}" if account else name
 
-    def world(self) -> World:
+    def world(self) -> WorldRecord:
         """Return the name of the rig for logs; a real world cannot be reproduced."""
         facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
-        return World(self._file.name, facts)
+        return WorldRecord(self._file.name, facts)
 
     def truth(self) -> None:
         """Return None, because the ground truth is unknown."""
@@ -125,19 +125,19 @@ class HardwareRig(DeviceRig):
     """
 
     def __init__(
-        self, file: RigFile, config: RunConfig, approach: WayToReadyPose, latch: FaultFile | None = None
+        self, file: RigFile, config: RunConfig, approach: ReadyPosePath, latch: FaultFile | None = None
     ) -> None:
         clock, real_time = MonotonicClock(None, file.real_time_factor), config.real_time
         accepted = file.emulated or file.accept_kinematics
         own = RigContext.of(config.arm, clock)
-        context = replace(own, hurry=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
+        context = replace(own, set_priority=lambda: join_loop(real_time), tool=config.tool, accept_kinematics=accepted)
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         arm = arm_in_process(file.arm, context, real_time, file.watchdog.timeout_ns)
-        self.operator = OperatorStop(arm, keys=file.operator.keys, tell=_tell)
+        self.operator = OperatorStop(arm, keys=file.operator.keys, notify=_notify)
         super().__init__(file, sensor, arm)
         self.ports = Ports(clock, self._turned, arm, GuardedArm(arm, self.operator))
         self._approach, self._limit_N, self._supervision = approach, config.task.max_force_N, config.supervision
-        self._at_ready, self._left = False, list[WayToReadyPose]()
+        self._at_ready, self._left = False, list[ReadyPosePath]()
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
         self.latch.still = self._reported
         # For the way alone; whoever runs trials asks for more, and tells what was granted.
@@ -149,9 +149,9 @@ class HardwareRig(DeviceRig):
         if not self._at_ready:
             try:
                 with self._real_time.loop():
-                    watch = SampleWatch(self._supervision, self.sensor_facts)
+                    monitor = SampleMonitor(self._supervision, self.sensor_facts)
                     for way in (*self._left, self._approach):
-                        walk(way, self.ports, self._file.approach_rad_s, self._limit_N, watch)
+                        move_to_ready(way, self.ports, self._file.approach_rad_s, self._limit_N, monitor)
                     self._left.clear()
             except DeviceError as error:
                 self.latch.set(str(error))
@@ -209,7 +209,7 @@ class NoArm(ManagedDevice, ArmCommand):
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        return AppliedCommand(command.position_rad, CommandReason.AS_ASKED)
+        return AppliedCommand(command.position_rad, CommandReason.AS_REQUESTED)
 
     @override
     def stop(self) -> None:
@@ -239,7 +239,7 @@ class DryRig(DeviceRig):
         self.ports.force_sensor.read()
 
 
-def _tell(trip: str) -> None:
+def _notify(trip: str) -> None:
     with suppress(OSError):
         # A signal handler comes this way: no buffer.
         os.write(2, f"\npalpate: the arm was stopped, {trip}\n".encode())

@@ -135,7 +135,7 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
     settings = Ros2ArmSettings(
         joints=joints, lower_rad=context.lower_rad, upper_rad=context.upper_rad,
         velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ, velocities=velocities,
-        start_s=table.start_timeout_s, silence_s=0.1 * table.patience,
+        start_s=table.start_timeout_s, silence_s=0.1 * table.timeout_scale,
     )  # fmt: skip
     return Ros2DriverArm(table, settings, link, context)
 

@@ -112,7 +112,7 @@ class ArmTable(Settings):
     """Control ticks per bus cycle."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample of the joints is marked as stale."""
-    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
+    timeout_scale: Annotated[float, Range(0.1, 100.0)] = 1.0
     """Factor on every time-out of the arm and of this computer: 3 for a machine that cannot keep time."""
 
 

@@ -35,7 +35,7 @@ class UrTable(ArmTable):
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
     """Rate of the sensor data."""
-    guard_N: Annotated[float, Range(0.0, 500.0)] = 0.0
+    force_stop_N: Annotated[float, Range(0.0, 500.0)] = 0.0
     """Change of the tool force at which the arm stops, even with another sensor; 0 disables the check."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = 0.03
     """servoj's look-ahead: it smoothes, and the arm is late by it."""
@@ -55,7 +55,9 @@ class UrToolTable(SensorTable):
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
     """Return an arm of Universal Robots over RTDE, with the client ur_rtde."""
-    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, context.hurry, context.real_time_factor))
+    return ur_arm(
+        table, context, lambda: UrLink(table.host, table.rate_Hz, context.set_priority, context.real_time_factor)
+    )
 
 
 def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
@@ -66,7 +68,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
         arm_settings = UrSettings(
             lower_rad=context.lower_rad, upper_rad=context.upper_rad, velocity_rad_s=context.velocity_limit_rad_s,
             period_s=table.divider / CONTROL_RATE_HZ, lookahead_s=table.lookahead_s, gain=table.gain,
-            guard_N=table.guard_N, silence_s=0.1 * table.patience, watchdog_s=0.15 * table.patience,
+            force_stop_N=table.force_stop_N, silence_s=0.1 * table.timeout_scale, watchdog_s=0.15 * table.timeout_scale,
         )  # fmt: skip
 
     def open_bus() -> OpenArm:
@@ -123,5 +125,5 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:
     """Return the force sensor in the flange of an e-Series arm."""
-    link = partial(UrLink, table.host, table.rate_Hz, context.hurry, context.real_time_factor)
+    link = partial(UrLink, table.host, table.rate_Hz, context.set_priority, context.real_time_factor)
     return UrToolForceSensor(link, context.clock, table)

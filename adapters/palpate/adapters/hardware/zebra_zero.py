@@ -93,7 +93,7 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
             bus=BusSettings(
                 baud=table.baud,
                 adapter_latency_s=table.adapter_latency_ms * 1e-3,
-                slack_s=0.02 * table.patience,
+                slack_s=0.02 * table.timeout_scale,
                 reset_wait_s=table.reset_wait_ms * 1e-3,
             ),
             transmission=Transmission(joint_1_sign=table.joint1_sign, wrist_factor=table.wrist_factor),

@@ -18,7 +18,7 @@ from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import CallEntry, DecisionEntry, EventEntry, LossEntry, TickRecord
 from palpate.core.ports import AppliedCommand
 
-_WITH_PARTS: Final = frozenset({"wrench", "joints", "asked_rad", "applied"})
+_WITH_PARTS: Final = frozenset({"wrench", "joints", "requested_rad", "applied"})
 _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 

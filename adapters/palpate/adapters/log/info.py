@@ -42,7 +42,7 @@ def info_of(log: TrialLog) -> dict[str, Any]:
         "ticks": ticks,
         "force_sensor": _port([(r.time_ns, r.wrench) for r in records if r.wrench is not None]),
         "joint_encoder": _port([(r.time_ns, r.joints) for r in records if r.joints is not None]),
-        "altered_commands": _counted(reason.value for reason in reasons if reason is not CommandReason.AS_ASKED),
+        "altered_commands": _counted(reason.value for reason in reasons if reason is not CommandReason.AS_REQUESTED),
         "dropped_messages": sum(loss.dropped_messages for loss in log.losses),
         "losses": [f"tick {loss.tick}: {loss.problem}: {loss.text}" for loss in log.losses],
         "errors": [f"tick {c.tick}: {c.port}.{c.call}: {c.error}: {c.text}" for c in log.calls if c.error],
@@ -86,7 +86,7 @@ def _ticks(log: TrialLog, records: Sequence[TickRecord]) -> dict[str, Any]:
     gaps = [(a + 1, b - 1) for a, b in pairwise(numbers) if b - a > 1]
     return {
         "count": len(records),
-        "incomplete": sum(None in (r.time_ns, r.wrench, r.joints, r.asked_rad, r.applied) for r in records),
+        "incomplete": sum(None in (r.time_ns, r.wrench, r.joints, r.requested_rad, r.applied) for r in records),
         "counterfactual": sum(r.counterfactual for r in records),
         "duration_s": duration_s,
         "rate_Hz": (timed[-1][0] - timed[0][0]) / duration_s if duration_s > 0.0 else None,

@@ -7,7 +7,7 @@ from palpate.adapters.log.info import LATE_S
 from palpate.adapters.log.tables import aligned
 
 _MOST_LINES: Final = 5
-_AS_ASKED: Final = "all applied as asked"
+_AS_REQUESTED: Final = "all applied as requested"
 
 
 def describe(info: Mapping[str, Any]) -> str:
@@ -32,7 +32,7 @@ def describe(info: Mapping[str, Any]) -> str:
         ("incomplete", f"{ticks['incomplete']} ticks lack a reading or the command" if ticks["incomplete"] else ""),
         ("force sensor", _port(info["force_sensor"])),
         ("encoders", _port(info["joint_encoder"])),
-        ("commands", f"altered: {_pairs(info['altered_commands'])}" if info["altered_commands"] else _AS_ASKED),
+        ("commands", f"altered: {_pairs(info['altered_commands'])}" if info["altered_commands"] else _AS_REQUESTED),
         ("arm stopped", f"{info['stops']} time{'s' * (info['stops'] != 1)}"),
         *_listed("acknowledged", info["acknowledged"]),
         *_listed("errors", info["errors"] or ["none"]),

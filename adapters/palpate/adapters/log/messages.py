@@ -95,7 +95,7 @@ def _tick_message(record: TickRecord) -> Any:
             sequence=joints.sequence,
             validity=_VALIDITY[joints.validity],
         ),
-        asked_rad=record.asked_rad,
+        requested_rad=record.requested_rad,
         applied_rad=applied and applied.position_rad,
         reason=applied and _REASON[applied.reason],
         counterfactual=record.counterfactual or None,
@@ -113,7 +113,7 @@ def _tick(payload: bytes) -> TickRecord:
         made.deadline_ns if has("deadline_ns") else None,
         _wrench(made.wrench) if has("wrench") else None,
         _joints(made.joints) if has("joints") else None,
-        tuple(made.asked_rad[:]) or None,
+        tuple(made.requested_rad[:]) or None,
         _applied(made),
         made.counterfactual,
     )

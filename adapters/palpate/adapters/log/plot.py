@@ -97,7 +97,7 @@ def _altered(axes: Any, series: Series) -> None:
         if np.any(np.nan_to_num(values) != 0.0):
             colour = _JOINTS[joint % len(_JOINTS)]
             axes.plot(series.time_s, values, color=colour, linewidth=1.0, label=f"joint {joint + 1}")
-    _dress(axes, "applied less\nasked [mrad]")
+    _dress(axes, "applied minus\nrequested [mrad]")
 
 
 def _dress(axes: Any, label: str) -> None:
@@ -191,7 +191,7 @@ def _title(log: TrialLog, series: Series, altered: bool) -> str:
         came += {True: ", success", False: ", no success", None: ""}[end.success]
     missing = int(np.sum(series.ticks < 0))
     notes = [f"tared by {series.tare.origin}"]
-    notes.append("commands not always applied as asked" if altered else "all commands applied as asked")
+    notes.append("commands not always applied as requested" if altered else "all commands applied as requested")
     notes += [log.trip.detail] if log.trip is not None else []
     notes += [f"{missing} gap{'s' * (missing > 1)} with missing ticks, in grey"] * (missing > 0)
     return f"{first}: {came}\n{'; '.join(notes)}"

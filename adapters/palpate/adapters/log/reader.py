@@ -27,7 +27,7 @@ from palpate.adapters.log.schema import (
 from palpate.core.errors import LogError
 from palpate.core.trial import Outcome
 
-_FOREIGN: Final = "it was not written by palpate"
+_THIRD_PARTY: Final = "it was not written by palpate"
 RETRACTION: Final = "retraction"
 """Name of the phase after a trip; no task uses it."""
 
@@ -146,7 +146,7 @@ def _start_of(path: str, messages: list[RawMessage]) -> records.StartRecord:
     try:
         schema = message_class(START.message).FromString(first.payload).schema
     except Exception as error:
-        raise LogError(path, "message 0", f"is no start of a trial ({error})", _FOREIGN) from error
+        raise LogError(path, "message 0", f"is no start of a trial ({error})", _THIRD_PARTY) from error
     if schema != SCHEMA:
         raise LogError(path, "", f"has format {schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it")
     return _decoded(path, "message 0", "lacks what a trial starts with", records.StartRecord, first.payload)
@@ -156,7 +156,7 @@ def _decoded(path: str, where: str, problem: str, kind: type[R], payload: bytes)
     try:
         return decode(kind, payload)
     except Exception as error:
-        raise LogError(path, where, f"{problem} ({error})", _FOREIGN) from error
+        raise LogError(path, where, f"{problem} ({error})", _THIRD_PARTY) from error
 
 
 def learner_of_json(text: str) -> dict[str, Any] | None:

@@ -24,7 +24,7 @@ class FlightRecorder(LoopObserver):
     Args:
         start: Returns the start record; called after the task has begun or failed to begin.
         counterfactual: For a what-if: returns True once the trial has left the recorded path, for marking messages.
-        stop_on_trouble: A message that cannot be stored ends the trial; otherwise it is reported.
+        stop_on_loss: A message that cannot be stored ends the trial; otherwise it is reported.
     """
 
     def __init__(
@@ -33,9 +33,9 @@ class FlightRecorder(LoopObserver):
         start: Callable[[], records.StartRecord],
         counterfactual: Callable[[], bool] = lambda: False,
         *,
-        stop_on_trouble: bool = False,
+        stop_on_loss: bool = False,
     ) -> None:
-        self._sink, self._off_path, self._stop = sink, counterfactual, stop_on_trouble
+        self._sink, self._off_path, self._stop = sink, counterfactual, stop_on_loss
         self._start: Callable[[], records.StartRecord] | None = start
         self._tick, self._now_ns = -1, 0
         self._deadline_ns: int | None = None
@@ -78,8 +78,8 @@ class FlightRecorder(LoopObserver):
         self._keep((deadline_ns, snapshot, command, applied, self._off_path()))
         if report is not None and (len(report.events) != self._events or len(report.decisions) != self._decisions):
             self._follow()
-        if self._stop and self._sink.troubles:
-            raise DeviceError("flight recorder", self._sink.troubles[-1])
+        if self._stop and self._sink.losses:
+            raise DeviceError("flight recorder", self._sink.losses[-1])
 
     @override
     def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
@@ -91,7 +91,7 @@ class FlightRecorder(LoopObserver):
                 tick=self._tick,
                 port=tick.calling,
                 call="send" if tick.calling == ARM else "read",
-                asked_rad=None if tick.command is None else tick.command.position_rad,
+                requested_rad=None if tick.command is None else tick.command.position_rad,
             )
             self._call(replace(call, error=type(error).__name__, text=str(error)))
 

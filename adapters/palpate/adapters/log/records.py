@@ -75,7 +75,7 @@ class DecisionEntry:
     displacement_m: tuple[float, ...] = ()
     index: int | None = None
     grounds: tuple[float, ...] = ()
-    law: str = ""
+    controller: str = ""
     spatial: tuple[float, ...] = ()
 
     @classmethod
@@ -92,7 +92,7 @@ class DecisionEntry:
             displacement_m=decision.displacement_m,
             index=decision.index,
             grounds=decision.grounds,
-            law=decision.law,
+            controller=decision.controller,
             spatial=decision.spatial,
         )
 
@@ -177,7 +177,7 @@ class TickRecord:
     Attributes:
         time_ns: Clock reading; None if the clock was not read.
         wrench: The force sample; None if none was read.
-        asked_rad: The requested command, (n,); None if none was sent.
+        requested_rad: The requested command, (n,); None if none was sent.
         counterfactual: True if this command or an earlier one differs from the recording: a what-if, not an
             observation.
     """
@@ -187,7 +187,7 @@ class TickRecord:
     deadline_ns: int | None = None
     wrench: WrenchSample | None = None
     joints: JointSample | None = None
-    asked_rad: JointVector | None = None
+    requested_rad: JointVector | None = None
     applied: AppliedCommand | None = None
     counterfactual: bool = False
 
@@ -201,8 +201,8 @@ class TickRecord:
         counterfactual: bool = False,
     ) -> TickRecord:
         """Create the record of a complete tick."""
-        wrench, joints, asked_rad = snapshot.wrench, snapshot.joints, command.position_rad
-        return cls(snapshot.tick, snapshot.time_ns, deadline_ns, wrench, joints, asked_rad, applied, counterfactual)
+        wrench, joints, requested_rad = snapshot.wrench, snapshot.joints, command.position_rad
+        return cls(snapshot.tick, snapshot.time_ns, deadline_ns, wrench, joints, requested_rad, applied, counterfactual)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,6 +213,6 @@ class CallEntry:
     port: str
     call: str
     time_ns: int | None = None
-    asked_rad: JointVector | None = None
+    requested_rad: JointVector | None = None
     error: str = ""
     text: str = ""

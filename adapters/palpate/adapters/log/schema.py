@@ -11,13 +11,13 @@ from palpate.adapters.log import log_pb2, records
 from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 PACKAGE: Final = "palpate.log"
-SCHEMA: Final = "palpate.log/2"
+SCHEMA: Final = "palpate.log/4"
 """Version of the format. A changed field or meaning requires a new one; a log of another format is refused."""
 
 VALIDITIES: Final = (Validity.VALID, Validity.SATURATED, Validity.STALE, Validity.INVALID)
 KINDS: Final = (WrenchKind.RAW, WrenchKind.TARED, WrenchKind.GRAVITY_COMPENSATED)
 REASONS: Final = (
-    CommandReason.AS_ASKED,
+    CommandReason.AS_REQUESTED,
     CommandReason.POSITION_LIMIT,
     CommandReason.VELOCITY_LIMIT,
     CommandReason.STOPPED,
@@ -41,21 +41,21 @@ class ChannelKind:
 
 
 _TICKS: Final = (
-    "one message per control tick: samples, command asked and applied. Wrench: of the world on the tool, in the frame"
+    "one message per control tick: samples, requested and applied command. Wrench: exerted on the tool, in the frame"
     " it names, N and N m; joints in rad; times in ns of the run's clock"
 )
-_CALLS: Final = "port calls beyond the one of each per tick: further reads, stop, errors"
-_DECISIONS: Final = "symbol, state and action chosen, its displacement in m"
-_EARNED: Final = "what the decision of that number then earned"
+_CALLS: Final = "port calls in addition to those of each tick: reads, stop, errors"
+_DECISIONS: Final = "symbol, state and chosen action, its displacement in m"
+_EARNED: Final = "reinforcement of the decision with this number"
 
-START = ChannelKind(1, "Start", records.StartRecord, "all that the trial starts with; lengths in m in the task frame")
+START = ChannelKind(1, "Start", records.StartRecord, "initial state of the trial; lengths in m in the task frame")
 TICK = ChannelKind(2, "Tick", records.TickRecord, _TICKS)
 CALL = ChannelKind(3, "Call", records.CallEntry, _CALLS)
 DECISION = ChannelKind(4, "Decision", records.DecisionEntry, _DECISIONS)
 REINFORCEMENT = ChannelKind(5, "Reinforcement", records.ReinforcementEntry, _EARNED)
-EVENT = ChannelKind(6, "Event", records.EventEntry, "contact, tare, phases, hole, faults, the end")
-RECORDER = ChannelKind(7, "Recorder", records.LossEntry, "what the recorder lost, and why")
-END = ChannelKind(8, "End", records.EndRecord, "the trial's outcome, and the learner after it; depths in m")
+EVENT = ChannelKind(6, "Event", records.EventEntry, "contact, tare, phases, hole, faults, end")
+RECORDER = ChannelKind(7, "Recorder", records.LossEntry, "losses of the recorder, with their reasons")
+END = ChannelKind(8, "End", records.EndRecord, "outcome of the trial, and the learner after it; depths in m")
 
 CHANNELS: Final = (START, TICK, CALL, DECISION, REINFORCEMENT, EVENT, RECORDER, END)
 BY_ID: Final = {kind.id: kind for kind in CHANNELS}

@@ -122,9 +122,9 @@ def series_of(log: TrialLog) -> Series:
         wrench = tare.taken_from(record.wrench) or (np.nan,) * 6
         if record.joints is not None and record.joints.validity is not Validity.INVALID:
             joints = _sized(record.joints.position_rad, count)
-        asked = _sized(record.asked_rad or (), count)
+        requested = _sized(record.requested_rad or (), count)
         applied = _sized(() if record.applied is None else record.applied.position_rad, count)
-        altered = [(b - a) * 1e3 for a, b in zip(asked, applied, strict=True)]
+        altered = [(b - a) * 1e3 for a, b in zip(requested, applied, strict=True)]
         rows.append((float(record.tick), time_s, *wrench, *tip.at(record), *joints, *applied, *altered))
     table = np.array(rows)
     joint_table, command, altered_mrad = np.split(table[:, 11:], 3, axis=1)

@@ -16,7 +16,7 @@ from palpate.adapters.log.messages import encode
 from palpate.adapters.log.records import LossEntry, TickRecord
 from palpate.adapters.log.schema import BY_RECORD, RECORDER
 
-PATIENCE_S: Final = 60.0
+TIMEOUT_S: Final = 60.0
 """Time-out for writing the end of a log."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
 """Errors of packing a value that does not fit the message, such as a number of more than 64 bits."""
@@ -32,9 +32,9 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Accepts one log after another. Only ``open`` and ``close`` may block. ``troubles``: losses with reasons."""
+    """Accepts one log after another. Only ``open`` and ``close`` may block. ``losses``: losses with reasons."""
 
-    troubles: list[str]
+    losses: list[str]
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:
@@ -52,7 +52,7 @@ class Sink(Protocol):
         """Finish all logs."""
 
 
-def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMessage]:
+def packed(batch: Sequence[LogMessage], losses: list[str]) -> Iterator[RawMessage]:
     """Pack messages. A message that cannot be packed is lost and reported; the recorded trial continues."""
     for kept, time_ns, sequence, tick in batch:
         record = TickRecord.of(*kept) if isinstance(kept, tuple) else kept
@@ -60,7 +60,7 @@ def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMess
         try:
             payload = encode(record)
         except _UNFIT as error:
-            troubles.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
+            losses.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
             text = f"a message on {kind.topic} is missing"
             kind = RECORDER
             payload = encode(LossEntry(tick=tick, problem="cannot be packed", text=text, dropped_messages=1))
@@ -70,9 +70,9 @@ def packed(batch: Sequence[LogMessage], troubles: list[str]) -> Iterator[RawMess
 class FileSink(Sink):
     """Writes each log into a file, with a time-out for its end. An error in one log does not affect later ones."""
 
-    def __init__(self, patience_s: float = PATIENCE_S) -> None:
-        self.troubles = []
-        self._patience_s = patience_s
+    def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
+        self.losses = []
+        self._timeout_s = timeout_s
         self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._thread: Thread | None = None
         self._path = Path()
@@ -97,14 +97,14 @@ class FileSink(Sink):
         done = Event()
         self._jobs.put(self._finish)
         self._jobs.put(done.set)
-        if not done.wait(self._patience_s):
-            self.troubles.append(f"{self._path}: its end was not written within {self._patience_s:g} s")
+        if not done.wait(self._timeout_s):
+            self.losses.append(f"{self._path}: its end was not written within {self._timeout_s:g} s")
 
     @override
     def shut(self) -> None:
         if self._thread is not None:
             self._jobs.put(None)
-            self._thread.join(self._patience_s)
+            self._thread.join(self._timeout_s)
             self._thread = None
 
     # In the thread.
@@ -115,7 +115,7 @@ class FileSink(Sink):
                 job()
             except Exception as error:
                 reason = str(getattr(error, "strerror", None) or error or type(error).__name__)
-                self.troubles.append(f"{self._path}: cannot be written ({reason}); nothing after that is kept")
+                self.losses.append(f"{self._path}: cannot be written ({reason}); nothing after that is kept")
                 self._leave()
         self._leave()
 
@@ -127,7 +127,7 @@ class FileSink(Sink):
 
     def _add(self, batch: Sequence[LogMessage]) -> None:
         if self._log is not None:
-            self._log.add(packed(batch, self.troubles))
+            self._log.add(packed(batch, self.losses))
 
     def _finish(self) -> None:
         if self._log is not None and self._file is not None:

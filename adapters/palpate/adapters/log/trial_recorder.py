@@ -20,8 +20,8 @@ from palpate.adapters.log.sink import FileSink, Sink
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
 from palpate.core.perception import Perception, perception_to_dict
-from palpate.core.policy import ForeignPolicy, Policy, document_of, learner_of
-from palpate.core.ports import World
+from palpate.core.policy import Policy, ThirdPartyPolicy, document_of, learner_of
+from palpate.core.ports import WorldRecord
 from palpate.core.trial import Purpose, ReadyPose, Task, TrialReport, TrialSetup, generator
 
 LOG_FOLDER: Final = "logs"
@@ -29,15 +29,15 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records trial after trial into a folder until the context ends; ``troubles`` are the losses with reasons."""
+    """Records trial after trial into a folder until the context ends; ``losses`` are the losses with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
-        self._sink, self._folder, self._stop = sink, folder, config.on_trouble == "stop"
+        self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"
         self._subject: _Subject | None = None
         self._flight: FlightRecorder | None = None
         self._setup: TrialSetup | None = None
         self._before = ""
-        self.troubles = sink.troubles
+        self.losses = sink.losses
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
@@ -69,11 +69,11 @@ class TrialRecorder:
         """Set the subject of the next trials: a baseline by name, or any other policy; or a what-if of another log."""
         # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
-        foreign = None if document is None else document.foreign
+        third_party = None if document is None else document.third_party
         constant = {
             **start_facts(command, config, ready, perception),
             "config_toml": to_toml(with_options(config)),
-            "policy": name or "document" if foreign is None else foreign.code,
+            "policy": name or "document" if third_party is None else third_party.code,
             "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
             "frozen": frozen,
             "derived_from": derived_from,
@@ -83,7 +83,7 @@ class TrialRecorder:
     def begin(
         self,
         setup: TrialSetup,
-        world: World,
+        world: WorldRecord,
         name: str,
         counterfactual: Callable[[], bool] = lambda: False,
     ) -> LoopObserver:
@@ -103,7 +103,7 @@ class TrialRecorder:
             self._before = record.learner_json
             return record
 
-        self._flight = FlightRecorder(self._sink, start, counterfactual, stop_on_trouble=self._stop)
+        self._flight = FlightRecorder(self._sink, start, counterfactual, stop_on_loss=self._stop)
         return self._flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
@@ -130,7 +130,7 @@ class TrialRecorder:
         if subject is None:
             return {}
         learner = subject.learner_json()
-        if not isinstance(subject.policy, ForeignPolicy):
+        if not isinstance(subject.policy, ThirdPartyPolicy):
             return {"learner_json": learner}
         decisions = [DecisionEntry.of(n, one, report.temperature) for n, one in enumerate(report.decisions)]
         return {"learner_json": learner, "policy_sha256": policy_digest(decisions, self._before, learner)}
@@ -198,7 +198,7 @@ class _Subject:
     policy: Policy
     constant: dict[str, Any]
 
-    def start(self, setup: TrialSetup, world: World) -> StartRecord:
+    def start(self, setup: TrialSetup, world: WorldRecord) -> StartRecord:
         """Return the start record, after the task has begun."""
         state = generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state
         return StartRecord(

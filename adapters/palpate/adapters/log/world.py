@@ -7,13 +7,13 @@ from math import inf
 from typing import Any, Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Rig, SensorFacts, Vector3, World
+from palpate.core.ports import Rig, SensorFacts, Vector3, WorldRecord
 
 _SENSOR: Final = "force_sensor_facts"
 _ACKNOWLEDGED: Final = "acknowledged"
 
 
-def world_of(rig: Rig) -> World:
+def world_of(rig: Rig) -> WorldRecord:
     """Return the rig's world with the facts of its force sensor and the acknowledgements of trips."""
     world = rig.world()
     facts = sensor_facts(rig.sensor_facts)

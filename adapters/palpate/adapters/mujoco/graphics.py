@@ -11,7 +11,7 @@ from palpate.core.errors import UsageError
 LIBRARIES: Final = ("egl", "osmesa")
 """In the order in which they are tried."""
 REMEDY: Final = "install libegl1 and libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa), as Debian and Ubuntu name them"
-_PATIENCE_S: Final = 60.0
+_TIMEOUT_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
@@ -50,7 +50,7 @@ def problem_with(library: str) -> str:
             errors="replace",
             check=False,
             env=environment,
-            timeout=_PATIENCE_S,
+            timeout=_TIMEOUT_S,
         )
     except subprocess.TimeoutExpired:
         return "does not answer"

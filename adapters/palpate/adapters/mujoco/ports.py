@@ -104,12 +104,14 @@ class MujocoArm(ManagedDevice, ArmCommand):
     def send(self, command: JointCommand) -> AppliedCommand:
         if self._life is not _ACTIVE:
             self._require_active("send()")
-        asked, stopped = command.position_rad, self._stopped
-        if len(asked) != self._limiter.joints:
-            raise CommandError(f"the arm has {self._limiter.joints} joints, the command has another number", len(asked))
+        requested, stopped = command.position_rad, self._stopped
+        if len(requested) != self._limiter.joints:
+            raise CommandError(
+                f"the arm has {self._limiter.joints} joints, the command has another number", len(requested)
+            )
         if stopped:
             return AppliedCommand(self._held, CommandReason.STOPPED)
-        applied = self._limiter.limited(asked, self._cell.time_ns)
+        applied = self._limiter.limited(requested, self._cell.time_ns)
         self._held = applied.position_rad
         self._cell.command(applied.position_rad)
         if self._stopped:  # meanwhile, by a signal handler or another thread

@@ -9,7 +9,7 @@ from typing_extensions import override
 from palpate.adapters.config import RunConfig, require_corners, simulated_noise
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
+from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, GroundTruth, Ports, Rig, SensorFacts, WorldRecord
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.work_cell import HiddenValues, WorkCell
 
@@ -71,7 +71,7 @@ class SimulatedRig(Rig):
         self._sensor.activate()
         self._arm.activate()
 
-    def world(self) -> World:
+    def world(self) -> WorldRecord:
         """Return what a log must record to reproduce the trial that was just prepared."""
         truth = self.truth()
         facts = {
@@ -81,7 +81,7 @@ class SimulatedRig(Rig):
         }
         facts |= {"drawn": dict(truth.drawn)} if truth.drawn else {}
         facts |= {"hole_turn_rad": list(truth.hole_turn_rad)} if any(truth.hole_turn_rad) else {}
-        return World(SIMULATOR, facts)
+        return WorldRecord(SIMULATOR, facts)
 
     @property
     def clock_ticks(self) -> int:
@@ -92,7 +92,7 @@ class SimulatedRig(Rig):
         """Set the simulator's clock."""
         self.cell.set_ticks(ticks)
 
-    def truth(self) -> Truth:
+    def truth(self) -> GroundTruth:
         """Return the ground truth; for scoring and baselines only."""
         return self.cell.truth()
 

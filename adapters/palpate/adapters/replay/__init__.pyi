@@ -2,9 +2,9 @@ from .batch import WhatIf as WhatIf
 from .batch import exit_code as exit_code
 from .batch import explanation as explanation
 from .batch import replay_files as replay_files
+from .contacts import FoundContacts as FoundContacts
+from .contacts import contacts_of as contacts_of
 from .engine import Replay as Replay
 from .engine import Verdict as Verdict
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting
-from .touches import FoundTouches as FoundTouches
-from .touches import touches_of as touches_of

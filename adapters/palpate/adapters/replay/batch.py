@@ -68,8 +68,8 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
             )
             for path, name in part
         ]
-    if recorder is not None and recorder.troubles:
-        raise OutputError(str(what_if.out), recorder.troubles[0], "nothing was overwritten")
+    if recorder is not None and recorder.losses:
+        raise OutputError(str(what_if.out), recorder.losses[0], "nothing was overwritten")
     return replays
 
 
@@ -90,7 +90,7 @@ def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
         text += str(one.first)
         if one.differences > 1:
             text += f" (and {one.differences - 1} more)"
-        causes = [*_changes_told(changes), *one.causes]
+        causes = [*_changes_text(changes), *one.causes]
         text += (
             f"; known to be other: {', '.join(causes)}" if causes else "; no cause is known: same code, same versions"
         )
@@ -101,7 +101,7 @@ def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
     return text + "\n"
 
 
-def _changes_told(changes: Changes) -> list[str]:
+def _changes_text(changes: Changes) -> list[str]:
     told = list(changes.settings)
     if changes.policy is not None:
         told.append(f"policy {changes.policy_name}")

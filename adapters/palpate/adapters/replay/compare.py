@@ -25,7 +25,7 @@ from palpate.adapters.replay.differences import Differences
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.adapters.replay.trial import ReplayedTrial
 from palpate.core.errors import DeviceError, UnreachableError
-from palpate.core.ports import Truth
+from palpate.core.ports import GroundTruth
 from palpate.core.trial import TrialReport
 
 _STILL_RUNNING: Final = "still running"
@@ -136,7 +136,7 @@ def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str,
     if end.true_depth_m is None or end.true_peak_force_N is None or not report.ticks:
         return {}
     drawn, turn = recorded_drawn(log.start.world_json), recorded_turn(log.start.world_json)
-    truth = Truth(
+    truth = GroundTruth(
         end.true_hole_in_task_m, end.true_tip_in_task_m, end.true_depth_m, end.true_peak_force_N, drawn,
         hole_turn_rad=turn,
     )  # fmt: skip

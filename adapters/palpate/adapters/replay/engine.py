@@ -27,8 +27,8 @@ from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.adapters.replay.trial import ReplayedTrial
 from palpate.core.errors import LogError
-from palpate.core.policy import ForeignPolicy, PolicyDocument
-from palpate.core.ports import Ports, World
+from palpate.core.policy import PolicyDocument, ThirdPartyPolicy
+from palpate.core.ports import Ports, WorldRecord
 
 
 class Verdict(enum.Enum):
@@ -127,7 +127,7 @@ def _torn(tape: Tape) -> bool:
     """Return whether an outside cause, such as a second Ctrl-C, ended the trial within a tick of unknown extent."""
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
-    return by_others and last is not None and last.joints is not None and last.asked_rad is None
+    return by_others and last is not None and last.joints is not None and last.requested_rad is None
 
 
 def run_over(trial: ReplayedTrial) -> Exception | None:
@@ -139,7 +139,7 @@ def run_over(trial: ReplayedTrial) -> Exception | None:
         for device in (sensor, encoder, arm):
             opened.enter_context(device)
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
-        world = World("recording", json.loads(tape.log.start.world_json))
+        world = WorldRecord("recording", json.loads(tape.log.start.world_json))
         try:
             trial.run(ports, world, lambda report: truth_in(tape.log, report, trial.rebuilt.config))
         except LogError:
@@ -181,8 +181,8 @@ def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
         causes.append("the core's code is not the one that recorded")
     if start.model_sha256 != arm_sha256(rebuilt.config.arm, rebuilt.config.tool.geometry):
         causes.append(f"the model of the arm {rebuilt.config.arm} is not the one that recorded")
-    if isinstance(rebuilt.policy, ForeignPolicy):
-        told = PolicyDocument.from_json_text(start.policy_json).foreign if start.policy_json else None
+    if isinstance(rebuilt.policy, ThirdPartyPolicy):
+        told = PolicyDocument.from_json_text(start.policy_json).third_party if start.policy_json else None
         now = rebuilt.policy.entry
         if told is not None and told.code == now.code and told.source_sha256 != now.source_sha256:
             causes.append(f"the code of {now.code} is not the one that recorded")

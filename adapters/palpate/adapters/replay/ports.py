@@ -63,15 +63,15 @@ class ReplayArm(ManagedDevice, ArmCommand):
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        tape, asked = self._tape, command.position_rad
+        tape, requested = self._tape, command.position_rad
         if self._life is not Life.ACTIVE:
             tape.sends.pass_refused()
             self._require_active("send()")
         if self._stopped and not tape.sends.left:
             return AppliedCommand(self._held, CommandReason.STOPPED)
-        applied = tape.next_answer(asked)
-        if applied.reason is CommandReason.AS_ASKED and tape.differences.first_command_tick is not None:
-            applied = AppliedCommand(asked)
+        applied = tape.next_answer(requested)
+        if applied.reason is CommandReason.AS_REQUESTED and tape.differences.first_command_tick is not None:
+            applied = AppliedCommand(requested)
         self._held = applied.position_rad
         return applied
 

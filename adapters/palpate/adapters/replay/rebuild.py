@@ -15,11 +15,11 @@ from palpate.adapters.experiments import (
     baseline,
     build_supervisor,
     build_task,
-    foreign_policy,
     loaded_policy,
     policy_for,
     pose_of,
     task_actions,
+    third_party_policy,
 )
 from palpate.adapters.log import TrialLog, config_of, learner_of_json, recorded_drawn, recorded_sensor, recorded_turn
 from palpate.adapters.replay.tape import TapeEndError
@@ -30,11 +30,11 @@ from palpate.core.policy import (
     Action,
     Decision,
     FixedPolicy,
-    ForeignEntry,
     Observation,
     Policy,
     PolicyDocument,
     Spatial,
+    ThirdPartyEntry,
     learner_of,
 )
 from palpate.core.ports import SensorFacts
@@ -66,7 +66,7 @@ class Changes:
     """Changes of a replay to the recording: ``name=value`` of settings, and another policy."""
 
     settings: tuple[str, ...] = ()
-    policy: PolicyDocument | ForeignEntry | str | None = None
+    policy: PolicyDocument | ThirdPartyEntry | str | None = None
     policy_name: str = ""
 
     @property
@@ -132,7 +132,7 @@ class RecordedDecisions(FixedPolicy):
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        # A skill is chosen once, but each of its actions is recorded.
+        # An option is chosen once, but each of its actions is recorded.
         if self.log is None or observation.action_number >= len(self.log.decisions):
             raise TapeEndError("policy")
         told = self.log.decisions[observation.action_number]
@@ -143,7 +143,7 @@ class RecordedDecisions(FixedPolicy):
             problem = "does not say where the action leads"
             raise LogError(self.log.path, f"decision {told.number}", problem, "it was altered")
         x, y = told.displacement_m
-        spatial = Spatial.of(told.law, told.spatial) if told.law else None
+        spatial = Spatial.of(told.controller, told.spatial) if told.controller else None
         return Decision(Action(told.action, (x, y), spatial), None, told.source, told.grounds[self._observed :])
 
 
@@ -181,8 +181,8 @@ class Rebuilder:
         # A task that was interrupted is not reused, because its state has changed.
         interrupted = any(event.name == "interrupt" for event in log.events)
         key = (
-            start.config_toml, start.perception_json, start.policy, start.policy_json, start.frozen,
-            start.ready_rad, start.tip_rotation, start.world_json if start.policy != "document" else "", _asked(log),
+            start.config_toml, start.perception_json, start.policy, start.policy_json, start.frozen, start.ready_rad,
+            start.tip_rotation, start.world_json if start.policy != "document" else "", _requested(log),
         )  # fmt: skip
         if self._kept is None or key != self._key:
             self._kept, self._key, self._supervisor = self._build(log), key, None
@@ -232,28 +232,28 @@ class Rebuilder:
         if isinstance(other, PolicyDocument):
             own = perception_from_dict({key: value for key, value in other.perception.items() if key != "signal"})
             return own, loaded_policy(other, config, own, frozen=True)
-        if isinstance(other, ForeignEntry):
-            return perception, foreign_policy(other, config, perception, frozen=True)
+        if isinstance(other, ThirdPartyEntry):
+            return perception, third_party_policy(other, config, perception, frozen=True)
         if other is None and log.start.policy == OUTSIDE:
             return perception, self._told(log, config, perception, "an agent outside chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, baseline(other or log.start.policy, config, lambda: _hole(log, world))
         document = PolicyDocument.from_json_text(log.start.policy_json)
-        if document.foreign is not None:
-            return perception, self._foreign(log, config, perception, document, document.foreign)
+        if document.third_party is not None:
+            return perception, self._third_party(log, config, perception, document, document.third_party)
         return perception, loaded_policy(document, config, perception, frozen=log.start.frozen)
 
-    def _foreign(
-        self, log: TrialLog, config: RunConfig, perception: Perception, document: PolicyDocument, entry: ForeignEntry
+    def _third_party(
+        self, log: TrialLog, config: RunConfig, perception: Perception, document: PolicyDocument, entry: ThirdPartyEntry
     ) -> Policy:
         """Return the third-party policy, or its recorded decisions if its code is missing."""
         document.check_matches(perception.states, task_actions(config))
         if entry.code != log.start.policy:
             raise ValueError(f"it names two policies, {log.start.policy} and {entry.code}")
-        if _asked(log):
+        if _requested(log):
             return self._told(log, config, perception, "a person chose the actions")
         try:
-            return foreign_policy(entry, config, perception, frozen=log.start.frozen)
+            return third_party_policy(entry, config, perception, frozen=log.start.frozen)
         except ConfigurationError as error:
             return self._told(log, config, perception, str(error))
 
@@ -265,7 +265,7 @@ class Rebuilder:
         return RecordedDecisions(task_actions(config), problem, 6 + len(perception.extractor.names))
 
 
-def _asked(log: TrialLog) -> bool:
+def _requested(log: TrialLog) -> bool:
     """Return whether a person chose the actions."""
     return any(decision.source == PERSON for decision in log.decisions)
 

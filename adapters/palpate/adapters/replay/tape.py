@@ -112,8 +112,8 @@ class Tape:
             self.wrenches.append(record.wrench)
         if record.joints is not None:
             self.joints.append(record.joints)
-        if record.asked_rad is not None and record.applied is not None:
-            self.sends.append((record.asked_rad, record.applied))
+        if record.requested_rad is not None and record.applied is not None:
+            self.sends.append((record.requested_rad, record.applied))
         self._add_calls(record.tick)
         return True
 
@@ -136,14 +136,14 @@ class Tape:
             elif call.call == "stop":
                 self.stops.append(failed if call.error else None)
 
-    def next_answer(self, asked_rad: JointVector) -> AppliedCommand:
+    def next_answer(self, requested_rad: JointVector) -> AppliedCommand:
         """Compare a command with the recorded one and return the applied command of the recording."""
         recorded, applied = self.sends.next()
         # Most commands are equal, and this is the cheapest exact test: only zeros have two bit patterns.
-        if asked_rad != recorded or (0.0 in asked_rad and not same_bits(asked_rad, recorded)):
-            self._command_differs("asked_rad", recorded, asked_rad)
-        elif applied.reason is CommandReason.AS_ASKED and not same_bits(applied.position_rad, asked_rad):
-            self._command_differs("applied_rad", applied.position_rad, asked_rad)
+        if requested_rad != recorded or (0.0 in requested_rad and not same_bits(requested_rad, recorded)):
+            self._command_differs("requested_rad", recorded, requested_rad)
+        elif applied.reason is CommandReason.AS_REQUESTED and not same_bits(applied.position_rad, requested_rad):
+            self._command_differs("applied_rad", applied.position_rad, requested_rad)
         return applied
 
     def _command_differs(self, field: str, recorded: JointVector, replayed: JointVector) -> None:

@@ -13,7 +13,7 @@ from palpate.adapters.log import LogMessage, Sink, TrialRecorder
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.adapters.replay.tape import Tape
 from palpate.core.control_loop import LoopObserver, run_trial
-from palpate.core.ports import Ports, World
+from palpate.core.ports import Ports, WorldRecord
 from palpate.core.trial import INTERRUPT, Task, TrialReport
 
 
@@ -21,7 +21,7 @@ class ReplayedRecords(Sink):
     """Keeps the records of one trial by kind."""
 
     def __init__(self) -> None:
-        self.troubles = []
+        self.losses = []
         self.of: dict[type, list[Any]] = defaultdict(list)
 
     @override
@@ -49,7 +49,7 @@ class ReplayedTrial:
     def run(
         self,
         ports: Ports,
-        world: World,
+        world: WorldRecord,
         facts: Callable[[TrialReport], dict[str, Any]],
         observers: Sequence[LoopObserver] = (),
     ) -> TrialReport:
@@ -73,7 +73,7 @@ class ReplayedTrial:
         return report
 
     def _begin(
-        self, recorder: TrialRecorder, world: World, name: str, off_path: Callable[[], bool] = lambda: False
+        self, recorder: TrialRecorder, world: WorldRecord, name: str, off_path: Callable[[], bool] = lambda: False
     ) -> LoopObserver:
         rebuilt = self.rebuilt
         baseline = rebuilt.baseline or ("recorded decisions" if rebuilt.recorded_decisions else "")

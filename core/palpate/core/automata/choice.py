@@ -132,7 +132,7 @@ def accepting_extract(
     return Extract(cells, cells.minimal(settings.least_share), wrong=wrong, agreement=agreement)
 
 
-def looseness(machine: Machine, tree: PrefixTree) -> float:
+def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
     """Return the size-principle cost of labelled strings, in nats up to a constant.
 
     All words of one length and label are equally likely. Of two acceptors that label all strings correctly, the one

@@ -18,9 +18,9 @@ from palpate.core.automata.choice import (
     cheapest,
     labelled,
     last_symbols,
-    looseness,
     model_loss,
     predicting_extracts,
+    size_principle_cost,
 )
 from palpate.core.automata.elman import MOST_HIDDEN, RANGES, Architecture, Readout
 from palpate.core.automata.machine import Machine
@@ -157,7 +157,7 @@ def _acceptor(
 ) -> tuple[TrainedNetwork, tuple[Extract, ...]]:
     """Return the automaton with the fewest errors, then the fewest states, then the lowest size-principle cost."""
     found = [accepting_extract(trained.network, tree, settings, held_out) for trained in finalists]
-    costs = [(extract.cost, extract.states, looseness(extract.machine, tree)) for extract in found]
+    costs = [(extract.cost, extract.states, size_principle_cost(extract.machine, tree)) for extract in found]
     best = costs.index(min(costs))
     return finalists[best], (found[best],)
 

@@ -13,11 +13,11 @@ from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
 """Accuracy of a depth on a touched surface; half the dither of a soft gripper if that is larger."""
-_CAUGHT_HIGHER: Final = 0.9 * (1.0 - 0.91)
+_WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
 """Height of a caught corner above one in its corner of the hole, over the height difference between a tilted corner and
 its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
-_USUAL_LEAN_DEG: Final = 8.0
-_MOST_LEAN_DEG: Final = 12.0
+_USUAL_TILT_DEG: Final = 8.0
+_MOST_TILT_DEG: Final = 12.0
 """Tilt that the known arms reach on all sides; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
 """Tilt beyond the hole's at which a corner is the lowest point of the peg."""
@@ -164,7 +164,7 @@ def _cell(job: Job, found: Derived) -> dict[str, Any]:
         },
         "substeps": min(substeps, 100),
         # With shorter steps a tilted peg sinks further in, so contacts start harder.
-        "leaning_impedance": 0.96 if substeps <= 5 else 0.965 if substeps <= 16 else 0.97,
+        "tilted_impedance": 0.96 if substeps <= 5 else 0.965 if substeps <= 16 else 0.97,
         "hole_uncertainty_mm": place.position_uncertainty_mm,
         "tilt_mrad": place.tilt_uncertainty_mrad,
         "conditions": {"yaw_deg": place.yaw_uncertainty_deg, **drawn},
@@ -177,12 +177,12 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
     flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
     # Height of a tilted corner's neighbours above it, over its height below the tip.
-    beside = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
+    neighbour_height = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
     least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + _OVER_TILT_DEG
-    most_deg = _USUAL_LEAN_DEG if part.shape == ROUND else _MOST_LEAN_DEG
+    most_deg = _USUAL_TILT_DEG if part.shape == ROUND else _MOST_TILT_DEG
     dither_mm = DITHER_SHARE * found.press_N / tool.axial_N_per_mm
-    height_mm = max(_KNOWN_MM, 0.5 * dither_mm) / _CAUGHT_HIGHER
-    lean_deg = min(max(degrees(asin(min(height_mm / beside / corner_mm, 1.0))), least_deg), most_deg)
+    height_mm = max(_KNOWN_MM, 0.5 * dither_mm) / _WEDGED_HIGHER
+    tilt_deg = min(max(degrees(asin(min(height_mm / neighbour_height / corner_mm, 1.0))), least_deg), most_deg)
     wall_Nm_per_rad = _TWO_WALLS * tool.lateral_N_per_mm * corner_mm * corner_mm * 1e-3
     yaw_rad_per_Nm = 1.0 / tool.torsion_Nm_per_rad + 1.0 / wall_Nm_per_rad
     held_N = part.friction_max * (found.press_N + 2.0 * _DRIVEN_PUSH_N)
@@ -190,9 +190,9 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
         "corners": float(sides),
         "corner_mm": _shown(corner_mm),
         "flat_deg": _shown(flat_deg),
-        "lean_deg": _shown(lean_deg),
-        "most_lean_deg": max(_USUAL_LEAN_DEG, _shown(lean_deg)),
-        "give_yaw_rad_per_Nms": _shown(min(_YAW_SHARE * CONTROL_RATE_HZ * yaw_rad_per_Nm, 100.0)),
+        "tilt_deg": _shown(tilt_deg),
+        "most_tilt_deg": max(_USUAL_TILT_DEG, _shown(tilt_deg)),
+        "push_yaw_rad_per_Nms": _shown(min(_YAW_SHARE * CONTROL_RATE_HZ * yaw_rad_per_Nm, 100.0)),
         "drive_Nm": _shown(held_N * corner_mm * 1e-3),
         "tool_kg": tool.mass_kg,
         "tool_above_tip_mm": tool.centre_above_tip_mm,

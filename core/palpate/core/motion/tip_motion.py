@@ -10,15 +10,15 @@ from typing import Final, TypeAlias
 import numpy as np
 import pinocchio as pin
 
+from palpate.core.motion.controllers import limited
 from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.laws import limited
 from palpate.core.motion.model import Array, FixedFrame, Kinematics, rotated
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
 
 Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
 
-def leaning(turn_rad: Vector3) -> Rows:
+def tilt_rows(turn_rad: Vector3) -> Rows:
     """Return the rotation by the tilt alone, (3, 3), row by row, task frame."""
     x, y, _ = turn_rad
     # Without a tilt the direction is arbitrary; avoid dividing by zero.
@@ -31,11 +31,11 @@ def leaning(turn_rad: Vector3) -> Rows:
 
 def orientation(turn_rad: Vector3) -> Rows:
     """Return the rotation from the upright tool to the turned one, (3, 3), row by row, task frame."""
-    return _yawed(leaning(turn_rad), turn_rad[2])
+    return _yawed(tilt_rows(turn_rad), turn_rad[2])
 
 
-def _yawed(lean: Rows, yaw_rad: float) -> Rows:
-    (a, b, e), (f, g, h), (i, j, k) = lean
+def _yawed(tilt: Rows, yaw_rad: float) -> Rows:
+    (a, b, e), (f, g, h), (i, j, k) = tilt
     s, c = sin(yaw_rad), cos(yaw_rad)
     return (a * c + b * s, b * c - a * s, e), (f * c + g * s, g * c - f * s, h), (i * c + j * s, j * c - i * s, k)
 
@@ -45,11 +45,11 @@ def turn_of(rotation: Rows) -> Vector3:
     (a, _, e), (f, _, h), (i, _, k) = rotation
     share = atan2(hypot(e, h), k) / max(hypot(e, h), 1e-300)
     x, y = -h * share, e * share
-    (p, q, _), (u, v, _), (r, w, _) = leaning((x, y, 0.0))
+    (p, q, _), (u, v, _), (r, w, _) = tilt_rows((x, y, 0.0))
     return x, y, atan2(q * a + v * f + w * i, p * a + u * f + r * i)
 
 
-class GivingWay:
+class AngularCompliance:
     """Rotational compliance: turn rate = mobility x torque, like generalised damping for forces.
 
     Stability: with a contact of torsional stiffness K the torque is multiplied by 1 - K m T each tick. A peg between
@@ -94,7 +94,7 @@ class TipMotion:
     Attributes:
         reference_m: Commanded tip, (3,), task frame.
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z, task frame.
-        lean: Rotation by the tilt of ``turn_rad`` alone, (3, 3), row by row, task frame.
+        tilt: Rotation by the tilt of ``turn_rad`` alone, (3, 3), row by row, task frame.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class TipMotion:
         Returns:
             False if the applied command is invalid: not finite, or with a wrong number of joints.
         """
-        if applied.reason is not CommandReason.AS_ASKED:
+        if applied.reason is not CommandReason.AS_REQUESTED:
             if len(applied.position_rad) != len(self._q_rad) or not isfinite(sum(applied.position_rad)):
                 return False
             self._q_rad = applied.position_rad
@@ -171,12 +171,12 @@ class TipMotion:
         return rate_rad_s
 
     def _turn_to(self, turn_rad: Vector3) -> None:
-        self.turn_rad, self.lean, self._rate_rad_s = turn_rad, leaning(turn_rad), None
+        self.turn_rad, self.tilt, self._rate_rad_s = turn_rad, tilt_rows(turn_rad), None
         if turn_rad == _UPRIGHT:
             self._target.rotation = self._upright
             return
         # pin.SE3 multiplies without BLAS.
-        turn = pin.SE3(np.array(_yawed(self.lean, turn_rad[2])), _NOWHERE)
+        turn = pin.SE3(np.array(_yawed(self.tilt, turn_rad[2])), _NOWHERE)
         self._target.rotation = (self._task_turn * turn * self._upright_turn).rotation
 
     def move(self, velocity_m_s: Vector3) -> JointCommand:

@@ -66,12 +66,12 @@ class Perception:
         return self.identifier.get_state()
 
 
-def _require_same(field: str, asked: tuple[str, ...], given: tuple[str, ...]) -> None:
-    if asked != given:
-        raise ConfigurationError(field, asked, f"the names that the stage before gives: {', '.join(given)}")
+def _require_same(field: str, requested: tuple[str, ...], given: tuple[str, ...]) -> None:
+    if requested != given:
+        raise ConfigurationError(field, requested, f"the names that the stage before gives: {', '.join(given)}")
 
 
-SCHEMA: Final = "palpate.perception/1"
+SCHEMA: Final = "palpate.perception/3"
 _ROLES: Final = {"extractor": FeatureExtractor, "symboliser": Symboliser, "identifier": StateIdentifier}
 STAGES.update(
     {

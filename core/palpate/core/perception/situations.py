@@ -6,7 +6,7 @@ from typing import ClassVar, Final
 from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, Names, Settings
 
-FACTS: Final = ("lean", "corner_depth", "depth", "wall_force", "yaw_torque")
+FACTS: Final = ("tilt", "corner_depth", "depth", "wall_force", "yaw_torque")
 """Each is a share of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole; depth of an
 upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's two walls;
 the torque about the tool's axis that turns it."""
@@ -40,27 +40,27 @@ class Situations(Settings):
     """Eight situations of a peg with corners, from :data:`FACTS`.
 
     Attributes:
-        leaning: A tool with less tilt is upright.
+        tilted: A tool with less tilt is upright.
         air: A corner at least this far above the plate is in the air.
         plate: A tilted corner that is no deeper is on the plate.
         upright: An upright tool that is no deeper is on the plate.
-        caught: A tilted tool whose tip is less deep is held by its walls only.
+        seated: A tilted tool whose tip is less deep is held by its walls only.
         wall: Force from which a wall carries load.
         quiet: A smaller torque does not turn the tool.
     """
 
     TABLE: ClassVar[str] = "perception.symboliser"
 
-    leaning: float = 0.2
+    tilted: float = 0.2
     air: float = 0.5
     plate: float = 1.0
     upright: float = 1.0
-    caught: float = 1.0
+    seated: float = 1.0
     wall: float = 1.0
     quiet: float = 1.0
     symbols: ClassVar[tuple[str, ...]] = (
         "upright in the air", "upright on the plate", "upright in the hole",
-        "leaning in the air", "leaning on the plate", "corner turning", "corner wedged", "corner caught",
+        "tilted in the air", "tilted on the plate", "corner turning", "corner wedged", "corner seated",
     )  # fmt: skip
 
     @property
@@ -71,11 +71,11 @@ class Situations(Settings):
     def symbol(self, features: tuple[float, ...]) -> int:
         """Return the situation."""
         require_finite("features", features)
-        lean, corner, tip, wall, torque = features
-        if lean < self.leaning:
+        tilt, corner, tip, wall, torque = features
+        if tilt < self.tilted:
             return 0 if tip < -self.air else 1 if tip < self.upright else 2
         if corner < self.plate:
             return 3 if corner < -self.air else 4
         if wall <= self.wall or abs(torque) >= self.quiet:
             return 5
-        return 6 if tip < self.caught else 7
+        return 6 if tip < self.seated else 7

@@ -21,7 +21,7 @@ from palpate.core.ports import Vector3, require_names
 COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
 
-class Law(enum.Enum):
+class ControllerKind(enum.Enum):
     """Controller of an action in six degrees of freedom, by direction of the tip."""
 
     STEP = "step"
@@ -41,7 +41,7 @@ class Spatial:
     """Parameters of an action in six degrees of freedom in addition to its step.
 
     Attributes:
-        law: Its controller.
+        controller: Its controller.
         rise_m: Lift of the tip away from the plate. A push keeps the tip this far above the plate, or below it if
             negative; 0 sets no such bound.
         turn_rad: Turn of the tool, (3,): tilt about the task's x and y, and yaw about its z.
@@ -49,7 +49,7 @@ class Spatial:
         pivot_m: Pivot on the tool's end face, (2,), task frame, relative to the tip of the upright tool.
     """
 
-    law: Law = Law.STEP
+    controller: ControllerKind = ControllerKind.STEP
     rise_m: float = 0.0
     turn_rad: Vector3 = (0.0, 0.0, 0.0)
     push_N: tuple[float, float] = (0.0, 0.0)
@@ -65,10 +65,10 @@ class Spatial:
         return self.rise_m, *self.turn_rad, *self.push_N, *self.pivot_m
 
     @classmethod
-    def of(cls, law: str, numbers: Sequence[float]) -> Self:
+    def of(cls, controller: str, numbers: Sequence[float]) -> Self:
         """Create it from a controller and these numbers."""
-        rise_m, lean_x, lean_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
-        return cls(Law(law), rise_m, (lean_x, lean_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
+        rise_m, tilt_x, tilt_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
+        return cls(ControllerKind(controller), rise_m, (tilt_x, tilt_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +201,7 @@ class Transition:
 
 
 @dataclass(frozen=True, slots=True)
-class Hindsight:
+class EpisodeOutcome:
     """Episode outcome from port data: the label of a trial's observations.
 
     Attributes:
@@ -256,7 +256,7 @@ class Policy(Protocol):
     def learn(self, transition: Transition) -> None:
         """Learn from the result of an action; policies that do not learn ignore it."""
 
-    def end_trial(self, hindsight: Hindsight) -> None:
+    def end_trial(self, episode: EpisodeOutcome) -> None:
         """Process the outcome of a trial, once, after its last ``learn`` and with the arm stationary.
 
         It is not called for a trial that ended with an error. Long computations belong in the next ``begin_trial``. The

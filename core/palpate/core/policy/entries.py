@@ -10,18 +10,18 @@ from typing import Annotated, Any, ClassVar, Final, Self
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import Action, Law, Spatial
-from palpate.core.policy.belief import BeliefLearner, BeliefParameters, TouchModel
+from palpate.core.policy.base import Action, ControllerKind, Spatial
+from palpate.core.policy.belief import BeliefLearner, BeliefParameters, ContactModel
 from palpate.core.policy.hmm import HmmLearner, HmmParameters
-from palpate.core.policy.learner import ANY_REACH, Reach
-from palpate.core.policy.sarsa import Sarsa, SarsaParameters, SkillParameters
+from palpate.core.policy.learner import ANY_BOUNDS, TaskBounds
+from palpate.core.policy.sarsa import OptionParameters, Sarsa, SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
 from palpate.core.ports import OneOf, Settings, fitted, kinds_of, require_keys
 
 LEARNERS: Final[dict[str, type[Settings]]] = {
     "q-learning": QParameters,
     "sarsa": SarsaParameters,
-    "skills": SkillParameters,
+    "options": OptionParameters,
     "belief": BeliefParameters,
     "hmm": HmmParameters,
 }
@@ -44,20 +44,20 @@ def new_learner(
     parameters: Settings,
     states: Sequence[str],
     actions: Sequence[Action],
-    reach: Reach = ANY_REACH,
+    bounds: TaskBounds = ANY_BOUNDS,
     *,
     frozen: bool = False,
 ) -> OwnLearner:
     """Create the learner with such settings.
 
     Args:
-        reach: Task bounds for a belief.
+        bounds: Task bounds for a belief.
 
     Raises:
         ConfigurationError: A value is out of range, names repeat, or the learner does not fit the task.
     """
     if isinstance(parameters, BeliefParameters):
-        return BeliefLearner(parameters, reach, frozen=frozen)
+        return BeliefLearner(parameters, bounds, frozen=frozen)
     if isinstance(parameters, HmmParameters):
         return HmmLearner(states, actions, parameters, frozen=frozen)
     if isinstance(parameters, QParameters):
@@ -69,7 +69,7 @@ def new_learner(
 class SpatialEntry(Settings):
     """Parameters of an action in six degrees of freedom in addition to its step."""
 
-    law: Annotated[str, OneOf(*(law.value for law in Law))]
+    controller: Annotated[str, OneOf(*(controller.value for controller in ControllerKind))]
     """Controller of the action."""
     rise_mm: float
     """Lift of the tip."""
@@ -84,7 +84,9 @@ class SpatialEntry(Settings):
     def of(cls, spatial: Spatial) -> Self:
         """Convert to the form of the file."""
         x, y, yaw = map(degrees, spatial.turn_rad)
-        return cls(spatial.law.value, 1e3 * spatial.rise_m, (x, y, yaw), spatial.push_N, _scaled(spatial.pivot_m, 1e3))
+        return cls(
+            spatial.controller.value, 1e3 * spatial.rise_m, (x, y, yaw), spatial.push_N, _scaled(spatial.pivot_m, 1e3)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,20 +166,20 @@ class LearnerEntry(Settings):
         return int(self.state["trials_learned"])
 
     @property
-    def touch_model(self) -> TouchModel | None:
+    def contact_model(self) -> ContactModel | None:
         """Return the contact model of a belief; None for other learners and for too few trials."""
         learner = self.learner((), ()) if self.kind == "belief" else None
         return learner.model if isinstance(learner, BeliefLearner) else None
 
     def learner(
-        self, states: Sequence[str], actions: Sequence[Action], reach: Reach = ANY_REACH, *, frozen: bool = True
+        self, states: Sequence[str], actions: Sequence[Action], bounds: TaskBounds = ANY_BOUNDS, *, frozen: bool = True
     ) -> OwnLearner:
         """Create the learner with this state for a task.
 
         Raises:
             ConfigurationError: The state is of another task, or invalid.
         """
-        learner = new_learner(self.parameters, states, actions, reach, frozen=frozen)
+        learner = new_learner(self.parameters, states, actions, bounds, frozen=frozen)
         begun = learner.get_state()
         require_keys("learner.state", self.state, [key for key in begun if key in _LEARNED])
         learner.set_state(begun | dict(self.state))

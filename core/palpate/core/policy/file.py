@@ -1,6 +1,6 @@
 """The policy file: the content of a policy, human-readable and exact to the last bit.
 
-JSON with schema id ``palpate.policy/3``. It states for each state if a programmed action, an example, or the learner
+JSON with schema id ``palpate.policy/4``. It states for each state if a programmed action, an example, or the learner
 acts, and holds the learner's settings and state.
 """
 
@@ -18,12 +18,12 @@ from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Poli
 from palpate.core.policy.belief import BeliefLearner
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, OwnLearner, TableRow, new_learner
 from palpate.core.policy.examples import ExamplesPolicy
-from palpate.core.policy.foreign import ForeignEntry, ForeignPolicy
-from palpate.core.policy.learner import ANY_REACH, Learner, Reach
+from palpate.core.policy.learner import ANY_BOUNDS, Learner, TaskBounds
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
+from palpate.core.policy.third_party import ThirdPartyEntry, ThirdPartyPolicy
 from palpate.core.ports import OneOf, Settings, parse_json, require_names
 
-SCHEMA: Final = "palpate.policy/3"
+SCHEMA: Final = "palpate.policy/4"
 POLICY_FILE: Final = "policy file"
 
 
@@ -49,7 +49,7 @@ class PolicyDocument(Settings):
     """Action from examples of each state that has one."""
     learner: LearnerEntry | None = None
     """The learner for the other states; None if there is none."""
-    foreign: ForeignEntry | None = None
+    third_party: ThirdPartyEntry | None = None
     """The third-party policy for all states, in place of the above; None if there is none."""
 
     def __post_init__(self) -> None:
@@ -60,9 +60,11 @@ class PolicyDocument(Settings):
 
     @override
     def check(self) -> None:
-        if self.foreign is not None:
+        if self.third_party is not None:
             if self.learner is not None or self.programmed or self.examples:
-                raise ConfigurationError("foreign", self.foreign.code, "nothing in addition to a third-party policy")
+                raise ConfigurationError(
+                    "third_party", self.third_party.code, "nothing in addition to a third-party policy"
+                )
         elif self.learner is None:
             missing = [state for state in self.states if state not in self.programmed and state not in self.examples]
             if missing:
@@ -105,14 +107,14 @@ class PolicyDocument(Settings):
         read = cls.read(parse_json(text, POLICY_FILE, SCHEMA))
         require_names("states", read.states)
         require_names("actions", [action.name for action in read.actions])
-        if read.foreign is None:
+        if read.third_party is None:
             policy_from(read, read.states, [action.step() for action in read.actions], check=False)
         return read
 
     def unlearned(self) -> PolicyDocument:
         """Return the same policy before any learning, with initial values."""
-        if self.foreign is not None:
-            return replace(self, foreign=replace(self.foreign, trials_learned=0, state=None))
+        if self.third_party is not None:
+            return replace(self, third_party=replace(self.third_party, trials_learned=0, state=None))
         if self.learner is None:
             return self
         blank = new_learner(self.learner.parameters, self.states, [action.step() for action in self.actions])
@@ -148,7 +150,7 @@ def _plain(where: str, value: Mapping[str, Any]) -> Any:
 
 def learner_of(policy: Policy) -> Learner | None:
     """Return the first learner in a policy; None if there is none."""
-    if isinstance(policy, ForeignPolicy):
+    if isinstance(policy, ThirdPartyPolicy):
         return policy if policy.learns else None
     return next((part for part in _parts_of(policy) if isinstance(part, Learner)), None)
 
@@ -166,10 +168,10 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
     parts = _parts_of(policy)
     assigned = [part for part in parts if isinstance(part, AssignedPolicy)]
     learners = [part for part in parts if isinstance(part, OwnLearner)]
-    foreign = policy if isinstance(policy, ForeignPolicy) else None
+    third_party = policy if isinstance(policy, ThirdPartyPolicy) else None
     named: list[Any] = [*assigned, *(one for one in learners if not isinstance(one, BeliefLearner))]
-    if foreign is not None:
-        named = [foreign.context]
+    if third_party is not None:
+        named = [third_party.context]
     elif len(assigned) + len(learners) < len(parts) or not named:
         accepted = "programmed, examples, a learner, or a mixture of these; nothing else fits a policy file"
         raise ConfigurationError("policy", ", ".join(type(part).__name__ for part in parts), accepted)
@@ -186,7 +188,7 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         programmed=_assigned(assigned, PROGRAMMED),
         examples=_assigned(assigned, EXAMPLES),
         learner=LearnerEntry.of(learners[0]) if learners else None,
-        foreign=None if foreign is None else foreign.entry,
+        third_party=None if third_party is None else third_party.entry,
     )
 
 
@@ -194,7 +196,7 @@ def policy_from(
     document: PolicyDocument,
     states: Sequence[str],
     actions: Sequence[Action],
-    reach: Reach = ANY_REACH,
+    bounds: TaskBounds = ANY_BOUNDS,
     *,
     frozen: bool = True,
     check: bool = True,
@@ -205,7 +207,7 @@ def policy_from(
     continue the temperature schedule, the next trial must be number ``document.learner.trials_learned``.
 
     Args:
-        reach: Task bounds for a belief.
+        bounds: Task bounds for a belief.
         check: True refuses other states or actions.
 
     Raises:
@@ -214,8 +216,10 @@ def policy_from(
     """
     if check:
         document.check_matches(states, actions)
-    if document.foreign is not None:
-        raise ConfigurationError("policy.foreign", document.foreign.code, "a policy that is made by code of palpate's")
+    if document.third_party is not None:
+        raise ConfigurationError(
+            "policy.third_party", document.third_party.code, "a policy that is made by code of palpate's"
+        )
     learner = document.learner
     parts: list[Policy] = []
     # Before a belief it may be empty: it provides the names of states and actions for writing the policy again.
@@ -224,7 +228,7 @@ def policy_from(
     if document.examples:
         parts.append(ExamplesPolicy(states, actions, document.examples.items()))
     if learner is not None:
-        parts.append(learner.learner(states, actions, reach, frozen=frozen))
+        parts.append(learner.learner(states, actions, bounds, frozen=frozen))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
 
 

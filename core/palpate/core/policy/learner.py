@@ -14,7 +14,7 @@ from palpate.core.ports import Range, fitted, require_keys
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class TaskBounds:
     """Task bounds for a learner with a model.
 
     Attributes:
@@ -27,7 +27,7 @@ class Reach:
     longest_m: float = inf
 
 
-ANY_REACH: Final = Reach(1e-3, 0.1)
+ANY_BOUNDS: Final = TaskBounds(1e-3, 0.1)
 """Bounds for a learner that is only created to read its state."""
 
 

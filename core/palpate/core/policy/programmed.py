@@ -11,8 +11,8 @@ from palpate.core.policy.base import (
     PROGRAMMED,
     Action,
     Decision,
+    EpisodeOutcome,
     FixedPolicy,
-    Hindsight,
     Observation,
     Policy,
     Transition,
@@ -149,9 +149,9 @@ class MixedPolicy(Policy):
             part.begin_trial(trial, rng)
 
     @override
-    def end_trial(self, hindsight: Hindsight) -> None:
+    def end_trial(self, episode: EpisodeOutcome) -> None:
         for part in self.parts:
-            part.end_trial(hindsight)
+            part.end_trial(episode)
 
     def choose(self, observation: Observation) -> Decision:
         """Return the choice of the part that serves the state."""

@@ -25,7 +25,7 @@ class SarsaParameters(QParameters):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SkillParameters(SarsaParameters):
+class OptionParameters(SarsaParameters):
     """Settings of a learner of options, which learns by Sarsa: the end of a trial rewards all its options."""
 
 

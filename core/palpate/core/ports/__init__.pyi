@@ -28,10 +28,10 @@ from .lifecycle import Life as Life
 from .lifecycle import LifeRequest as LifeRequest
 from .lifecycle import ManagedDevice as ManagedDevice
 from .rig import SIMULATOR as SIMULATOR
+from .rig import GroundTruth as GroundTruth
 from .rig import Rig as Rig
 from .rig import SensorFacts as SensorFacts
-from .rig import Truth as Truth
-from .rig import World as World
+from .rig import WorldRecord as WorldRecord
 from .rig import axis_of as axis_of
 from .settings import Holds as Holds
 from .settings import OneOf as OneOf
@@ -43,11 +43,11 @@ from .settings import kinds_of as kinds_of
 from .settings import optional_of as optional_of
 from .settings import parts_of as parts_of
 from .settings import require_keys as require_keys
-from .settings import table_beside as table_beside
+from .settings import table_or as table_or
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
 from .values import PERIOD_S as PERIOD_S
 from .values import SENSOR_FRAME as SENSOR_FRAME
-from .values import STILL as STILL
+from .values import ZERO_VELOCITY as ZERO_VELOCITY
 from .values import AppliedCommand as AppliedCommand
 from .values import CommandReason as CommandReason
 from .values import JointCommand as JointCommand

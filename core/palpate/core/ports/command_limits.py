@@ -27,28 +27,28 @@ class StepLimiter:
         self._lower, self._upper, self._speed = lower_rad, upper_rad, velocity_limit_rad_s
         self._slowness_s = 1.0 / min(velocity_limit_rad_s)
 
-    def limited(self, asked_rad: JointVector, from_rad: JointVector, may_s: float) -> tuple[AppliedCommand, float]:
+    def limited(self, requested_rad: JointVector, from_rad: JointVector, may_s: float) -> tuple[AppliedCommand, float]:
         """Return the applied command, the reason for any change, and its duration at the velocity limits in s.
 
         Args:
-            asked_rad: The command, (n,).
+            requested_rad: The command, (n,).
             from_rad: Start of the step, (n,).
             may_s: Time available for the step.
         """
-        inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
+        inside = all(map(le, self._lower, requested_rad)) and all(map(le, requested_rad, self._upper))
         # Nearly every command passes if all joints are assumed to be as slow as the slowest: the cheapest check.
-        steps = tuple(map(sub, asked_rad, from_rad))
+        steps = tuple(map(sub, requested_rad, from_rad))
         up, down = max(steps), -min(steps)
         needs_s = (up if up > down else down) * self._slowness_s
         if inside and needs_s <= may_s:
-            return AppliedCommand(asked_rad), needs_s
-        within = asked_rad
+            return AppliedCommand(requested_rad), needs_s
+        within = requested_rad
         if not inside:
-            limits = zip(asked_rad, self._lower, self._upper, strict=True)
+            limits = zip(requested_rad, self._lower, self._upper, strict=True)
             within = tuple(min(max(value, low), high) for value, low, high in limits)
             steps = tuple(map(sub, within, from_rad))
         needs_s = max(abs(step) / speed for step, speed in zip(steps, self._speed, strict=True))
-        reason = CommandReason.AS_ASKED if inside else CommandReason.POSITION_LIMIT
+        reason = CommandReason.AS_REQUESTED if inside else CommandReason.POSITION_LIMIT
         if needs_s > may_s:
             share, needs_s = may_s / needs_s, may_s
             reason = CommandReason.VELOCITY_LIMIT
@@ -84,11 +84,11 @@ class CommandLimiter:
         """Start counting steps from this position of the arm."""
         self._held, self._now_ns = held_rad, None
 
-    def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
+    def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:
         """Return the applied command, with the reason for any change.
 
         Args:
-            asked_rad: The command, (n,).
+            requested_rad: The command, (n,).
             now_ns: Time of the command on any monotonic clock.
         """
         if self._now_ns != now_ns:
@@ -100,6 +100,6 @@ class CommandLimiter:
         may_s = self._credit_s + _ROUNDING_S
         if may_s > self._period_s:
             may_s = self._period_s
-        applied, needs_s = self._steps.limited(asked_rad, self._base, may_s)
+        applied, needs_s = self._steps.limited(requested_rad, self._base, may_s)
         self._left_s, self._held = self._credit_s - needs_s, applied.position_rad
         return applied

@@ -51,7 +51,7 @@ class SensorFacts:
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
+class GroundTruth:
     """Ground truth of a trial; no port carries it.
 
     Attributes:
@@ -95,7 +95,7 @@ SIMULATOR: Final = "simulator"
 
 
 @dataclass(frozen=True)
-class World:
+class WorldRecord:
     """Record of what is behind the ports, for the log.
 
     Attributes:
@@ -129,11 +129,11 @@ class Rig(Protocol):
         """Prepare a trial: set up what the core does not control, and release the arm from its last stop."""
 
     @abstractmethod
-    def world(self) -> World:
+    def world(self) -> WorldRecord:
         """Return the world record for the log of the trial just prepared."""
 
     @abstractmethod
-    def truth(self) -> Truth | None:
+    def truth(self) -> GroundTruth | None:
         """Return the ground truth, for scoring and baselines only; None if unknown."""
 
     def move(self, config: Any, ready: Any) -> None:

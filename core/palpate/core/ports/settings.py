@@ -188,7 +188,7 @@ def optional_of(base: Any) -> Any:
     return inner
 
 
-def table_beside(base: Any) -> type[Settings] | None:
+def table_or(base: Any) -> type[Settings] | None:
     """Return the table that an annotation accepts in place of a name; None if there is none."""
     if get_origin(base) not in (Union, types.UnionType):
         return None
@@ -227,7 +227,7 @@ def accepted_by(kind: Any) -> str:
 def _analysed(kind: Any) -> tuple[Any, ...]:
     """Return type, marks, type without None, table in place of a name, origin and items of an annotation."""
     base, marks = parts_of(kind)
-    return base, marks, optional_of(base), table_beside(base), get_origin(base) or base, get_args(base)
+    return base, marks, optional_of(base), table_or(base), get_origin(base) or base, get_args(base)
 
 
 def fitted(name: str, value: Any, kind: Any) -> Any:

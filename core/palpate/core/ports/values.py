@@ -18,7 +18,7 @@ PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 Vector3: TypeAlias = tuple[float, float, float]
 JointVector: TypeAlias = tuple[float, ...]
-STILL: Final[Vector3] = (0.0, 0.0, 0.0)
+ZERO_VELOCITY: Final[Vector3] = (0.0, 0.0, 0.0)
 """Zero velocity or turn rate."""
 
 
@@ -46,7 +46,7 @@ class WrenchKind(enum.Enum):
 class CommandReason(enum.Enum):
     """Reason why the applied command differs from the requested one."""
 
-    AS_ASKED = "as asked"
+    AS_REQUESTED = "as asked"
     POSITION_LIMIT = "joint position limit"
     VELOCITY_LIMIT = "joint velocity limit"
     STOPPED = "arm is stopped"
@@ -128,11 +128,11 @@ class AppliedCommand(NamedTuple):
 
     Attributes:
         position_rad: Joint angles after limits, (n,).
-        reason: ``AS_ASKED`` if and only if nothing was changed.
+        reason: ``AS_REQUESTED`` if and only if nothing was changed.
     """
 
     position_rad: JointVector
-    reason: CommandReason = CommandReason.AS_ASKED
+    reason: CommandReason = CommandReason.AS_REQUESTED
 
 
 class Snapshot(NamedTuple):

@@ -4,6 +4,6 @@ from .config import weaker_settings as weaker_settings
 from .fit import WITHDRAWAL_SHARE as WITHDRAWAL_SHARE
 from .fit import limits_line as limits_line
 from .fit import require_fitting as require_fitting
+from .monitors import SampleMonitor as SampleMonitor
+from .monitors import require_raw as require_raw
 from .supervisor import Supervisor as Supervisor
-from .watches import SampleWatch as SampleWatch
-from .watches import require_raw as require_raw

@@ -18,7 +18,7 @@ class Limit(Range):
     __slots__ = ()
 
 
-class Way(Range):
+class Motion(Range):
     """Range of a retraction parameter; a smaller value is weaker."""
 
     __slots__ = ()
@@ -76,9 +76,9 @@ class SupervisionConfig(Settings):
     """Distance of the tip from the exploration area during exploration."""
     on_trip: Annotated[str, OneOf("retract", "hold")] = "retract"
     """retract: straight back along the tool axis, then stop; hold: stop in place."""
-    retract_mm: Annotated[float, Way(0.1, 200.0, "mm")] = 15.0
+    retract_mm: Annotated[float, Motion(0.1, 200.0, "mm")] = 15.0
     """Length of the retraction."""
-    retract_speed_mm_s: Annotated[float, Way(0.1, 1000.0, "mm/s")] = 20.0
+    retract_speed_mm_s: Annotated[float, Motion(0.1, 1000.0, "mm/s")] = 20.0
     """Speed of the retraction."""
     weakened: tuple[str, ...] = ()
     """Names of all limits that are weaker than their defaults, including on_trip and retract_; each must be listed
@@ -86,11 +86,11 @@ class SupervisionConfig(Settings):
 
     @override
     def check(self) -> None:
-        accepted = f"less than supervision.max_force_N = {self.max_force_N:g}, or it could never trip"
+        accepted = f"less than supervision.max_force_N = {self.max_force_N:g}, or it can never trip"
         self.require("unexpected_contact_N", self.unexpected_contact_N < self.max_force_N, accepted)
-        self._require_admitted()
+        self._require_accepted()
 
-    def _require_admitted(self) -> None:
+    def _require_accepted(self) -> None:
         """Refuse weakened limits that are not listed, and listed ones that are not weakened."""
         weaker = weaker_settings(vars(self))
         for name in weaker:
@@ -114,11 +114,11 @@ _UNITS: Final = {
     name: mark.unit
     for name, annotation in kinds_of(SupervisionConfig).items()
     for mark in parts_of(annotation)[1]
-    if isinstance(mark, Limit | Way)
+    if isinstance(mark, Limit | Motion)
 }
 DEFAULTS: Final[dict[str, Any]] = _defaults(Limit)
 """The default of every limit."""
-_WAYS: Final[dict[str, Any]] = _defaults(Way)
+_MOTIONS: Final[dict[str, Any]] = _defaults(Motion)
 _ON_TRIP: Final = "on_trip"
 
 
@@ -130,7 +130,7 @@ def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
     """
     numbers = {name: value for name, value in values.items() if isinstance(value, int | float)}
     found = [name for name, default in DEFAULTS.items() if numbers.get(name, default) > default]
-    found += [name for name, default in _WAYS.items() if numbers.get(name, default) < default]
+    found += [name for name, default in _MOTIONS.items() if numbers.get(name, default) < default]
     return (*found, _ON_TRIP) if values.get(_ON_TRIP) == "hold" else tuple(found)
 
 

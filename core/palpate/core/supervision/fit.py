@@ -63,9 +63,7 @@ def require_fitting(
 def _between(config: SupervisionConfig, name: str, low: float, what: str, high: float, how: str = "") -> None:
     value = getattr(config, name)
     config.require(name, value > low, f"above {low:.4g}, {what}, or every trial trips")
-    config.require(
-        name, value < high, f"below {high:.4g}, the most that the sensor can show, or it could never trip{how}"
-    )
+    config.require(name, value < high, f"below {high:.4g}, the sensor's range, or it can never trip{how}")
 
 
 def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready_rad: Array) -> None:
@@ -80,8 +78,8 @@ def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready
     retreat.start(held)
     while not retreat.finished:
         held = retreat.step(held)
-    way_mm = retreat.way_m * 1e3
-    accepted = f"at most {way_mm:.4g} mm, the way that {kinematics.arm.name} has above its ready pose"
+    way_mm = retreat.travelled_m * 1e3
+    accepted = f"at most {way_mm:.4g} mm, the travel of {kinematics.arm.name} above its ready pose"
     config.require("retract_mm", way_mm >= 0.99 * config.retract_mm, accepted)
 
 

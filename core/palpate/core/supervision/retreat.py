@@ -27,7 +27,7 @@ class Retreat:
         self._kinematics.update(held_rad)
         self._target = self._kinematics.tip_in_base
         self._start = self._target.copy()
-        self._asked_m = self.way_m = 0.0
+        self._requested_m = self.travelled_m = 0.0
         self._ticks = 0
         self.finished = False
 
@@ -38,15 +38,15 @@ class Retreat:
             held_rad: The previous command, (n,).
         """
         self._ticks += 1
-        self._asked_m = min(self._asked_m + self._step_m, self._distance_m)
-        self._target.translation = self._start.act(np.array([0.0, 0.0, -self._asked_m]))
+        self._requested_m = min(self._requested_m + self._step_m, self._distance_m)
+        self._target.translation = self._start.act(np.array([0.0, 0.0, -self._requested_m]))
         q_rad, _ = self._inverse.step(held_rad, self._target)
         self._kinematics.update(q_rad)
-        way = -float(self._kinematics.tip_in(self._start).translation[2])
-        if not way >= self.way_m:
+        travelled = -float(self._kinematics.tip_in(self._start).translation[2])
+        if not travelled >= self.travelled_m:
             # A joint limit or a singularity blocks the retraction: stop here rather than advance.
             self.finished = True
             return held_rad
-        self.way_m = way
-        self.finished = way >= self._distance_m - _THERE_M or self._ticks >= self._most_ticks
+        self.travelled_m = travelled
+        self.finished = travelled >= self._distance_m - _THERE_M or self._ticks >= self._most_ticks
         return q_rad

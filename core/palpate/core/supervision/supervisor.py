@@ -19,12 +19,12 @@ from palpate.core.ports import (
     Vector3,
 )
 from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.noise_watch import NoiseWatch
+from palpate.core.supervision.monitors import JointMonitor, SampleMonitor, WorkspaceMonitor, WrenchMonitor, require_raw
+from palpate.core.supervision.noise_monitor import NoiseMonitor
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch, require_raw
 from palpate.core.trial import (
-    Expectation,
-    Intervention,
+    CommandOverride,
+    PhaseConstraints,
     Supervised,
     TaskConfig,
     Trip,
@@ -73,10 +73,10 @@ class Supervisor:
         upper: JointVector = tuple(kinematics.upper_rad.tolist())
         velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
         self.latch, self._ready_rad = FaultLatch() if latch is None else latch, ready_rad
-        self._samples, self._wrench = SampleWatch(config, sensor), WrenchWatch(config, scale)
-        self._noise = NoiseWatch(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
+        self._samples, self._wrench = SampleMonitor(config, sensor), WrenchMonitor(config, scale)
+        self._noise = NoiseMonitor(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
         self._frame = sensor.frame
-        self._joints, self._places = JointWatch(config, lower, upper, velocity), WorkspaceWatch(config, workspace)
+        self._joints, self._places = JointMonitor(config, lower, upper, velocity), WorkspaceMonitor(config, workspace)
         self._limiter = StepLimiter(lower, upper, velocity)
         self._retreat = Retreat(kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, _PERIOD_S)
         self._lower, self._upper, self._count = lower, upper, len(lower)
@@ -102,8 +102,8 @@ class Supervisor:
         # An exception may have ended a retraction early.
         self._active, self.retracting = True, False
         self._trip = None
-        for watch in (self._samples, self._wrench, self._joints):
-            watch.begin()
+        for monitor in (self._samples, self._wrench, self._joints):
+            monitor.begin()
         if self._noise is not None:
             self._noise.begin()
         self._held = ()
@@ -111,8 +111,8 @@ class Supervisor:
     def check(
         self,
         snapshot: Snapshot,
-        asked: JointCommand,
-        expectation: Expectation,
+        requested: JointCommand,
+        constraints: PhaseConstraints,
         tip_m: Vector3 | None = None,
         turned_rad: tuple[float, float] = (0.0, 0.0),
     ) -> Supervised:
@@ -130,33 +130,33 @@ class Supervisor:
         """
         if not self._active:
             return self.retreat(snapshot)
-        position = asked.position_rad
+        position = requested.position_rad
         if len(position) != self._count:
-            raise CommandError(f"a command for {self._count} joints is needed", position)
+            raise CommandError(f"a command for {self._count} joints is required", position)
         applied, sound = snapshot.applied, True
         if not self._held:
             self._take_over(snapshot)
-        elif applied is not None and applied.reason is not CommandReason.AS_ASKED:
+        elif applied is not None and applied.reason is not CommandReason.AS_REQUESTED:
             sound = self._adopted(applied)
         trip = self._samples.trip(snapshot)
         if trip is None:
-            trip = self._wrench.trip(snapshot, expectation)
+            trip = self._wrench.trip(snapshot, constraints)
         if trip is None and self._noise is not None:
-            trip = self._noise.trip(snapshot, expectation)
+            trip = self._noise.trip(snapshot, constraints)
         if trip is None:
             trip = self._joints.trip(snapshot, self._held)
         if trip is None and tip_m is not None:
-            trip = self._places.trip(snapshot.tick, tip_m, expectation, turned_rad)
+            trip = self._places.trip(snapshot.tick, tip_m, constraints, turned_rad)
         if trip is None:
-            trip = expectation.doubt
+            trip = constraints.mismatch
         if trip is None and not sound and applied is not None:
             trip = _not_finite(snapshot.tick, applied.position_rad)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
         within, _ = self._limiter.limited(position, self._held, _PERIOD_S)
-        if within.reason is CommandReason.AS_ASKED:
+        if within.reason is CommandReason.AS_REQUESTED:
             self._held = within.position_rad
-            return Supervised(asked)
+            return Supervised(requested)
         # A jump always exceeds a limit of the limiter too, so it is checked only here.
         trip = self._fault_of_command(snapshot.tick, position)
         if trip is not None:
@@ -220,25 +220,25 @@ class Supervisor:
         text = f"a joint's command jumps by {jump * 1e3:.1f} mrad, limit {self._jump_rad * 1e3:g} mrad"
         return Trip(TripReason.COMMAND_JUMP, tick, text)
 
-    def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
+    def _take_command(self, trip: Trip, snapshot: Snapshot, requested_rad: JointVector) -> Supervised:
         self._trip, self._pulls = trip, 0
         self.latch.set(str(trip))
         self._active, self.retracting = False, self._retracts
         if self._retracts:
             self._retreat.start(self._held)
         self._go_back()
-        return self._instead(trip.reason, asked_rad, trip)
+        return self._instead(trip.reason, requested_rad, trip)
 
     def _go_back(self) -> None:
         if self.retracting:
             self._held = self._clamped(self._retreat.step(self._held))
             self.retracting = not self._retreat.finished
 
-    def _instead(self, reason: CommandReason | TripReason, asked_rad: JointVector, trip: Trip | None) -> Supervised:
-        return Supervised(JointCommand(self._held), Intervention(reason, asked_rad, self._held, trip))
+    def _instead(self, reason: CommandReason | TripReason, requested_rad: JointVector, trip: Trip | None) -> Supervised:
+        return Supervised(JointCommand(self._held), CommandOverride(reason, requested_rad, self._held, trip))
 
 
 def _not_finite(tick: int, position: JointVector) -> Trip:
     bad = sum(not isfinite(q) for q in position)
-    text = f"what the arm says that it applied has {bad} joint angles that are not finite"
+    text = f"the arm reports an applied command with {bad} non-finite joint angles"
     return Trip(TripReason.COMMAND_NOT_FINITE, tick, text)

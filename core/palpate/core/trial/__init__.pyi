@@ -3,11 +3,11 @@ from .config import N_PER_KGF as N_PER_KGF
 from .config import ControlConfig as ControlConfig
 from .config import GoalConfig as GoalConfig
 from .config import TaskConfig as TaskConfig
-from .expectation import Expectation as Expectation
-from .expectation import Intervention as Intervention
-from .expectation import Supervised as Supervised
-from .expectation import Trip as Trip
-from .expectation import TripReason as TripReason
+from .constraints import CommandOverride as CommandOverride
+from .constraints import PhaseConstraints as PhaseConstraints
+from .constraints import Supervised as Supervised
+from .constraints import Trip as Trip
+from .constraints import TripReason as TripReason
 from .frame import ExplorationArea as ExplorationArea
 from .frame import draw_in_disc as draw_in_disc
 from .frame import goal_in_base as goal_in_base

@@ -58,7 +58,7 @@ class TaskConfig(Settings):
     """Number of step directions for the policy, evenly spaced about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz: ten actions a second."""
-    moving_share: Annotated[float, Range(0.1, 1.0)] = 0.8
+    motion_duty: Annotated[float, Range(0.1, 1.0)] = 0.8
     """Share of an action's time in which the tip moves; the torque settles in the rest. 1 slides without a pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Exploration ends after this time."""
@@ -103,7 +103,7 @@ class TaskConfig(Settings):
     @property
     def longest_step_m(self) -> float:
         """Return the longest step on the plate that the tip completes in one action."""
-        return _IN_TIME * self.slide_speed_mm_s * 1e-3 * self.moving_share * self.ticks_per_action * PERIOD_S
+        return _IN_TIME * self.slide_speed_mm_s * 1e-3 * self.motion_duty * self.ticks_per_action * PERIOD_S
 
     @property
     def reach_m(self) -> float:

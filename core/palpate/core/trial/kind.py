@@ -10,7 +10,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription, TipMotion, ToolGeometry
 from palpate.core.perception import Perception
 from palpate.core.policy import Action, Policy, Reinforcement, compass_actions
-from palpate.core.ports import Settings, Truth, kinds_of
+from palpate.core.ports import GroundTruth, Settings, kinds_of
 from palpate.core.trial.config import ControlConfig, TaskConfig
 from palpate.core.trial.measurement import Measurement
 from palpate.core.trial.ready_pose import ReadyPose, Workspace
@@ -46,12 +46,12 @@ class Fit:
 
     Attributes:
         clearance_mm: Radial gap between tool and part, at its widest.
-        lean_mrad: Tilt of the tool in the gripper plus that of the part.
+        total_tilt_mrad: Tilt of the tool in the gripper plus that of the part.
     """
 
     diameter_mm: float
     clearance_mm: float
-    lean_mrad: float
+    total_tilt_mrad: float
     depth_mm: float
 
 
@@ -64,7 +64,7 @@ class TaskKind(Protocol):
     """
 
     preset: Mapping[str, Any]
-    asks_policy: bool
+    queries_policy: bool
     options: type[Settings]
 
     @abstractmethod
@@ -88,16 +88,16 @@ class TaskKind(Protocol):
         """Return the actions for policies: steps in the plane, unless a task defines others."""
         return compass_actions(task.step_mm * 1e-3, task.directions)
 
-    def skills(self, task: TaskConfig) -> tuple[Action, ...]:
+    def learner_options(self, task: TaskConfig) -> tuple[Action, ...]:
         """Return programmed options for policies, each until its termination; none by default."""
         return ()
 
-    def may_begin(self, skill: str, state: str) -> bool:
-        """Return True if a skill's initiation set contains this state; learners try it only there."""
+    def can_start(self, option: str, state: str) -> bool:
+        """Return True if an option's initiation set contains this state; learners try it only there."""
         return True
 
-    def by_rule(self, skill: str, state: str) -> bool:
-        """Return True if the task's own rule would take a skill in this state; learners prefer it at first."""
+    def by_rule(self, option: str, state: str) -> bool:
+        """Return True if the task's own rule would take an option in this state; learners prefer it at first."""
         return True
 
     @abstractmethod
@@ -109,10 +109,10 @@ class TaskKind(Protocol):
         """
 
     @abstractmethod
-    def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+    def achieved(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return True if a trial is a success by its report and by the ground truth."""
 
-    def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+    def untrue(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return True if the report claims a success that the ground truth contradicts, the worst effect of a fault."""
         return report.outcome is Outcome.DONE and not self.achieved(task, report, truth, fit)
 

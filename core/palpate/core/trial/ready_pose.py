@@ -110,7 +110,7 @@ def require_turns(
     description, goal = arm_named(arm), goal_in_base(task.goal)
     inverse = InverseKinematics(Kinematics(description, tool), PERIOD_S)
     place, upright = goal.act(np.array([0.0, 0.0, -task.ready_height_mm * 1e-3])), goal.rotation.T @ ready.tip_rotation
-    for name, angle_deg, axis in zip(("lean", "lean", "yaw"), (turns_deg[0], *turns_deg), range(3), strict=True):
+    for name, angle_deg, axis in zip(("tilt", "tilt", "yaw"), (turns_deg[0], *turns_deg), range(3), strict=True):
         for sign in (-1.0, 1.0):
             turn = [0.0, 0.0, 0.0]
             turn[axis] = radians(sign * angle_deg)

@@ -10,7 +10,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     # It needs kinematics; an observer should not load them.
-    from palpate.core.trial.expectation import Trip
+    from palpate.core.trial.constraints import Trip
 
 
 class Phase(enum.Enum):
@@ -77,7 +77,7 @@ class DecisionRecord:
         index: Index in the action set; None if the action is not in the set.
         grounds: Inputs of the choice: force (3,), N, and torque (3,), N m, of the observation, the features, and
             numbers that the policy adds.
-        law: Controller of an action in six degrees of freedom; empty for a step in the plane.
+        controller: Controller of an action in six degrees of freedom; empty for a step in the plane.
         spatial: The other parameters of such an action, (8,), in the order of :class:`~palpate.core.policy.Spatial`.
     """
 
@@ -90,7 +90,7 @@ class DecisionRecord:
     displacement_m: tuple[float, float] = (0.0, 0.0)
     index: int | None = None
     grounds: tuple[float, ...] = ()
-    law: str = ""
+    controller: str = ""
     spatial: tuple[float, ...] = ()
 
 
@@ -150,7 +150,7 @@ class Purpose(enum.IntEnum):
     POLICY = 3
     PARTITION = 4
     FITTING = 5
-    WALKS = 6
+    RANDOM_WALKS = 6
     HOLE_SHIFT = 7
     GRIP = 8
     ZERO = 9

@@ -5,7 +5,7 @@ from typing import Protocol
 
 from palpate.core.policy import Observation
 from palpate.core.ports import JointCommand, Snapshot, Vector3
-from palpate.core.trial.expectation import Expectation, Intervention, Trip
+from palpate.core.trial.constraints import CommandOverride, PhaseConstraints, Trip
 from palpate.core.trial.report import TrialReport, TrialSetup
 
 
@@ -16,12 +16,12 @@ class Task(Protocol):
     replayed. It is reused for every trial; :meth:`begin` resets it.
 
     Attributes:
-        expectation: Present constraints on contact and position, for the supervisor.
+        constraints: Present constraints on contact and position, for the supervisor.
         tip_m: Tip from the encoders at the last tick, (3,), task frame.
         turned_rad: Tilt of the tool and turn about its axis from the encoders, (2,).
     """
 
-    expectation: Expectation
+    constraints: PhaseConstraints
     tip_m: Vector3
     turned_rad: tuple[float, float] = (0.0, 0.0)
 
@@ -61,7 +61,7 @@ class Task(Protocol):
         """End the trial after a trip of the supervisor."""
 
     @abstractmethod
-    def clamped(self, intervention: Intervention) -> None:
+    def clamped(self, command_override: CommandOverride) -> None:
         """Record that the supervisor changed a command."""
 
     @abstractmethod

@@ -91,19 +91,19 @@ class NetFt(PolledSensor):
         self._wire = wire
         self._number: int | None = None
         self._count: int | None = None
-        self._asked_ns: int | None = None
+        self._requested_ns: int | None = None
         self._sequence = 0
 
     def start(self, now_ns: int) -> None:
         """Request the stream, and drop waiting records of an earlier one."""
         self._number = self._count = None
-        self._asked_ns = now_ns
+        self._requested_ns = now_ns
         self._receive()
         self._send(START)
 
     def stop(self) -> None:
         """Request the end of the stream; the box does not confirm it."""
-        self._asked_ns = None
+        self._requested_ns = None
         self._send(STOP)
 
     @override
@@ -114,8 +114,8 @@ class NetFt(PolledSensor):
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:
-        if self._asked_ns is not None and self._number is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
-            self._asked_ns = now_ns
+        if self._requested_ns is not None and self._number is None and now_ns - self._requested_ns >= _ASK_AGAIN_NS:
+            self._requested_ns = now_ns
             self._send(START)
         samples: list[ForceSample] = []
         self._polled_ns = now_ns

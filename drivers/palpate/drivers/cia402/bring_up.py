@@ -7,8 +7,8 @@ from palpate.drivers.cia402 import codec
 from palpate.drivers.cia402.drive import arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
+from palpate.drivers.cia402.monitor import AxisView, fault_of
 from palpate.drivers.cia402.settings import ArmSettings
-from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
 _STILL_CYCLES, _STILL_COUNTS = 3, 2
@@ -88,7 +88,7 @@ class BringUp:
             views = self._run(last)
             # Only a drive with power can deviate; without power, a person may be moving the joints by hand.
             powered = goal is codec.DriveState.ENABLED
-            error = trouble(views, self._settings, self._now_ns(), allowed if powered else None)
+            error = fault_of(views, self._settings, self._now_ns(), allowed if powered else None)
             if error is not None:
                 raise error
             if all(view.state is goal and view.missed_in_a_row == 0 for view in views):

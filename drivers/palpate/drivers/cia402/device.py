@@ -15,8 +15,8 @@ from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.codec import FAULTS, Controlword, DriveState
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
+from palpate.drivers.cia402.monitor import fault_of, outside
 from palpate.drivers.cia402.settings import ArmSettings
-from palpate.drivers.cia402.watch import outside, trouble
 from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, require_angles
 from palpate.drivers.errors import DriverError, SilentError, StateError
 
@@ -25,7 +25,7 @@ _CONTROLWORD: Final = {
     ArmState.ENABLED: Controlword.ENABLE_OPERATION,
     ArmState.STOPPED: Controlword.QUICK_STOP,
 }
-_AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
+_STATIONARY: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
 class Cia402Arm(LatchingArm):
@@ -116,8 +116,10 @@ class Cia402Arm(LatchingArm):
         targets, enabled = self._exchange.hold(), self._state is ArmState.ENABLED
         if setpoint_rad is not None:
             self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-            asked_rad = require_angles(setpoint_rad, len(joints))
-            within_rad = clamped(asked_rad, [each.lower_rad for each in joints], [each.upper_rad for each in joints])
+            requested_rad = require_angles(setpoint_rad, len(joints))
+            within_rad = clamped(
+                requested_rad, [each.lower_rad for each in joints], [each.upper_rad for each in joints]
+            )
             if enabled:
                 most_rad = [joint.velocity_rad_per_s * step_s for joint in joints]
                 self.setpoint_rad = held_back(within_rad, self.setpoint_rad, most_rad)
@@ -187,11 +189,11 @@ class Cia402Arm(LatchingArm):
             self._cycles_since_stop += 1
             # A lost frame may delay the command to a drive, but only for a few cycles.
             heard = self._cycles_since_stop > self.settings.missed_cycles
-            return _AT_REST if heard else (*_AT_REST, DriveState.ENABLED)
+            return _STATIONARY if heard else (*_STATIONARY, DriveState.ENABLED)
         return None
 
     def _judge(self, allowed: tuple[DriveState, ...] | None) -> None:
-        error = trouble(self._exchange.views, self.settings, self._now_ns(), allowed)
+        error = fault_of(self._exchange.views, self.settings, self._now_ns(), allowed)
         if error is not None:
             raise error
 

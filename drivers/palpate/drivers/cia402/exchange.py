@@ -8,8 +8,8 @@ from typing import Final
 from palpate.drivers.cia402 import codec
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import Mailbox, NodeBox
+from palpate.drivers.cia402.monitor import AxisView
 from palpate.drivers.cia402.settings import ANSWER_SHARE, ArmSettings
-from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
 
 _HEARTBEATS_PER_WATCHDOG: Final = 3

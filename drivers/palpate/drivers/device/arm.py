@@ -16,21 +16,23 @@ _SLACK: Final = 1e-11
 """Tolerance, so that rounding does not make a step of exactly the greatest length too long."""
 
 
-def require_angles(asked_rad: Sequence[float], joints: int) -> tuple[float, ...]:
+def require_angles(requested_rad: Sequence[float], joints: int) -> tuple[float, ...]:
     """Return the set-point as floats.
 
     Raises:
         RefusedError: The number of angles is wrong, or one is not finite.
     """
-    asked = tuple(map(float, asked_rad))
-    if len(asked) != joints or not all(map(isfinite, asked)):
-        raise RefusedError("arm", f"{asked} are not {joints} finite angles", "correct the caller; nothing was sent")
-    return asked
+    requested = tuple(map(float, requested_rad))
+    if len(requested) != joints or not all(map(isfinite, requested)):
+        raise RefusedError("arm", f"{requested} are not {joints} finite angles", "correct the caller; nothing was sent")
+    return requested
 
 
-def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: Sequence[float]) -> tuple[float, ...]:
+def clamped(
+    requested_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: Sequence[float]
+) -> tuple[float, ...]:
     """Return joint angles limited to the position limits, (n,)."""
-    limits = zip(asked_rad, lower_rad, upper_rad, strict=True)
+    limits = zip(requested_rad, lower_rad, upper_rad, strict=True)
     return tuple(min(max(angle, lower), upper) for angle, lower, upper in limits)
 
 

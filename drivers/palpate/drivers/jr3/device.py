@@ -71,14 +71,14 @@ class Jr3(PolledSensor):
         Raises:
             StateError: The sensor is already open.
         """
-        self._wish(Jr3Event.ASKED_TO_OPEN)
+        self._wish(Jr3Event.OPEN_REQUESTED)
         self.failure, self._heard, self._started = None, False, False
         self._fences = ATTEMPTS
         self._decoder.forget()
 
     def stop(self) -> None:
         """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if it is closed."""
-        self._wish(Jr3Event.ASKED_TO_STOP)
+        self._wish(Jr3Event.STOP_REQUESTED)
 
     def acknowledge(self) -> None:
         """Acknowledge a restart of the board; it is no longer reported."""

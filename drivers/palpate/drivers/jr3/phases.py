@@ -3,7 +3,7 @@
 ::
 
     CLOSED -> PINGING -> READING_SCALES -> STOPPING -> STARTING -> AWAITING -> STREAMING <-> SILENT
-    BOOTED leads from anywhere back to PINGING, LINK_LOST and GAVE_UP to FAULTED, ASKED_TO_STOP to LEAVING and CLOSED.
+    BOOTED leads from anywhere back to PINGING, LINK_LOST and GAVE_UP to FAULTED, STOP_REQUESTED to LEAVING and CLOSED.
 
 The stream is stopped before it is started. FACT: STOP ends the board's sampling thread, which holds the offsets, so a
 stream never starts with a zero that another client has set.
@@ -33,8 +33,8 @@ class Jr3Phase(enum.Enum):
 class Jr3Event(enum.Enum):
     """Events that change the phase."""
 
-    ASKED_TO_OPEN = "asked to open"
-    ASKED_TO_STOP = "asked to stop"
+    OPEN_REQUESTED = "asked to open"
+    STOP_REQUESTED = "asked to stop"
     DONE = "request done"
     RETRIED = "asking again"
     READ = "a reading came"
@@ -51,15 +51,15 @@ _ALIVE = (*_TALKING, *_FLOWING, Jr3Phase.SILENT)
 TRANSITIONS = MappingProxyType(
     {
         **{
-            (phase, Jr3Event.ASKED_TO_OPEN): Jr3Phase.PINGING
+            (phase, Jr3Event.OPEN_REQUESTED): Jr3Phase.PINGING
             for phase in (Jr3Phase.CLOSED, Jr3Phase.SILENT, Jr3Phase.FAULTED)
         },
-        **{(phase, Jr3Event.ASKED_TO_STOP): Jr3Phase.LEAVING for phase in _ALIVE},
+        **{(phase, Jr3Event.STOP_REQUESTED): Jr3Phase.LEAVING for phase in _ALIVE},
         **{(phase, Jr3Event.BOOTED): Jr3Phase.PINGING for phase in _ALIVE},
         **{(phase, Jr3Event.GAVE_UP): Jr3Phase.FAULTED for phase in _ALIVE},
         **{(phase, Jr3Event.LINK_LOST): Jr3Phase.FAULTED for phase in (*_ALIVE, Jr3Phase.LEAVING)},
         **{(phase, Jr3Event.STALLED): Jr3Phase.SILENT for phase in _FLOWING},
-        (Jr3Phase.FAULTED, Jr3Event.ASKED_TO_STOP): Jr3Phase.CLOSED,
+        (Jr3Phase.FAULTED, Jr3Event.STOP_REQUESTED): Jr3Phase.CLOSED,
         (Jr3Phase.PINGING, Jr3Event.DONE): Jr3Phase.READING_SCALES,
         (Jr3Phase.READING_SCALES, Jr3Event.DONE): Jr3Phase.STOPPING,
         (Jr3Phase.READING_SCALES, Jr3Event.RETRIED): Jr3Phase.PINGING,

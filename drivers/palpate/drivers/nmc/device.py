@@ -21,7 +21,7 @@ DEVICE: Final = "NMC bus"
 _RESYNC: Final = bytes(30)
 _LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(StatusItem(0xFF))
 _POLL_S: Final = 0.0002
-_OTHERS: Final = "see whether a second program or controller talks on this bus, or raise [arm] patience"
+_OTHERS: Final = "see whether a second program or controller talks on this bus, or raise [arm] timeout_scale"
 _ALL_ITEMS: Final = StatusItem(0xFF)
 _QUESTIONS: Final = (
     StatusItem.AUX,
@@ -59,7 +59,7 @@ class NmcBus:
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
         self._is_dirty = True
-        self._asked = 0
+        self._requested = 0
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s)
 
     def timeout_s(self, size_bytes: int) -> float:
@@ -154,8 +154,8 @@ class NmcBus:
         """Return whether the module answers a request whose reply cannot be mistaken for a late one."""
         usual = reply_size_bytes(self._masks[address])
         questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
-        self._asked += 1
-        reply = self._converse(address, read_stat(questions[self._asked % len(questions)]))
+        self._requested += 1
+        reply = self._converse(address, read_stat(questions[self._requested % len(questions)]))
         return isinstance(reply, Reply) and not self._waiting_bytes()
 
     def exchange(self, address: int, command: NmcCommand) -> Reply | None:
@@ -263,7 +263,7 @@ def _error(address: int, reason: Discarded, times: int) -> DriverError:
     if reason is Discarded.ECHO:
         return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
     if reason in (Discarded.TOGETHER, Discarded.LATE):
-        remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] patience"
+        remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] timeout_scale"
         return LateError(device, problem, remedy)
     if reason is Discarded.MISSING:
         return SilentError(device, problem, "check its supply and cable, and the USB adapter's latency timer")

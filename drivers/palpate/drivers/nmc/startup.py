@@ -46,7 +46,7 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
     bus.forget()
     addresses = _address_chain(bus)
     if not addresses:
-        raise _nobody()
+        raise _no_one()
     change_baud(bus, addresses)
     return _identify(bus, addresses)
 
@@ -152,7 +152,7 @@ def _identify(bus: NmcBus, addresses: range) -> tuple[Module, ...]:
     return tuple(modules)
 
 
-def _nobody() -> WiringError:
+def _no_one() -> WiringError:
     problem = f"no module takes an address at any of {', '.join(map(str, BAUD_DIVISORS))} baud"
     remedy = "check the port's name, both pairs of wires, and the supply of the modules: switch them off and on"
     return WiringError(DEVICE, problem, remedy)

@@ -81,9 +81,9 @@ class Ros2Arm(LatchingArm):
                 self._require_heard()
         if setpoint_rad is not None:
             self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-            asked = require_angles(setpoint_rad, len(settings.joints))
+            requested = require_angles(setpoint_rad, len(settings.joints))
             most_rad = [speed * settings.period_s for speed in settings.velocity_rad_s]
-            goal_rad = held_back(clamped(asked, settings.lower_rad, settings.upper_rad), self._seen_rad, most_rad)
+            goal_rad = held_back(clamped(requested, settings.lower_rad, settings.upper_rad), self._seen_rad, most_rad)
         with self._latching():
             if enabled:
                 self._command(goal_rad)

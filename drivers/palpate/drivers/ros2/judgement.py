@@ -85,7 +85,7 @@ def await_publisher(link: Ros2Link, timeout_s: float, sleep: Callable[[float], N
     waited_s = 0.0
     while not link.publishers():
         if waited_s >= timeout_s:
-            raise nobody_publishes(link)
+            raise no_publisher(link)
         sleep(_LOOK_S)
         waited_s += _LOOK_S
     require_one_publisher(link)
@@ -98,7 +98,7 @@ def require_one_publisher(link: Ros2Link) -> None:
         raise WiringError(NAME, problem, "end all but one; one that has died counts for up to 20 s")
 
 
-def nobody_publishes(link: Ros2Link) -> DriverError:
+def no_publisher(link: Ros2Link) -> DriverError:
     """Return the error for a topic without a fitting publisher."""
     others = [kind for kind, _ in link.endpoints(link.reads) if kind != link.kind]
     if others:

@@ -15,9 +15,9 @@ from palpate.drivers.ur.link import CHECK, KEEP_TIME, NAME, UrHello, UrLink, UrS
 from palpate.drivers.ur.settings import (
     PROTECTIVE_STOP,
     UrSettings,
-    require_led,
     require_ready,
     require_sense,
+    require_setpoints,
     require_version,
 )
 
@@ -115,7 +115,7 @@ class UrArm(LatchingArm):
                 # The arm is at rest; the next enable() restores the connection.
                 seen = before
             if enabled:
-                require_led(seen, self._force_N, settings.guard_N, self._link.host)
+                require_setpoints(seen, self._force_N, settings.force_stop_N, self._link.host)
             elif self._state is ArmState.STOPPED:
                 require_ready(seen, self._link.host)
         return Measured(seen.q_rad, self._now_ns() - max(0, self._link.stamp_ns() - seen.stamp_ns))

@@ -19,7 +19,7 @@ from palpate.drivers.ur.process_main import STATE
 
 NAME: Final = "Universal Robots arm"
 CHECK: Final = "check the address in the rig file, the cable, and that the controller is switched on"
-KEEP_TIME: Final = "end other programs, take --real-time.scheduling, or a larger [arm] patience"
+KEEP_TIME: Final = "end other programs, take --real-time.scheduling, or a larger [arm] timeout_scale"
 EXTRA: Final = "pip install 'palpate[ur]'"
 _MOST: Final = 1 << 16
 _END_S: Final = 0.2
@@ -61,19 +61,19 @@ class UrLink:
     """A connection to the controller by ur_rtde in a separate process.
 
     Args:
-        hurry: Puts the thread that starts the process into the real-time class, which the process inherits.
+        set_priority: Puts the thread that starts the process into the real-time class, which the process inherits.
         real_time_factor: Seconds of the controller per second; below 1 for an emulated one.
     """
 
     def __init__(
-        self, host: str, rate_Hz: float, hurry: Callable[[], object] | None = None, real_time_factor: float = 1.0
+        self, host: str, rate_Hz: float, set_priority: Callable[[], object] | None = None, real_time_factor: float = 1.0
     ) -> None:
         self._real_time_factor = real_time_factor
-        self.host, self._words, self._hurry = host, [host, str(rate_Hz)], hurry
+        self.host, self._words, self._set_priority = host, [host, str(rate_Hz)], set_priority
         self._process: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
         self._told: Any = None
-        self._state, self._asked = b"", 0
+        self._state, self._requested = b"", 0
         self._answers: dict[int, dict[str, Any]] = {}
         self._lost = ""
 
@@ -109,8 +109,8 @@ class UrLink:
         Raises:
             DriverError: The request was refused, or not answered in time; then the link is closed.
         """
-        self._asked += 1
-        number, deadline_ns = self._asked, time.monotonic_ns() + round(timeout_s * 1e9)
+        self._requested += 1
+        number, deadline_ns = self._requested, time.monotonic_ns() + round(timeout_s * 1e9)
         self._send({"op": request, "id": number, "args": args})
         while number not in self._answers:
             left_s = (deadline_ns - time.monotonic_ns()) * 1e-9
@@ -164,8 +164,8 @@ class UrLink:
             told.close()
 
     def _start(self, fd: int) -> None:
-        if self._hurry is not None:
-            self._hurry()
+        if self._set_priority is not None:
+            self._set_priority()
         self._process = subprocess.Popen(
             [sys.executable, "-m", "palpate.drivers.ur.process_main", str(fd), *self._words], pass_fds=[fd],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._told, start_new_session=True,

@@ -33,7 +33,7 @@ class Served:
         self._receive: Any = None
         self._control: Any = None
         self._timestamp_s, self._priority = -1.0, os.sched_getparam(0).sched_priority
-        self._is_led = False
+        self._has_setpoints = False
         self._ways: dict[str, Callable[..., Any]] = {
             "hello": self._hello, "listen": self._listen, "control": self._start_program, "stop": self._stop,
             "tcp": lambda: self._control.getTCPOffset(), "unlock": self._unlock,
@@ -48,13 +48,13 @@ class Served:
             if select.select([self._line], [], [], look_s)[0] and not self._hear():
                 return
             if self._receive is not None:
-                self._tell_state()
+                self._notify_state()
 
     def end(self) -> None:
         """Stop the arm and end the program, if one runs."""
         with suppress(Exception):
             if self._control is not None:
-                if self._is_led:
+                if self._has_setpoints:
                     self._stop(20.0)
                 self._control.stopScript()
 
@@ -68,23 +68,23 @@ class Served:
                 break
             if not message:
                 return False
-            asked = json.loads(message)
-            if asked["op"] == "servo":
-                joints_rad = asked["args"]
+            requested = json.loads(message)
+            if requested["op"] == "servo":
+                joints_rad = requested["args"]
                 continue
             joints_rad = None
-            self._answer(asked)
+            self._answer(requested)
         if joints_rad is not None and self._control is not None:
-            self._is_led = True
+            self._has_setpoints = True
             self._control.servoJ(*joints_rad)
         return True
 
-    def _answer(self, asked: dict[str, Any]) -> None:
+    def _answer(self, requested: dict[str, Any]) -> None:
         try:
-            answer = {"id": asked["id"], "value": self._ways[asked["op"]](*asked["args"])}
+            answer = {"id": requested["id"], "value": self._ways[requested["op"]](*requested["args"])}
         except Exception as error:
             # Any error of the client is passed on in its own words.
-            answer = {"id": asked["id"], "error": str(error).strip() or repr(error)}
+            answer = {"id": requested["id"], "error": str(error).strip() or repr(error)}
         self._line.send(json.dumps(answer).encode())
 
     @contextmanager
@@ -118,7 +118,7 @@ class Served:
     def _start_program(self, watchdog_Hz: float) -> bool:
         from rtde_control import RTDEControlInterface  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
-        self._is_led = False
+        self._has_setpoints = False
         if self._control is None:
             with self._ahead():
                 self._control = RTDEControlInterface(self._host, self._rate_Hz)
@@ -132,14 +132,14 @@ class Served:
         return bool(self._control.setWatchdog(watchdog_Hz)) if watchdog_Hz else True
 
     def _stop(self, rad_s2: float) -> bool:
-        self._is_led = False
+        self._has_setpoints = False
         return self._control is None or bool(self._control.servoStop(rad_s2))
 
     def _unlock(self) -> None:
         self._dashboard.closeSafetyPopup()
         self._dashboard.unlockProtectiveStop()
 
-    def _tell_state(self) -> None:
+    def _notify_state(self) -> None:
         receive = self._receive
         if not receive.isConnected():
             raise ConnectionError("the controller has closed the RTDE connection, or sends nothing any more")

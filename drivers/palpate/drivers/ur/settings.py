@@ -43,7 +43,7 @@ class UrSettings:
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.
-        guard_N: Change of the tool force since the arm was enabled that stops it; 0 for no limit.
+        force_stop_N: Change of the tool force since the arm was enabled that stops it; 0 for no limit.
     """
 
     lower_rad: tuple[float, ...]
@@ -54,7 +54,7 @@ class UrSettings:
     gain: float = 1000.0
     silence_s: float = 0.1
     watchdog_s: float = 0.15
-    guard_N: float = 0.0
+    force_stop_N: float = 0.0
 
 
 def require_version(hello: UrHello, host: str) -> None:
@@ -104,12 +104,12 @@ def require_ready(seen: UrState, host: str) -> None:
     )
 
 
-def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, host: str) -> None:
+def require_setpoints(seen: UrState, force_N: Sequence[float] | None, force_stop_N: float, host: str) -> None:
     """Raise an error if the arm must not continue.
 
     Args:
         force_N: Tool force when the arm was enabled, (3,).
-        guard_N: Change of the tool force that stops the arm; 0 for no limit.
+        force_stop_N: Change of the tool force that stops the arm; 0 for no limit.
     """
     require_ready(seen, host)
     if seen.runtime != _PLAYING:
@@ -117,6 +117,6 @@ def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, 
         raise DeviceFaultError(
             NAME, problem, "switch back to remote control, see the controller's log, then acknowledge"
         )
-    if guard_N and force_N is not None and (change_N := dist(seen.wrench[:3], force_N)) > guard_N:
-        problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] guard_N = {guard_N:g}"
+    if force_stop_N and force_N is not None and (change_N := dist(seen.wrench[:3], force_N)) > force_stop_N:
+        problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] force_stop_N = {force_stop_N:g}"
         raise DeviceFaultError(NAME, problem, "see what the tool has met, then acknowledge")

@@ -149,7 +149,7 @@ class ZebraZero(LatchingArm):
             return
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
-        if self.stopped not in (servos.StopOutcome.AT_REST, servos.StopOutcome.LINE_DEAD):
+        if self.stopped not in (servos.StopOutcome.STATIONARY, servos.StopOutcome.LINE_DEAD):
             self._halt()
         if self._power_lost:
             # Nothing holds the arm anyway, and a supply that comes back must not pull it to an old set-point.
@@ -162,7 +162,7 @@ class ZebraZero(LatchingArm):
     def _halt(self) -> None:
         on = sorted(self._servos.on)
         self.stopped = servos.bring_to_rest(self._bus, on, STOP_TIMEOUT_S, self._clock_ns, are_all=len(on) == JOINTS)
-        if self.stopped is servos.StopOutcome.AT_REST:
+        if self.stopped is servos.StopOutcome.STATIONARY:
             self._rounds.look_once()
         elif self.fault is None and self.stopped is servos.StopOutcome.LINE_DEAD:
             self._fail(SilentError(DEVICE, self.stopped.value, "check cable and supply, then acknowledge"))
@@ -204,16 +204,16 @@ class ZebraZero(LatchingArm):
                 return fault
         return self._rounds.beyond_limits()
 
-    def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[NmcCommand, ...]:
-        if asked_rad is not None:
+    def _plan(self, requested_rad: Sequence[float] | None, now_ns: int) -> tuple[NmcCommand, ...]:
+        if requested_rad is not None:
             self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
-            require_angles(asked_rad, JOINTS)
-        if asked_rad is None or self._state is not ArmState.ENABLED:
+            require_angles(requested_rad, JOINTS)
+        if requested_rad is None or self._state is not ArmState.ENABLED:
             return (NOP,) * JOINTS
         limits = self.settings.limits
         # No more than a period counts, so that a late cycle gets no longer step.
         step_s = min((now_ns - self._stepped_ns) * 1e-9, 1.0 / self.settings.rate_Hz)
-        within = clamped(asked_rad, limits.lower_rad, limits.upper_rad)
+        within = clamped(requested_rad, limits.lower_rad, limits.upper_rad)
         self.setpoint_rad = held_back(within, self.setpoint_rad, [limits.velocity_rad_per_s * step_s] * JOINTS)
         self._stepped_ns = now_ns
         counts = self.settings.transmission.to_counts(self.setpoint_rad)

@@ -51,7 +51,7 @@ class StopOutcome(enum.Enum):
     """Result of a stop."""
 
     NOTHING_ON = "no servo was on"
-    AT_REST = "every motor was seen at rest"
+    STATIONARY = "every motor was seen at rest"
     NOT_SEEN = "not every motor was seen at rest"
     LINE_DEAD = "no motor could be reached"
 
@@ -95,7 +95,7 @@ def bring_to_rest(
     except DriverError:
         return StopOutcome.LINE_DEAD
     if not moving:
-        return StopOutcome.AT_REST
+        return StopOutcome.STATIONARY
     return StopOutcome.NOT_SEEN if told else StopOutcome.LINE_DEAD
 
 

@@ -33,7 +33,7 @@ class Tracking:
         self._time_ns: list[int | None] = [None] * JOINTS
         self._status = [NmcStatus(0)] * JOINTS
         self._aux: list[Aux | None] = [None] * JOINTS
-        self._doubts = [0] * JOINTS
+        self._misses = [0] * JOINTS
 
     @property
     def counts(self) -> SixCounts:
@@ -62,31 +62,31 @@ class Tracking:
         """Restart at these counts, whose time is unknown."""
         self._counts = list(counts)
         self._time_ns = [None] * JOINTS
-        self._doubts = [0] * JOINTS
+        self._misses = [0] * JOINTS
 
     def take(self, axis: int, reply: Reply, now_ns: int, *, is_driven: bool) -> int:
         """Accept a reply unless its position is impossible; return 0, or how many in a row were rejected."""
         index, counts = axis - 1, reply.position_counts
         if counts is None:
-            return self._doubt(index)
+            return self._mismatch(index)
         last_ns = self._time_ns[index]
         if is_driven and last_ns is not None:
             reach = self._jump_counts_per_s[index] * (now_ns - last_ns) * 1e-9
             jump = abs(counts - self._counts[index]) - reach
             if jump > self._slack_counts or (jump > 0.0 and self._is_another_s(index, counts, reach)):
-                return self._doubt(index)
+                return self._mismatch(index)
         self._counts[index], self._time_ns[index] = counts, now_ns
         self._status[index], self._aux[index] = reply.status, reply.aux
-        self._doubts[index] = 0
+        self._misses[index] = 0
         return 0
 
     def _is_another_s(self, index: int, counts: int, reach: float) -> bool:
         others = (place for other, place in enumerate(self._counts) if other != index)
         return any(abs(counts - place) <= reach for place in others)
 
-    def _doubt(self, index: int) -> int:
-        self._doubts[index] += 1
-        return self._doubts[index]
+    def _mismatch(self, index: int) -> int:
+        self._misses[index] += 1
+        return self._misses[index]
 
 
 class Rounds:
@@ -137,11 +137,11 @@ class Rounds:
         if reply is None:
             return
         is_on = axis in self._servos.on
-        doubts = self._tracking.take(axis, reply, self._clock_ns(), is_driven=is_on)
-        if doubts >= ERRORS_IN_A_ROW:
+        misses = self._tracking.take(axis, reply, self._clock_ns(), is_driven=is_on)
+        if misses >= ERRORS_IN_A_ROW:
             problem = f"motor {axis} reports a position that it cannot have reached"
             raise GarbledError(DEVICE, problem, "check the cable, and that nothing else talks on the bus")
-        if doubts:
+        if misses:
             self._bus.disown(axis)
             return
         fault = fault_in(axis, reply, self._settings, should_be_on=True) if is_on else None

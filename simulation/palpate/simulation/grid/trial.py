@@ -13,7 +13,7 @@ from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.core.policy import (
     COMPASS_NAMES,
     ActionPenalty,
-    Hindsight,
+    EpisodeOutcome,
     Observation,
     Policy,
     RandomWalkPolicy,
@@ -144,7 +144,7 @@ def run_trial(
         policy.learn(Transition(observation.state, decision.index, PENALTY.per_action, next_state))
         if next_state is None:
             break
-    policy.end_trial(Hindsight(walker.walk.reached, _NOWHERE, 0.0))
+    policy.end_trial(EpisodeOutcome(walker.walk.reached, _NOWHERE, 0.0))
     return walker.walk
 
 
@@ -185,7 +185,7 @@ def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT
     require_whole("walks", count, 1, 10_000_000)
     require_whole("longest", longest, 1, 10_000_000)
     identifier, policy = IdentityState(grid.symbols), RandomWalkPolicy(grid_actions())
-    own_seed = int(generator(seed, Purpose.WALKS, 0).integers(2**63))
+    own_seed = int(generator(seed, Purpose.RANDOM_WALKS, 0).integers(2**63))
     walks: list[Walk] = []
     trial = 0
     while len(walks) < count:

@@ -16,7 +16,7 @@ _SLENDER: Final = 7.0
 _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
 """Servos and motors of an arm of up to 30 kg at the joint; the second value is for the last three joints. Assumed."""
-_BORNE: Final = 3.0
+_SUPPORTED: Final = 3.0
 """Largest inertia over armature that a servo moves without oscillation; of palpate's arms only ur20 has more."""
 
 
@@ -51,7 +51,7 @@ def servos(kinematics: Kinematics, inertias: list[pin.Inertia]) -> tuple[list[fl
         model.inertias[index] = inertia
     moved = pin.crba(model, model.createData(), np.array(arm.posture_rad)).diagonal().tolist()
     is_wrist = [joint >= kinematics.joints - 3 for joint in range(kinematics.joints)]
-    scale = [max(1.0, m / (_BORNE * _ARMATURE_KG_M2[wrist])) for m, wrist in zip(moved, is_wrist, strict=True)]
+    scale = [max(1.0, m / (_SUPPORTED * _ARMATURE_KG_M2[wrist])) for m, wrist in zip(moved, is_wrist, strict=True)]
     stiffness = [s * _STIFFNESS_NM_PER_RAD[wrist] for s, wrist in zip(scale, is_wrist, strict=True)]
     armature = [s * _ARMATURE_KG_M2[wrist] for s, wrist in zip(scale, is_wrist, strict=True)]
     return list(arm.servo_stiffness_Nm_per_rad) or stiffness, list(arm.servo_armature_kg_m2) or armature

@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from palpate.core.motion import Kinematics
-from palpate.core.ports import JointVector, Truth, axis_of
+from palpate.core.ports import GroundTruth, JointVector, axis_of
 from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
@@ -192,13 +192,13 @@ class WorkCell:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
 
-    def truth(self) -> Truth:
+    def truth(self) -> GroundTruth:
         """Return the ground truth of the trial so far."""
         self._fold_peaks()
         tip = self._goal.actInv(self.data.site("tip").xpos.copy())
         hole = self._world.hole_in_task_m
         depth = float(np.dot(self._axis, tip - np.array(hole)))
-        return Truth(
+        return GroundTruth(
             hole,
             (float(tip[0]), float(tip[1]), float(tip[2])),
             max(depth, 0.0),

@@ -47,7 +47,7 @@ class ConditionsConfig(Settings):
     """Number of trials until wear is complete."""
     yaw_deg: Annotated[float, Range(0.0, 180.0)] = 0.0
     """Largest turn of the hole about its axis in either direction, drawn for each trial."""
-    plate_lean_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
+    plate_tilt_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
     """Tilt of the plate about the hole's mouth, in a direction drawn for each trial."""
 
     @override

@@ -182,14 +182,14 @@ class CellConfig(Settings):
     """listed: check only pairs that can touch near the hole, with the same result; searched: MuJoCo checks all."""
     substeps: Annotated[int, Range(3, 100)] = 4
     """Physics steps per control tick (140 Hz): 4 is a time step of 1/560 s."""
-    leaning_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
+    tilted_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
     """Initial impedance of contacts (MuJoCo's first solimp) if peg or plate is tilted; otherwise 0.95. A tight hole,
     whose walls would yield too much, has a special impedance."""
 
     @property
-    def leans(self) -> bool:
+    def tilts(self) -> bool:
         """Return True if one side of a lowered peg touches the plate first; a ball has no sides."""
-        return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_lean_mrad > 0.0)
+        return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_tilt_mrad > 0.0)
 
     @property
     def has_shaft(self) -> bool:
@@ -200,13 +200,13 @@ class CellConfig(Settings):
         """
         peg = self.peg
         bend_mrad = MOST_FORCE_N * peg.hole_depth_mm / self.compliance.tilt_Nm_per_rad
-        slack_mm = 1e-3 * (self.lean_mrad + bend_mrad) * peg.hole_depth_mm - 2.0 * peg.clearance_mm
+        slack_mm = 1e-3 * (self.total_tilt_mrad + bend_mrad) * peg.hole_depth_mm - 2.0 * peg.clearance_mm
         return slack_mm > 0.0 and self.contour.shape == FLAT and peg.cross_section == "round" and not peg.is_hull
 
     @property
-    def lean_mrad(self) -> float:
+    def total_tilt_mrad(self) -> float:
         """Return the largest angle between the axes of the free peg and the hole."""
-        return self.tilt_mrad + self.conditions.plate_lean_mrad
+        return self.tilt_mrad + self.conditions.plate_tilt_mrad
 
     @property
     def hole_reach_mm(self) -> float:

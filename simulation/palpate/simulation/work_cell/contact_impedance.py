@@ -48,14 +48,14 @@ def give_mm(cell: CellConfig) -> float:
 
 def wedge_force_N(cell: CellConfig) -> float:
     """Return the largest wall force on a tilted peg during its descent: k (lean - 2 c / l) / l."""
-    lean, c_mm, depth_mm = cell.lean_mrad * 1e-3, cell.peg.clearance_mm, cell.peg.hole_depth_mm
-    at_mm = min(depth_mm, 4.0 * c_mm / lean) if lean else depth_mm
-    return max(1e3 * cell.compliance.tilt_Nm_per_rad * (lean - 2.0 * c_mm / at_mm) / at_mm, 0.0)
+    tilt, c_mm, depth_mm = cell.total_tilt_mrad * 1e-3, cell.peg.clearance_mm, cell.peg.hole_depth_mm
+    at_mm = min(depth_mm, 4.0 * c_mm / tilt) if tilt else depth_mm
+    return max(1e3 * cell.compliance.tilt_Nm_per_rad * (tilt - 2.0 * c_mm / at_mm) / at_mm, 0.0)
 
 
 def _plain(cell: CellConfig) -> float:
     """Return the impedance of other fits; a tilted peg rests on few points, which would sink in too far with 0.95."""
-    return cell.leaning_impedance if cell.leans else _UPRIGHT
+    return cell.tilted_impedance if cell.tilts else _UPRIGHT
 
 
 def _skin_mm(cell: CellConfig) -> float:

@@ -15,7 +15,7 @@ NEAR_M: Final = 2e-3
 """Radius of a near region around the hole's axis, which needs a third of the pairs of a larger one."""
 _SLACK_M: Final = 0.25e-3
 """Largest motion of a sphere in a tick whose end is outside the listed region."""
-_LEAN: Final = 0.02
+_TILT: Final = 0.02
 _TURN: Final = 0.01
 
 
@@ -25,22 +25,22 @@ class Leeway:
 
     Attributes:
         aside_m: Distance of the tip from the hole's axis.
-        lean: Sine of the angle between the axes of peg and hole.
+        tilt: Sine of the angle between the axes of peg and hole.
         play_m: Distance of the peg's axis from the hole's at the height of the upper ring, once that ring is in the
             hole.
     """
 
     aside_m: float
-    lean: float
+    tilt: float
     turn: float
     play_m: float
 
     @classmethod
     def of(cls, config: CellConfig, aside_m: float) -> Self:
         """Return the region of the listed pairs of a cell."""
-        lean = sin(config.tilt_mrad * 1e-3) + _LEAN
-        play_m = config.peg.clearance_mm * 1e-3 + UPPER_RING_M * lean + _SLACK_M
-        return cls(aside_m, lean, _TURN, play_m)
+        tilt = sin(config.tilt_mrad * 1e-3) + _TILT
+        play_m = config.peg.clearance_mm * 1e-3 + UPPER_RING_M * tilt + _SLACK_M
+        return cls(aside_m, tilt, _TURN, play_m)
 
 
 def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
@@ -51,7 +51,7 @@ def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[t
     pairs: list[tuple[int, int]] = []
     for first, ring, aside_m in rings[: 1 if config.has_shaft else 2]:
         outermost = outermost_m(ring)
-        shift_m = aside_m + outermost * (leeway.turn + 1.0 - sqrt(1.0 - leeway.lean**2)) + radius_m + _SLACK_M
+        shift_m = aside_m + outermost * (leeway.turn + 1.0 - sqrt(1.0 - leeway.tilt**2)) + radius_m + _SLACK_M
         near = np.argwhere(_beside_m(boxes, ring) <= shift_m)
         pairs += [(first + sphere, box) for sphere, box in near.tolist()]
     # The upper ring never reaches the floor, which is the last box.

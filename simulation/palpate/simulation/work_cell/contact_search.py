@@ -86,9 +86,9 @@ class ContactSearch:
 
     def _needed(self) -> int:
         """Return the lowest level that finds every contact for the peg's pose at the newest physics step."""
-        x, y, z, along, across, _, lean_x, lean_y, down = self._pose.tolist()
-        lean = hypot(lean_x, lean_y)
-        lowest = z + self._radius_m * lean
+        x, y, z, along, across, _, tilt_x, tilt_y, down = self._pose.tolist()
+        tilt = hypot(tilt_x, tilt_y)
+        lowest = z + self._radius_m * tilt
         if down <= 0.0:
             return self._highest
         if lowest < -_CLEAR_M:
@@ -96,8 +96,8 @@ class ContactSearch:
         aside = hypot(x, y)
         turn = abs(along * self._across[0] + across * self._across[1])
         # If it is higher up, nothing is next to the upper ring.
-        axis_off = aside + UPPER_RING_M * lean if lowest > UPPER_RING_M - _CLEAR_M else 0.0
+        axis_off = aside + UPPER_RING_M * tilt if lowest > UPPER_RING_M - _CLEAR_M else 0.0
         for level, leeway in enumerate(self._leeways, 1):
-            if aside <= leeway.aside_m and lean <= leeway.lean and turn <= leeway.turn and axis_off <= leeway.play_m:
+            if aside <= leeway.aside_m and tilt <= leeway.tilt and turn <= leeway.turn and axis_off <= leeway.play_m:
                 return level
         return self._highest

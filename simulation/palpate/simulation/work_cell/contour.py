@@ -49,8 +49,8 @@ def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: objec
     for number in range(count):
         x0 = first_m + number * _BOX_M
         z0, z1 = -height_m(contour, x0), -height_m(contour, x0 + _BOX_M)
-        chord_m, lean = hypot(_BOX_M, z1 - z0), (z1 - z0) / _BOX_M
-        s, c = lean / hypot(1.0, lean), 1.0 / hypot(1.0, lean)
+        chord_m, tilt = hypot(_BOX_M, z1 - z0), (z1 - z0) / _BOX_M
+        s, c = tilt / hypot(1.0, tilt), 1.0 / hypot(1.0, tilt)
         # Turned about y so that its x is along the chord; its centre is half its thickness below.
         half = -0.5 * atan2(s, c)
         plate.add_geom(

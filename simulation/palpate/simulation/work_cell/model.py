@@ -88,7 +88,7 @@ def build_work_cell(
     _add_plate(spec, config, goal_in_base, boxes)
     _add_sensors(spec, config)
     if config.contacts == "listed":
-        _tell_place(spec)
+        _notify_place(spec)
     if listed is not None:
         _list_pairs(spec, config, boxes, listed)
     try:
@@ -183,7 +183,7 @@ def _add_wrist(
         rgba=(0.2, 0.45, 0.7, 1.0),
     )
     # The task's z points out of the tool like the tip's, so the yaw converts headings in the task to the tip's.
-    lean = config.tilt_heading_deg / 180.0 * np.pi - tool_yaw_rad
+    turn_rad = config.tilt_heading_deg / 180.0 * np.pi - tool_yaw_rad
     tilt = config.tilt_mrad * 1e-3
     mass, length_m = springs.moving_mass_kg, hypot(*tool.tip_m)
     height_mm = springs.centre_of_mass_above_tip_mm
@@ -192,7 +192,7 @@ def _add_wrist(
     body = sensor.add_body(
         name="peg",
         pos=kinematics.tip_in_sensor.translation,
-        quat=_turned(kinematics, (cos(tilt / 2), -sin(tilt / 2) * sin(lean), sin(tilt / 2) * cos(lean), 0.0)),
+        quat=_turned(kinematics, (cos(tilt / 2), -sin(tilt / 2) * sin(turn_rad), sin(tilt / 2) * cos(turn_rad), 0.0)),
         mass=mass,
         ipos=(0.0, 0.0, -height_mm * 1e-3),
         inertia=(mass * across, mass * across, mass * along),
@@ -329,7 +329,7 @@ def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leewa
         )
 
 
-def _tell_place(spec: mujoco.MjSpec) -> None:
+def _notify_place(spec: mujoco.MjSpec) -> None:
     """Add sensors of the tip's pose, which select the contacts to check."""
     for name, kind in (
         ("tip_in_plate", mujoco.mjtSensor.mjSENS_FRAMEPOS),

@@ -66,13 +66,13 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
         drawn["clearance_mm"] = clearance_mm
         peg = replace(peg, clearance_mm=clearance_mm)
     turn_rad: Vector3 = (0.0, 0.0, 0.0)
-    if conditions.yaw_deg or conditions.plate_lean_mrad:
+    if conditions.yaw_deg or conditions.plate_tilt_mrad:
         rng = generator(seed, Purpose.PLATE, trial)
         yaw_rad = radians(conditions.yaw_deg * rng.uniform(-1.0, 1.0))
         heading_rad = rng.uniform(-np.pi, np.pi)
-        turn_rad = _turn(yaw_rad, conditions.plate_lean_mrad * 1e-3, heading_rad)
+        turn_rad = _turn(yaw_rad, conditions.plate_tilt_mrad * 1e-3, heading_rad)
         drawn |= {"hole_yaw_deg": degrees(yaw_rad)} if conditions.yaw_deg else {}
-        drawn |= {"plate_heading_deg": degrees(heading_rad)} if conditions.plate_lean_mrad else {}
+        drawn |= {"plate_heading_deg": degrees(heading_rad)} if conditions.plate_tilt_mrad else {}
     z = -config.hole_height_error_mm * 1e-3
     # Most cells are equal in every trial, and creating one checks all its settings.
     same = peg is config.peg and tilt_deg == config.tilt_heading_deg
@@ -97,10 +97,10 @@ def _batch(trial: int, trials: int) -> int:
     return trial - count + count // trials
 
 
-def _turn(yaw_rad: float, lean_rad: float, heading_rad: float) -> Vector3:
+def _turn(yaw_rad: float, tilt_rad: float, heading_rad: float) -> Vector3:
     """Return the rotation vector of a yaw about the hole's axis, which is tilted towards the heading."""
-    lean = pin.exp3(lean_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
-    x, y, z = pin.log3(lean @ pin.exp3(np.array([0.0, 0.0, yaw_rad]))).tolist()
+    tilt = pin.exp3(tilt_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
+    x, y, z = pin.log3(tilt @ pin.exp3(np.array([0.0, 0.0, yaw_rad]))).tolist()
     return x, y, z
 
 

@@ -14,7 +14,7 @@ def toml(tmp_path):
     path = tmp_path / "my.toml"
     path.write_text(
         'scenario = "blind"\nseed = 5\n[task]\nstep_mm = 0.25\n[cell]\nhole_uncertainty_mm = 2.0\n'
-        '[run]\nformat = "palpate.run/1"\ncommand = "train"\n'
+        '[run]\nformat = "palpate.run/2"\ncommand = "train"\n'
     )
     return str(path)
 
@@ -44,10 +44,10 @@ def test_a_scenario_other_than_the_file_s_is_refused(toml):
 
 def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp_path):
     file = tmp_path / "mine.toml"
-    file.write_text('learner = "sarsa"\n[learning]\nrule_lead = 3.0\n')
-    with pytest.raises(ConfigurationError, match="skills, which learning"):
+    file.write_text('learner = "sarsa"\n[learning]\noptimistic_prior = 3.0\n')
+    with pytest.raises(ConfigurationError, match="options, which learning"):
         config("--config", str(file))
-    file.write_text(file.read_text() + '[run]\nformat = "palpate.run/1"\ncommand = "train"\n')
+    file.write_text(file.read_text() + '[run]\nformat = "palpate.run/2"\ncommand = "train"\n')
     assert config("--config", str(file)).learner == "sarsa"
 
 
@@ -69,13 +69,13 @@ def test_a_run_toml_of_another_format_is_refused(tmp_path):
     path = tmp_path / "run.toml"
     for told, found in (('format = "palpate.run/0"\n', "'palpate.run/0'"), ("", "None")):
         path.write_text(f'seed = 3\n[run]\n{told}command = "train"\n')
-        with pytest.raises(ConfigurationError, match=f"run.format = {found} is refused: 'palpate.run/1', which this"):
+        with pytest.raises(ConfigurationError, match=f"run.format = {found} is refused: 'palpate.run/2', which this"):
             config("--config", str(path))
 
 
 def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path):
     path = tmp_path / "run.toml"
-    path.write_text('[run]\nformat = "palpate.run/1"\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
+    path.write_text('[run]\nformat = "palpate.run/2"\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
     again = parse(CompareOptions, "compare", ["--config", str(path)])
     assert (again.trials, again.policy) == (7, ("a", "b"))
     assert parse(RunOptions, "run", ["--config", str(path)]).trials == RunOptions().trials

@@ -15,7 +15,15 @@ from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import orientation
-from palpate.core.policy import Hindsight, Law, PolicyDocument, Sarsa, compass_actions, document_of, learner_of
+from palpate.core.policy import (
+    ControllerKind,
+    EpisodeOutcome,
+    PolicyDocument,
+    Sarsa,
+    compass_actions,
+    document_of,
+    learner_of,
+)
 from palpate.core.trial.config import TaskConfig
 from tests.unit.adapters.samples import observation
 
@@ -44,7 +52,7 @@ def test_spirals_have_their_speed_whatever_an_action_lasts(name, speed_m_s, tick
     assert np.hypot(dx, dy) == pytest.approx(speed_m_s * ticks / 140, rel=0.01)
 
 
-@pytest.mark.parametrize("learner", ["q-learning", "skills"])
+@pytest.mark.parametrize("learner", ["q-learning", "options"])
 def test_the_torque_rule_steps_to_the_nearest_side_where_a_task_has_other_actions_besides(learner):
     config = overlay(scenario("blind-square", learner), {"task": {"name": "insertion-6dof"}})
     policy = baseline("torque", config, no_hole)
@@ -78,19 +86,19 @@ def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is():
 
 def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_some():
     config = overlay(
-        scenario("blind-square", "skills"), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}}
+        scenario("blind-square", "options"), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}}
     )
     learner = learner_of(learning_policy(config, build_perception(config)))
     assert isinstance(learner, Sarsa)
     row = dict(zip((action.name for action in learner.actions), learner.q[0], strict=True))
     assert learner.states[0] == "upright in the air at first"
     ahead = learner.parameters.initial_value
-    assert (row["lean 1"], row["lean 1.2"], row["insert"] < -1e5) == (ahead, ahead, True)
+    assert (row["tilt 1"], row["tilt 1.2"], row["insert"] < -1e5) == (ahead, ahead, True)
     # What the rule takes there is ahead of all else that may begin.
     row = dict(zip(row, learner.q[learner.states.index("corner wedged after push")], strict=True))
-    assert (row["drive"], row["push 1"]) == (ahead, ahead - config.learning.rule_lead)
-    with pytest.raises(ConfigurationError, match="a task that has skills; insertion has none"):
-        build_perception(scenario("blind", "skills"))
+    assert (row["drive"], row["push 1"]) == (ahead, ahead - config.learning.optimistic_prior)
+    with pytest.raises(ConfigurationError, match="a task that has options; insertion has none"):
+        build_perception(scenario("blind", "options"))
 
 
 def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path):
@@ -137,7 +145,7 @@ def learned():
     policy.begin_trial(0, np.random.default_rng(0))
     for k in range(8):
         policy.choose(observation(2e-4 * k, 0.0))
-    policy.end_trial(Hindsight(True, (1e-3, 0.0, 0.01), 0.01))
+    policy.end_trial(EpisodeOutcome(True, (1e-3, 0.0, 0.01), 0.01))
     made = document_of(policy, created_with={}, perception=perception_settings(ROUND, perception))
     return PolicyDocument.from_json_text(made.to_json_text())
 
@@ -258,13 +266,13 @@ def test_the_oracle_pose_is_that_of_a_leaning_peg_in_line_with_the_hole(heading_
     hole = np.array([0.012, -0.014, 0.08])
     policy = OraclePose(lambda: (1e-3, -2e-3, 0.0, *hole, heading_deg), 4e-3, 0.0, 2e-3, 0.035)
     place, turn, actions = np.zeros(2), np.zeros(3), []
-    while not actions or actions[-1].spatial.law is Law.LIFT:
+    while not actions or actions[-1].spatial.controller is ControllerKind.LIFT:
         seen = replace(observation(*place), turn_rad=tuple(turn), depth_m=-1e-3 if actions else 0.0)
         actions.append(policy.choose(seen).action)
         place, turn = place + actions[-1].displacement_m, turn + actions[-1].spatial.turn_rad
     # Three actions for a turn of 0.08 rad, one of them lifts; then down.
     assert [action.spatial.rise_m for action in actions] == [1e-3, 0.0, 0.0, 0.0]
-    assert actions[-1].spatial.law is Law.INSERT
+    assert actions[-1].spatial.controller is ControllerKind.INSERT
     assert place == pytest.approx([1e-3, -2e-3])
     c, s = cos(radians(heading_deg)), sin(radians(heading_deg))
     peg = np.array(orientation(tuple(turn))) @ pin.exp3(np.array([-4e-3 * s, 4e-3 * c, 0.0]))

@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from palpate.adapters.cli.notices import marked_line
+from palpate.adapters.cli.notices import flagged_line
 from palpate.adapters.experiments import Claim, exact_interval, mean_with_interval, summary_of, t_half_width
 from palpate.adapters.experiments.statistics import learning_summary, quantile_interval
 from palpate.core.errors import ConfigurationError
@@ -85,13 +85,13 @@ def test_learning_shows_in_windows_of_trials_counted_from_one():
 
 def test_trials_that_are_marked_are_counted_by_reason_and_told():
     rows = trial_rows(1.0, 1.0, 1.0, 1.0)
-    rows[1] = replace(rows[1], marked="slots skipped (30)")
-    rows[3] = replace(rows[3], marked="a tick too late (21.0 ms); slots skipped (7)")
+    rows[1] = replace(rows[1], flagged="slots skipped (30)")
+    rows[3] = replace(rows[3], flagged="a tick too late (21.0 ms); slots skipped (7)")
     summary = summary_of(rows)
-    assert (summary["marked"], summary["marked_why"]) == (2, {"a tick too late": 1, "slots skipped": 2})
-    line = "marked for their timing: 2 of 4 trials, not learned from (a tick too late 1, slots skipped 2)\n"
-    assert marked_line(summary, learned=False) == line
-    assert marked_line(summary_of(rows[:1]), learned=False) == ""
+    assert (summary["flagged"], summary["flagged_reasons"]) == (2, {"a tick too late": 1, "slots skipped": 2})
+    line = "flagged for their timing: 2 of 4 trials, not learned from (a tick too late 1, slots skipped 2)\n"
+    assert flagged_line(summary, learned=False) == line
+    assert flagged_line(summary_of(rows[:1]), learned=False) == ""
 
 
 def test_three_values_by_hand():

@@ -108,12 +108,12 @@ def test_a_policy_without_a_learner_cannot_be_trained(tmp_path):
 
 
 def test_the_second_ctrl_c_does_not_wait():
-    asked = []
-    with interrupting(lambda: asked.append(1)):
+    requested = []
+    with interrupting(lambda: requested.append(1)):
         signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-    assert asked == [1]
+    assert requested == [1]
 
 
 @pytest.mark.parametrize("text", [None, "", "[]", "{}", '{"next_trial": 1}'])

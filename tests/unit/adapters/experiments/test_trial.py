@@ -33,7 +33,7 @@ from palpate.adapters.replay.engine import Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.policy import document_of
-from palpate.core.ports import FaultLatch, Truth
+from palpate.core.ports import FaultLatch, GroundTruth
 from palpate.core.tasks.insertion.kind import INSERTION
 from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import CellConfig
@@ -87,7 +87,7 @@ class StandIn:
 )
 def test_a_false_success_is_a_peg_called_inserted_that_is_not(outcome, aside_m, depth_m, false):
     report = replace(scored_trial(5).report, outcome=outcome)
-    truth = Truth((0.0, 0.0, 0.0), (aside_m, 0.0, depth_m), depth_m, 5.0)
+    truth = GroundTruth((0.0, 0.0, 0.0), (aside_m, 0.0, depth_m), depth_m, 5.0)
     assert INSERTION.untrue(RunConfig().task, report, truth, fit_of(RunConfig())) is false
 
 
@@ -105,7 +105,7 @@ def test_a_false_success_is_a_peg_called_inserted_that_is_not(outcome, aside_m, 
 def test_success_is_full_depth_within_the_force_limit(monkeypatch, outcome, depth_m, peak_N, success):
     report = replace(scored_trial(5).report, outcome=outcome)
     monkeypatch.setattr(experiment, "run_trial", lambda *_: report)
-    rig = StandIn(Truth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, peak_N))
+    rig = StandIn(GroundTruth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, peak_N))
     task = None
     scored = run_scored_trial(RunConfig(), rig, task, 5)
     assert scored.success is success
@@ -116,7 +116,7 @@ def test_success_is_full_depth_within_the_force_limit(monkeypatch, outcome, dept
 def test_a_leaning_pegs_centre_stands_above_its_edge(tilt_mrad, depth_m, success):
     config = RunConfig(cell=CellConfig(tilt_mrad=tilt_mrad))
     report = replace(scored_trial(5).report, outcome=Outcome.INSERTED)
-    truth = Truth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, 5.0)
+    truth = GroundTruth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, 5.0)
     assert experiment.score(config, report, truth).success is success
 
 
@@ -205,13 +205,13 @@ def test_the_arm_stays_where_it_is_and_the_task_decides(q_rad, monkeypatch):
     assert [scored.report.outcome, scored.trip] == [Outcome.INTERRUPTED, ""]
     assert "tare" in [each.name for each in scored.report.events]
     assert rig.ports.joint_encoder.read().position_rad == pytest.approx(q_rad, abs=2e-3)
-    force, tip, way, asked = lines
+    force, tip, way, requested = lines
     assert "(stated 0.1 N)" in force
     assert tip.startswith("tip by the model of zebra-zero: (")
     assert "go to the ready pose, joints by up to" in way
     # By whatever pose it begins: straight along the tool, at the speed of the approach.
-    assert "along the tool and 0.00 mm across" in asked
-    assert not asked.startswith("the task did not")
+    assert "along the tool and 0.00 mm across" in requested
+    assert not requested.startswith("the task did not")
 
 
 def test_a_dry_run_that_trips_ends(monkeypatch):

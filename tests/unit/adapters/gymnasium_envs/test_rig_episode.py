@@ -82,7 +82,7 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes):
 
 def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.adapters.experiments.run.warm_up", lambda config, ready: None)
-    table = {"learner": "skills", "task": {"time_limit_s": 3.0, "options": {"corners": 4.0, "corner_mm": 20.5}}}
+    table = {"learner": "options", "task": {"time_limit_s": 3.0, "options": {"corners": 4.0, "corner_mm": 20.5}}}
     config = configured(scenario="blind-square", settings=table, task="insertion-6dof")
     # A test's thread that a busy computer holds up is no late agent: no rest comes between the skills.
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.episode.GRACE_S", 60.0)
@@ -90,10 +90,10 @@ def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path, monkeypatc
         made.observe = lambda task: task.turn_rad
         skills = {action.name: Decision(action, k, "environment") for k, action in enumerate(task_actions(config))}
         made.begin(3, 0)
-        earned = [made.decide(skills[name]) for name in ("lean 1", "push 1")]
+        earned = [made.decide(skills[name]) for name in ("tilt 1", "push 1")]
         # Ten a second, from the first decision to the third; the tool leans over the corner.
         assert sum(earned) == pytest.approx(-10.0 * made.exploration_time_s, abs=2.0)
-        assert np.degrees(np.hypot(*made.seen()[0][:2])) == pytest.approx(config.task.options["lean_deg"], abs=0.1)
+        assert np.degrees(np.hypot(*made.seen()[0][:2])) == pytest.approx(config.task.options["tilt_deg"], abs=0.1)
         while made.running:
             made.decide(skills["push 1"])
     (log,) = (tmp_path / "run" / "logs").iterdir()

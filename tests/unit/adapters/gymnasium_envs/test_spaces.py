@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.spaces import FreeSteps, NumberedActions, TipWrench, Twists
-from palpate.core.policy import Law, compass_actions
+from palpate.core.policy import ControllerKind, compass_actions
 
 
 @dataclass
@@ -78,15 +78,15 @@ def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action):
 
 
 @pytest.mark.parametrize(
-    ("shares", "law", "rise_m", "step_m"),
+    ("shares", "controller", "rise_m", "step_m"),
     [
-        ((1.0, 0.0, -0.5, 0.0, 0.0, 0.0), Law.LIFT, 1e-3, (2e-3, 0.0)),
-        ((0.6, 0.8, 1.0, 0.0, 0.0, 0.0), Law.STEP, 0.0, (1.2e-3, 1.6e-3)),
+        ((1.0, 0.0, -0.5, 0.0, 0.0, 0.0), ControllerKind.LIFT, 1e-3, (2e-3, 0.0)),
+        ((0.6, 0.8, 1.0, 0.0, 0.0, 0.0), ControllerKind.STEP, 0.0, (1.2e-3, 1.6e-3)),
     ],
 )
-def test_a_twist_lifts_or_presses(shares, law, rise_m, step_m):
+def test_a_twist_lifts_or_presses(shares, controller, rise_m, step_m):
     action = Twists(2e-3, 0.1).decision(shares).action
-    assert (action.spatial.law, action.spatial.rise_m) == (law, rise_m)
+    assert (action.spatial.controller, action.spatial.rise_m) == (controller, rise_m)
     assert action.displacement_m == pytest.approx(step_m)
 
 

@@ -11,7 +11,13 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import baseline, build_perception, build_task, run_scored_trial
-from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, require_right_turn, walk, withdrawal
+from palpate.adapters.hardware.approach import (
+    WITHDRAWAL_M_S,
+    find_approach,
+    move_to_ready,
+    require_right_turn,
+    withdrawal,
+)
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.motion import InverseKinematics, Kinematics
@@ -26,7 +32,7 @@ from palpate.core.ports.values import (
     JointVector,
     Validity,
 )
-from palpate.core.supervision import SampleWatch
+from palpate.core.supervision import SampleMonitor
 from palpate.core.trial import find_ready_pose, goal_in_base
 from tests.support.tool import TOOL
 from tests.unit.adapters.samples import ready_pose
@@ -37,7 +43,7 @@ APPROACH = find_approach(CONFIG, ready_pose())
 
 def way(ports, speed_rad_s=0.8, limit_N=CONFIG.task.max_force_N):
     """The way, under the watch of a rig with such a sensor."""
-    walk(APPROACH, ports, speed_rad_s, limit_N, SampleWatch(CONFIG.supervision, SensorFacts(0.1, 0.004)))
+    move_to_ready(APPROACH, ports, speed_rad_s, limit_N, SampleMonitor(CONFIG.supervision, SensorFacts(0.1, 0.004)))
 
 
 def tip_m(q_rad):
@@ -67,10 +73,10 @@ class SentCommands(DeviceDecorator, ArmCommand):
 
     def __init__(self, arm):
         super().__init__(arm)
-        self._arm, self.asked = arm, list[JointVector]()
+        self._arm, self.requested = arm, list[JointVector]()
 
     def send(self, command):
-        self.asked.append(command.position_rad)
+        self.requested.append(command.position_rad)
         return self._arm.send(command)
 
     def stop(self):
@@ -134,7 +140,7 @@ def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(arm, joint,
         ),
         (
             lambda ports: {"force_sensor": Altered(ports.force_sensor, lambda sample: replace(sample, frame="base"))},
-            "raw ones in the frame 'base'; the task needs raw ones in 'sensor'",
+            "raw wrenches in the frame 'base'; the task requires raw wrenches in 'sensor'",
         ),
     ],
     ids=["a lost turn", "another frame"],
@@ -145,7 +151,7 @@ def test_sample_that_would_mislead_is_refused_before_the_arm_moves(altered, told
         sent = SentCommands(rig.ports.arm)
         with pytest.raises(DeviceError, match=told):
             way(replace(rig.ports, arm=sent, **altered(rig.ports)))
-    assert sent.asked == []
+    assert sent.requested == []
 
 
 def test_sensor_that_passes_silence_off_as_news_ends_the_way():
@@ -213,7 +219,7 @@ def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first, many, arrives):
         else:
             with pytest.raises(DeviceError, match=r"force sample (is )?stale"):
                 way(ports, 0.2)
-        still = sum(a == b for a, b in pairwise(sent.asked))
+        still = sum(a == b for a, b in pairwise(sent.requested))
     assert still >= (many if first and arrives else 0)
 
 

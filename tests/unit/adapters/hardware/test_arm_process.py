@@ -145,7 +145,7 @@ def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_
         angles = list(arm.read().position_rad)
         # By a loop that holds nothing back: far, and never again.
         angles[0] += 0.19
-        arm._limiter.limited = lambda asked, now_ns: AppliedCommand(asked)
+        arm._limiter.limited = lambda requested, now_ns: AppliedCommand(requested)
         arm.send(JointCommand(tuple(angles)))
         last_ns = bench.clock.now_ns()
         bench.clock.sleep(0.08)
@@ -170,7 +170,7 @@ def test_an_arm_on_a_bus_goes_on_no_longer_than_its_loop_and_only_a_person_sets_
 
 def test_a_loop_that_keeps_sending_or_has_stopped_the_arm_need_not_fear_the_time_out(fakes):
     for _ in range(30):
-        assert fakes.send() is CommandReason.AS_ASKED
+        assert fakes.send() is CommandReason.AS_REQUESTED
         fakes.clock.sleep_until(fakes.clock.now_ns() + TICK_NS)
     fakes.arm.stop()
     assert fakes.send() is CommandReason.STOPPED
@@ -201,11 +201,11 @@ def test_a_process_that_dies_is_a_fault_at_once_and_acknowledging_it_starts_anot
     fakes.encoder.__init__(fakes.clock, fakes.servos.position_rad)
     fakes.arm.acknowledge_fault()
     fakes.arm.activate()
-    assert (fakes.send(), len(fakes.started)) == (CommandReason.AS_ASKED, 2)
+    assert (fakes.send(), len(fakes.started)) == (CommandReason.AS_REQUESTED, 2)
 
 
 def test_a_process_that_hangs_keeps_nobody_waiting_and_is_a_fault(fakes, monkeypatch):
-    assert fakes.send(0.05) is CommandReason.AS_ASKED
+    assert fakes.send(0.05) is CommandReason.AS_REQUESTED
     fakes.pass_ms(5)
     monkeypatch.setattr(fakes.servos, "send", lambda _: fakes.pass_ms(1500))
     begin_ns = fakes.clock.now_ns()
@@ -331,5 +331,5 @@ def test_the_newest_whole_note_counts():
         memory[_WORDS_BYTES + slot + 20] ^= 1
     assert reader.setpoint.read() is found
     assert reader.status.read().joints is None
-    writer.stop_asked_ns = 1 << 40
-    assert (reader.stop_asked_ns, reader.stopped_ns, reader.beat_ns) == (1 << 40, 0, 0)
+    writer.stop_requested_ns = 1 << 40
+    assert (reader.stop_requested_ns, reader.stopped_ns, reader.heartbeat_ns) == (1 << 40, 0, 0)

@@ -51,7 +51,7 @@ def test_arm_gets_no_command_and_power_only_where_it_gives_no_angles_without(mon
     facts = SensorFactsTable(0.01, 0.01, (100.0,) * 3, (10.0,) * 3, 140.0)
     entry = DeviceEntry("fake", {})
     with DryRig(RigFile("bench", entry, entry, facts=facts), RunConfig()) as rig:
-        assert rig.ports.arm.send(JointCommand((0.5,) * 6)).reason is CommandReason.AS_ASKED
+        assert rig.ports.arm.send(JointCommand((0.5,) * 6)).reason is CommandReason.AS_REQUESTED
         rig.ports.arm.stop()
         assert rig.ports.joint_encoder.read().position_rad == HOME
         assert rig.sensor_facts.noise_N == 0.01

@@ -23,12 +23,12 @@ def emulated(arm, *events, **devices):
 def test_emulated_drives_are_waited_for_longer_than_real_ones():
     with emulated("zebra-zero", wires="cia402") as cell:
         written = cell.rig_toml()
-        assert written.startswith("format = 1\n")
+        assert written.startswith("format = 2\n")
     table = tomllib.loads(written)["arm"]
     assert (table.pop("adapter"), table.pop("name")) == ("cia402", "zebra-zero")
     # With 3 missed SYNCs, as of real drives, a calibration on a busy computer ended again and again.
-    assert table["patience"] > 5.0
-    assert "leave this out for real ones" in next(line for line in written.splitlines() if "patience" in line)
+    assert table["timeout_scale"] > 5.0
+    assert "leave this out for real ones" in next(line for line in written.splitlines() if "timeout_scale" in line)
     arm_maker("cia402")(table, RigContext.of("zebra-zero", VirtualTime()))
 
 

@@ -19,7 +19,7 @@ class Bench:
     def __init__(self, **settings):
         self.arm = active_arm(FakeClock())
         self.told = []
-        self.stop = OperatorStop(self.arm, tell=self.told.append, **{"keys": False, **settings})
+        self.stop = OperatorStop(self.arm, notify=self.told.append, **{"keys": False, **settings})
 
     def require_stop(self, text):
         wait_for(lambda: self.told)
@@ -117,11 +117,11 @@ def test_it_latches_until_a_person_acknowledges():
         bench.stop.acknowledge()
         guarded.deactivate()
         guarded.activate()
-        assert guarded.send(HERE).reason is CommandReason.AS_ASKED
+        assert guarded.send(HERE).reason is CommandReason.AS_REQUESTED
 
 
 def test_an_arm_that_cannot_be_told_is_latched_all_the_same():
     bench = Bench()
     bench.arm.gone = True
-    bench.stop.stop("program: asked for")
-    assert bench.stop.tripped == "program: asked for; stop() failed: DeviceError('arm: is gone')"
+    bench.stop.stop("program: requested")
+    assert bench.stop.tripped == "program: requested; stop() failed: DeviceError('arm: is gone')"

@@ -53,7 +53,7 @@ def tick(number, **changes):
         deadline_ns=now,
         wrench=WrenchSample((0.1 * number, -1.0, 3.0), (0.01, 0.02, 0.03), now - 2_000_000, now, number),
         joints=JointSample(tuple(q + 1e-4 * number for q in POSTURE), now, now, number),
-        asked_rad=POSTURE,
+        requested_rad=POSTURE,
         applied=AppliedCommand(POSTURE),
     )
     return replace(record, **changes)
@@ -101,7 +101,7 @@ def write_log(path, ticks, *, begin=None, others=(), end=None):
     return path
 
 
-def rewritten(content=None, *, foreign=False, **settings):
+def rewritten(content=None, *, third_party=False, **settings):
     """The same messages as another tool would write them: channels numbered otherwise, one more in between."""
     stream = BytesIO()
     options = {"compression": CompressionType.ZSTD} | settings
@@ -109,13 +109,13 @@ def rewritten(content=None, *, foreign=False, **settings):
     writer.start(profile="other", library="other tool")
     note = writer.register_schema("Note", "jsonschema", b"{}")
     channels = {0: writer.register_channel("/note", "json", note)}
-    for kind in () if foreign else reversed(BY_ID.values()):
+    for kind in () if third_party else reversed(BY_ID.values()):
         schema = writer.register_schema(f"{PACKAGE}.{kind.message}", "protobuf", descriptor_set(kind.message))
         channels[kind.id] = writer.register_channel(kind.topic, "protobuf", schema)
     writer.add_message(channels[0], 0, b'{"text": "rewritten"}', 0)
     for message in messages() if content is None else content:
-        payload = b"{}" if foreign else message.payload
-        channel = channels[0 if foreign else message.channel]
+        payload = b"{}" if third_party else message.payload
+        channel = channels[0 if third_party else message.channel]
         writer.add_message(channel, message.time_ns, payload, message.time_ns, message.sequence)
     writer.finish()
     return stream.getvalue()

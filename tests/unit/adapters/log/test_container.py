@@ -66,7 +66,7 @@ def test_other_tools_see_topics_metadata_and_times():
     summary = reader.get_summary()
     assert {channel.topic for channel in summary.channels.values()} >= {"/start", "/tick", "/end"}
     assert all(channel.metadata["about"] for channel in summary.channels.values())
-    assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/2"}]
+    assert [record.metadata for record in reader.iter_metadata()] == [{"schema": "palpate.log/4"}]
     assert len(list(reader.iter_messages(topics="/tick"))) == 40
     found = reader.iter_messages(starting_at=10**8, ending_before=2 * 10**8)
     expected = sorted(message.time_ns for message in messages() if 10**8 <= message.time_ns < 2 * 10**8)
@@ -119,7 +119,7 @@ def test_damage_is_named():
     broken[chunk_at(1) + 80] ^= 1
     assert read(bytes(broken)).damage.startswith("offset ")
     assert "the recording was cut short" in read(DATA[: len(DATA) // 2]).damage
-    at = DATA.index(b"palpate.log/2")  # in the metadata, outside of all chunks
+    at = DATA.index(b"palpate.log/4")  # in the metadata, outside of all chunks
     assert "crc validation failed in DataEnd" in read(DATA[:at] + b"X" + DATA[at + 1 :]).damage
     assert "checksum of the summary" in read(DATA.replace(b"log.End", b"log.Enb")).damage
     assert "bytes follow the end of the log" in read(DATA + b"x").damage
@@ -136,13 +136,13 @@ def test_false_size_of_a_chunk_is_refused():
     [
         (b"", "is empty"),
         (MCAP0_MAGIC, "holds nothing that can be read: offset 8: the file ends without its footer"),
-        (rewritten(foreign=True), "holds no messages of palpate's"),
+        (rewritten(third_party=True), "holds no messages of palpate's"),
         (log_bytes([]), "holds no messages of palpate's"),
         (log_bytes(messages(begin=None)), "does not begin with what the trial started with"),
         (log_bytes(messages(begin=start(schema="palpate.log/3"))), "has format 'palpate.log/3'"),
         (log_bytes(SMALL + SMALL), "message 1: is a second /start"),
         (log_bytes([RawMessage(START.id, 0, b"\xff")]), "message 0: is no start of a trial"),
-        (log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/2")]), "message 0: lacks what a trial starts with"),
+        (log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/4")]), "message 0: lacks what a trial starts with"),
         (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"\xff", 9)]), "message 9 on /event: is no Event"),
         (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"", 9)]), "message 9 on /event: is no Event"),
         (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"\xff", 9)]), "message 6 of /tick: is no Tick"),

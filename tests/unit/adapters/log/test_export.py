@@ -31,13 +31,13 @@ def bits(value):
 
 def test_every_number_reads_back_to_the_bit(tmp_path):
     wrench = WrenchSample(AWKWARD[:3], AWKWARD[3:], 2**62 + 1, 2**62 + 3, 2**53 + 1)
-    first = tick(0, wrench=wrench, asked_rad=AWKWARD, applied=AppliedCommand(AWKWARD[::-1], CommandReason.STOPPED))
+    first = tick(0, wrench=wrench, requested_rad=AWKWARD, applied=AppliedCommand(AWKWARD[::-1], CommandReason.STOPPED))
     out = tmp_path / "out"
     assert export_csv([write_log(tmp_path / "a.mcap", [first, tick(1)])], out) == [out]
     row = rows(out / "ticks.csv")[0]
     found = [row[f"wrench_{name}_{axis}"] for name in ("force_N", "torque_Nm") for axis in "xyz"]
     assert [bits(float(text)) for text in found] == [bits(v) for v in AWKWARD]
-    assert [bits(float(row[f"asked_rad_{i}"])) for i in range(1, 7)] == [bits(v) for v in AWKWARD]
+    assert [bits(float(row[f"requested_rad_{i}"])) for i in range(1, 7)] == [bits(v) for v in AWKWARD]
     assert [bits(float(row[f"applied_rad_{i}"])) for i in range(1, 7)] == [bits(v) for v in AWKWARD[::-1]]
     assert int(row["wrench_source_time_ns"]) == 2**62 + 1
     assert int(row["wrench_receive_time_ns"]) == 2**62 + 3
@@ -53,7 +53,7 @@ def test_every_number_reads_back_to_the_bit(tmp_path):
 def test_what_was_not_there_is_an_empty_cell(tmp_path):
     nan = WrenchSample((math.nan, math.inf, 0.0), (0.0, 0.0, 0.0), 0, 0, 0, Validity.INVALID)
     export_csv(
-        [write_log(tmp_path / "a.mcap", [tick(0, wrench=nan), tick(1, wrench=None, asked_rad=None, applied=None)])],
+        [write_log(tmp_path / "a.mcap", [tick(0, wrench=nan), tick(1, wrench=None, requested_rad=None, applied=None)])],
         tmp_path / "out",
     )
     first, second = rows(tmp_path / "out" / "ticks.csv")
@@ -61,7 +61,7 @@ def test_what_was_not_there_is_an_empty_cell(tmp_path):
     assert float(first["wrench_force_N_y"]) == math.inf
     assert first["wrench_validity"] == "invalid"
     empty = {name for name, text in second.items() if text == ""}
-    assert {"wrench_force_N_x", "wrench_sequence", "asked_rad_1", "applied_rad_6", "reason"} <= empty
+    assert {"wrench_force_N_x", "wrench_sequence", "requested_rad_1", "applied_rad_6", "reason"} <= empty
     assert not empty & {"tick", "time_ns", "joints_position_rad_1", "joints_validity"}
 
 
@@ -73,7 +73,7 @@ def test_everything_else_of_a_trial(tmp_path):
         DecisionEntry(tick=2, number=1, symbol="x+ y0", state="s", action="+y", source="learned"),
         ReinforcementEntry(tick=2, number=0, reinforcement=-1.25),
         EventEntry(tick=1, name="contact", detail="surface, at 1 mm\nor so"),
-        CallEntry(tick=2, port="arm", call="send", asked_rad=POSTURE, error="DeviceError", text="gone"),
+        CallEntry(tick=2, port="arm", call="send", requested_rad=POSTURE, error="DeviceError", text="gone"),
         LossEntry(tick=2, problem="queue full", text="slow", dropped_messages=3),
     ]
     end = EndRecord(tick=2, outcome="inserted", learner_json='{"q":[1]}', depth_m=math.nan)
@@ -91,7 +91,7 @@ def test_everything_else_of_a_trial(tmp_path):
     (call,) = rows(out / "calls.csv")
     assert (call["port"], call["error"]) == ("arm", "DeviceError")
     assert "wrench" not in call
-    assert float(call["asked_rad_2"]) == POSTURE[1]
+    assert float(call["requested_rad_2"]) == POSTURE[1]
     (loss,) = rows(out / "recorder.csv")
     assert loss["dropped_messages"] == "3"
     told = json.loads((out / "start.json").read_text())

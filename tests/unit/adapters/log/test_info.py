@@ -47,7 +47,7 @@ def test_page_of_a_whole_trial(tmp_path):
     assert found["trip"] is None
     page = describe(found)
     assert "inserted; exploration 0.500 s" in page
-    assert "all applied as asked" in page
+    assert "all applied as requested" in page
     assert "missing ticks  none" in page
 
 
@@ -112,7 +112,7 @@ def test_malformed_text_is_refused(tmp_path, changes, where):
 @pytest.mark.parametrize(
     ("outcome", "events", "reason", "text"),
     [
-        ("safety trip", ["trip", "end"], "PLATE_NOT_FELT", "nothing felt down to 2.93 mm"),
+        ("safety trip", ["trip", "end"], "PLATE_NOT_FOUND", "nothing felt down to 2.93 mm"),
         # One that no supervisor noticed.
         ("sensor fault", ["end"], "sensor fault", "force sample stale, joint sample valid"),
     ],

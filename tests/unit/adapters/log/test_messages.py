@@ -96,7 +96,9 @@ def test_tick_is_read_with_the_file_alone():
     assert made.tick == 5
     assert made.wrench.force_N[2] == 3.0
     assert made.wrench.frame == "sensor"
-    assert made.DESCRIPTOR.fields_by_name["reason"].enum_type.values_by_number[made.reason].name == "REASON_AS_ASKED"
+    assert (
+        made.DESCRIPTOR.fields_by_name["reason"].enum_type.values_by_number[made.reason].name == "REASON_AS_REQUESTED"
+    )
 
 
 def test_generated_module_is_that_of_the_proto_file(tmp_path):
@@ -121,7 +123,7 @@ def test_numbers_of_fields_never_change():
     event = decode(EventEntry, bytes.fromhex("0905000000000000001204686f6c651a0161"))
     assert event == EventEntry(tick=5, name="hole", detail="a")
     payload = bytes.fromhex("0903000000000000001104000000000000001905000000000000003208000000000000f03f")
-    assert decode(TickRecord, payload) == TickRecord(3, 4, 5, asked_rad=(1.0,))
+    assert decode(TickRecord, payload) == TickRecord(3, 4, 5, requested_rad=(1.0,))
 
 
 @pytest.mark.parametrize(("index", "number"), [(0, 0), (349, 349), (500_000, 0), (500_003, 3)])

@@ -130,7 +130,7 @@ def test_picture_has_forces_tip_actions_phases_and_events(tmp_path, drawn):
     title = drawn.figure.get_suptitle()
     assert "inserted" in title
     assert "tare event at tick 20" in title
-    assert "all commands applied as asked" in title
+    assert "all commands applied as requested" in title
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,7 @@ def test_tick_that_fails_is_kept_as_far_as_it_came(calling, held, call, error):
     assert list(log.records())[-1] == TickRecord(20, parts[0], deadline_ns, parts[1], parts[2])
     failed = CallEntry(tick=20, port=calling, call=call or "", error="DeviceError", text="cable: cut")
     if calling == "arm":
-        failed = replace(failed, asked_rad=command.position_rad)
+        failed = replace(failed, requested_rad=command.position_rad)
     stop = CallEntry(tick=20, port="arm", call="stop")
     assert log.calls[1:] == ([failed, stop] if call and isinstance(error, DeviceError) else [stop])
 
@@ -142,8 +142,8 @@ def test_outcome_is_the_last_message(unfinished):
 def test_trouble_ends_the_trial_only_where_that_is_configured():
     trouble = "x.mcap: cannot be written (No space left on device)"
     for stop in (True, False):
-        bench = Bench.running(20, stop_on_trouble=stop)
-        bench.sink.troubles.append(trouble)
+        bench = Bench.running(20, stop_on_loss=stop)
+        bench.sink.losses.append(trouble)
         if stop:
             with pytest.raises(DeviceError, match=r"flight recorder: x\.mcap: cannot be written"):
                 bench.run(1)
@@ -166,8 +166,8 @@ def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on():
         (tick, "cannot be packed", 1) for tick in (5, 6, 7, 27)
     ]
     assert (log.missing, log.end) == ("", None)
-    assert "a message on /tick at tick 5 cannot be packed" in bench.sink.troubles[0]
-    assert "a message on /end at tick 27 cannot be packed" in bench.sink.troubles[3]
+    assert "a message on /tick at tick 5 cannot be packed" in bench.sink.losses[0]
+    assert "a message on /end at tick 27 cannot be packed" in bench.sink.losses[3]
 
 
 def _with_sequence(bench, sequence):

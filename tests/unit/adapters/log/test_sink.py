@@ -30,12 +30,12 @@ def ticks_of(path):
 
 def write(sink, path, ticks=35):
     """Write a small log; the troubles with it."""
-    before = len(sink.troubles)
+    before = len(sink.losses)
     sink.open(path, {})
     for batch in batches(ticks):
         sink.put(batch)
     sink.close()
-    return sink.troubles[before:]
+    return sink.losses[before:]
 
 
 def test_log_can_be_read_once_it_is_closed_and_the_next_one_too(tmp_path):
@@ -66,7 +66,7 @@ def test_message_that_cannot_be_packed_is_a_trouble_and_costs_no_other(tmp_path)
     sink.put(second)
     sink.close()
     assert ticks_of(tmp_path / "a.mcap") == ([1, 2, 3, 4, 5, *range(7, 14)], True)
-    assert len(sink.troubles) == 1
+    assert len(sink.losses) == 1
     sink.shut()
 
 
@@ -115,7 +115,7 @@ def test_disk_that_hangs_does_not_hold_up_the_loop(tmp_path, monkeypatch):
             hung.wait(60.0)
 
     monkeypatch.setattr(module, "LogFile", Hanging)
-    sink = FileSink(patience_s=0.05)
+    sink = FileSink(timeout_s=0.05)
     began = time.monotonic()
     assert write(sink, path) == [f"{path}: its end was not written within 0.05 s"]
     assert time.monotonic() - began < 20.0

@@ -32,7 +32,7 @@ def trained(path, recording):
         with recorder or nullcontext():
             trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy, recording=Recording(recorder))
             trainer.train(2, lambda scored: None)
-        assert Recording(recorder).troubles == []
+        assert Recording(recorder).losses == []
         trainer.save_policy()
     logs = path / "logs"
     names = sorted(p.name for p in logs.iterdir()) if logs.exists() else []
@@ -42,7 +42,7 @@ def trained(path, recording):
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     path = tmp_path_factory.mktemp("runs")
-    settings = [RecordingConfig(), RecordingConfig(on_trouble="stop"), RecordingConfig(enabled=False)]
+    settings = [RecordingConfig(), RecordingConfig(on_loss="stop"), RecordingConfig(enabled=False)]
     return [trained(path / str(k), each) for k, each in enumerate(settings)]
 
 

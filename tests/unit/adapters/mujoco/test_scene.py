@@ -7,7 +7,7 @@ import pytest
 
 from palpate.adapters.log import EndRecord, read_log, series_of
 from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage, true_hole_m
-from palpate.adapters.visualisation.film.course import course_of
+from palpate.adapters.visualisation.video.trajectory import trajectory_of
 from palpate.core.errors import LogError
 from tests.support.graphics import GOLDEN, INSERTION, require_graphics
 from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
@@ -30,7 +30,7 @@ def test_the_tip_is_where_the_encoders_have_it(name):
     trial = read_log(GOLDEN / name)
     drawn = DrawnCell(trial)
     series = series_of(trial)
-    for moment in course_of(trial).moments[::40]:
+    for moment in trajectory_of(trial).moments[::40]:
         drawn.pose(replace(moment, force_N=None, torque_Nm=None))
         tip_mm = drawn.goal_in_base.actInv(drawn.tip_m) * 1e3
         assert tip_mm == pytest.approx(series.tip_mm[moment.tick], abs=1e-3)
@@ -49,7 +49,7 @@ def test_the_measured_force_bends_the_springs(cell):
 
 
 def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log, cell):
-    cell.pose(course_of(log).moments[-1])
+    cell.pose(trajectory_of(log).moments[-1])
     down = cell.tip_m - cell.mouth_m
     assert down[2] == pytest.approx(-(log.end.true_depth_m or 0.0), abs=1e-4)
     assert np.abs(down[:2]).max() < 1.5e-4

@@ -13,7 +13,7 @@ from palpate.adapters.replay.batch import exit_code, replay_file
 from palpate.adapters.replay.differences import close_enough, same_bits
 from palpate.adapters.replay.engine import Verdict, replay
 from palpate.adapters.replay.rebuild import Rebuilder
-from palpate.core.motion.laws import DampingControl
+from palpate.core.motion.controllers import DampingControl
 from palpate.core.ports import DeviceDecorator, FaultLatch
 from tests.support.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
 from tests.unit.adapters.log.made_logs import log_bytes
@@ -90,7 +90,7 @@ def one_value(made):
         *(
             ("/tick", tick, one_ulp(field, joint), f"{field}[{joint}]")
             for tick, joint in ((0, 0), (1, 2), (270, 5))
-            for field in ("asked_rad", "applied_rad")
+            for field in ("requested_rad", "applied_rad")
         ),
         ("/end", 0, said(error="DeviceError", text="arm: cable pulled"), "error"),
         ("/end", 0, said(text="all well"), "text"),
@@ -113,13 +113,13 @@ def one_value(made):
         ("/reinforcement", 0, one_ulp("reinforcement"), "reinforcement"),
         ("/reinforcement", -1, one_ulp("reinforcement"), "reinforcement"),
         ("/tick", 7, lambda made: setattr(made, "deadline_ns", made.deadline_ns + 1), "deadline_ns"),
-        ("/tick", 150, lambda made: made.wrench.force_N.__setitem__(2, -7.0), "asked_rad[1]"),
+        ("/tick", 150, lambda made: made.wrench.force_N.__setitem__(2, -7.0), "requested_rad[1]"),
         ("/start", 0, in_start(generator_json={"bit_generator": "PCG64"}), "generator"),
         ("/event", 2, said(counterfactual=True), "counterfactual"),
         ("/decision", 1, said(counterfactual=True), "counterfactual"),
         ("/tick", 7, said(counterfactual=True), "counterfactual"),
-        ("/tick", 150, in_wrench(frame="base"), "asked_rad[0]"),
-        ("/tick", 150, in_wrench(kind=1), "asked_rad[0]"),
+        ("/tick", 150, in_wrench(frame="base"), "requested_rad[0]"),
+        ("/tick", 150, in_wrench(kind=1), "requested_rad[0]"),
         ("/start", 0, in_start(arm="ur5"), "arm"),
         ("/start", 0, in_config("seed = 11", "seed = 12"), "seed"),
         ("/start", 0, in_policy(initial_value=-4.0), "policy.learner.parameters.initial_value"),
@@ -199,14 +199,14 @@ def test_a_message_that_is_missing(messages, replayed, topic, number):
 
 
 def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(golden_here, monkeypatch):
-    law = DampingControl.__init__
+    controller = DampingControl.__init__
 
     def changed_gain(self, damping, *others):
-        law(self, damping * (1.0 + 1e-12), *others)
+        controller(self, damping * (1.0 + 1e-12), *others)
 
     monkeypatch.setattr(DampingControl, "__init__", changed_gain)
     first = diverged(replay_file(golden_here("train-paper"), Rebuilder()))
-    assert first.field.startswith("asked_rad")
+    assert first.field.startswith("requested_rad")
 
 
 @pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])
@@ -249,16 +249,16 @@ def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written
 
 
 @pytest.mark.parametrize(
-    ("watch", "name"),
+    ("monitor", "name"),
     [
-        ("SampleWatch", "trip-frozen"),
-        ("WrenchWatch", "trip-torque-tared"),
-        ("JointWatch", "trip-tracking"),
-        ("WorkspaceWatch", "trip-workspace-x"),
+        ("SampleMonitor", "trip-frozen"),
+        ("WrenchMonitor", "trip-torque-tared"),
+        ("JointMonitor", "trip-tracking"),
+        ("WorkspaceMonitor", "trip-workspace-x"),
     ],
 )
-def test_a_supervisor_with_a_watch_disarmed(golden_here, monkeypatch, watch, name):
-    monkeypatch.setattr(f"palpate.core.supervision.watches.{watch}.trip", lambda *_: None)
+def test_a_supervisor_with_a_watch_disarmed(golden_here, monkeypatch, monitor, name):
+    monkeypatch.setattr(f"palpate.core.supervision.monitors.{monitor}.trip", lambda *_: None)
     assert replay_file(golden_here(name), Rebuilder()).verdict is Verdict.DIVERGED
 
 
@@ -272,9 +272,7 @@ def test_an_error_of_the_core_s_own_that_it_raises_no_more(golden_here, replayed
     assert (first.field, first.replayed) == ("error", "still running")
 
 
-@pytest.mark.parametrize(
-    ("name", "word"), [("trip-frozen", "equal to the one before"), ("force-sensor-gone", "force_sensor")]
-)
+@pytest.mark.parametrize(("name", "word"), [("trip-frozen", "are identical"), ("force-sensor-gone", "force_sensor")])
 def test_a_rig_that_is_latched_otherwise(golden_here, monkeypatch, name, word):
     """Nothing else shows it: a trial ends the same way."""
     for latched in (lambda latch, cause: None, lambda latch, cause: setattr(latch, "cause", "it fell off")):

@@ -12,17 +12,17 @@ from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplaySensor
 from palpate.adapters.replay.rebuild import Changes, Rebuilder, changed_config, parse_setting
 from palpate.adapters.replay.tape import Tape
 from palpate.core.errors import ConfigurationError, DeviceError, LogError, PalpateError
-from palpate.core.policy import ForeignEntry, PolicyDocument
+from palpate.core.policy import PolicyDocument, ThirdPartyEntry
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
 
 START = StartRecord(
-    schema="palpate.log/2", command="test", config_toml="", arm="", model_sha256="", core_sha256="", seed=0, trial=0,
+    schema="palpate.log/4", command="test", config_toml="", arm="", model_sha256="", core_sha256="", seed=0, trial=0,
     start_m=(0.0, 0.0), ready_rad=(), tip_rotation=(), perception_json="", policy="",
 )  # fmt: skip
 
 
-def tick(number, *, asked=(0.5, 0.0), reason=CommandReason.AS_ASKED):
-    applied = asked if reason is CommandReason.AS_ASKED else tuple(a / 2 for a in asked)
+def tick(number, *, requested=(0.5, 0.0), reason=CommandReason.AS_REQUESTED):
+    applied = requested if reason is CommandReason.AS_REQUESTED else tuple(a / 2 for a in requested)
     time_ns = 10 * number
     return TickRecord(
         number,
@@ -30,7 +30,7 @@ def tick(number, *, asked=(0.5, 0.0), reason=CommandReason.AS_ASKED):
         time_ns,
         WrenchSample((1.0, 2.0, float(number)), (0.0, 0.0, 0.0), time_ns, time_ns, number),
         JointSample((float(number), 1.0), time_ns, time_ns, number),
-        asked,
+        requested,
         AppliedCommand(applied, reason),
     )
 
@@ -47,7 +47,7 @@ def arm_over(tape):
 
 
 def test_a_port_that_failed_fails_again_with_the_same_words():
-    broken = replace(tick(1), wrench=None, joints=None, asked_rad=None, applied=None)
+    broken = replace(tick(1), wrench=None, joints=None, requested_rad=None, applied=None)
     call = CallEntry(tick=1, port="force_sensor", call="read", error="DeviceError", text="JR3: cable pulled")
     tape = Tape(log_of(tick(0), broken, calls=(call,)))
     with ReplaySensor("force", tape.wrenches) as sensor:
@@ -73,7 +73,7 @@ def test_another_bit_is_another_command(other):
     assert arm.send(JointCommand(other)).position_rad == other
     first = tape.differences.first
     assert (first.tick, first.channel) == (0, "/tick")
-    assert first.field in {"asked_rad[0]", "asked_rad[1]"}
+    assert first.field in {"requested_rad[0]", "requested_rad[1]"}
     assert tape.differences.first_command_tick == 0
     assert tape.differences.first_gross is None
     assert arm.send(JointCommand((3.0, 3.0))) == AppliedCommand((3.0, 3.0))
@@ -188,7 +188,7 @@ def test_omniscience_needs_to_know_the_hole():
 )
 def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, source, told):
     document = PolicyDocument.from_json_text(log.start.policy_json)
-    document = replace(document, learner=None, foreign=ForeignEntry("gone:Policy", "", "", "", 0))
+    document = replace(document, learner=None, third_party=ThirdPartyEntry("gone:Policy", "", "", "", 0))
     log.start = replace(log.start, policy="gone:Policy", policy_json=document.to_json_text(), learner_json="")
     log.decisions = [replace(each, source=source) for each in log.decisions]
     assert told in Rebuilder().rebuild(log).recorded_decisions

@@ -148,7 +148,7 @@ ODD_ZEROS = Strings.of(BINARY, [word.count("0") % 2 == 1 for word in BINARY])
 
 
 # Walks between three places in a row, a b c, that end right of c. Whoever comes to b from a goes on to c.
-WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc", "cbcbc"] * 40)
+RANDOM_WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc", "cbcbc"] * 40)
 PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
 
 
@@ -180,7 +180,7 @@ class TestInference:
         assert (extract.wrong, extract.states) == (0.0, 2)
 
     def test_walks_give_a_machine_that_says_what_may_come_next(self):
-        walks = infer(WALKS, PREDICTION)
+        walks = infer(RANDOM_WALKS, PREDICTION)
         machine = walks.machine
         assert machine.kind is Kind.MOORE
         assert walks.consistent is None

@@ -188,7 +188,7 @@ EVEN_ONES = Strings.of(
 )
 ACCEPTOR = Architecture(alphabet=BINARY, reading=Readout.ACCEPTANCE, order=2)
 PREDICTOR = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION)
-WALKS = Strings.of(["ab", "abab", "ab", "aab"])
+RANDOM_WALKS = Strings.of(["ab", "abab", "ab", "aab"])
 
 
 def parameters(training):
@@ -198,10 +198,10 @@ def parameters(training):
 class TestTraining:
     def test_equal_seeds_give_equal_bytes_and_others_do_not(self):
         settings = TrainingSettings(restarts=6, batch=4, steps=30, look_every=7)
-        one, again = train(WALKS, PREDICTOR, settings), train(WALKS, PREDICTOR, settings)
+        one, again = train(RANDOM_WALKS, PREDICTOR, settings), train(RANDOM_WALKS, PREDICTOR, settings)
         assert parameters(one) == parameters(again)
         assert one.curve == again.curve
-        other = train(WALKS, PREDICTOR, TrainingSettings(restarts=6, batch=4, steps=30, look_every=7, seed=1))
+        other = train(RANDOM_WALKS, PREDICTOR, TrainingSettings(restarts=6, batch=4, steps=30, look_every=7, seed=1))
         assert parameters(one) != parameters(other)
 
     def test_best_is_kept_even_if_none_is_consistent(self):

@@ -142,7 +142,7 @@ class TestCell:
         stiff = replace(ToolConfig(), mass_kg=0.17, rigid_mass_kg=0.05, lateral_N_per_mm=52.4)
         cell = derived_settings(replace(Job(), tool=stiff), SENSOR, "insertion")["cell"]
         # 661 rad/s at 140 Hz, over 0.652 rad.
-        assert (cell["substeps"], cell["leaning_impedance"]) == (8, 0.965)
+        assert (cell["substeps"], cell["tilted_impedance"]) == (8, 0.965)
         assert derived_settings(Job(), SENSOR, "insertion")["cell"]["substeps"] == 4
 
     def test_sensors_range_bounds_the_derived_torque_limit(self):
@@ -163,7 +163,7 @@ def options(part, **more):
 
 class TestSpatialOptions:
     @pytest.mark.parametrize(
-        ("shape", "corner_mm", "lean_deg", "inside_mm"),
+        ("shape", "corner_mm", "tilt_deg", "inside_mm"),
         [
             # Corner of the 29 mm shape; asin(0.15 / 0.081 / corner), twice that for a hexagon's neighbours, at most 12;
             # (3 + 0.7 corner sin 5) / sin(half the corner's angle).
@@ -174,23 +174,23 @@ class TestSpatialOptions:
             ("keyed", 11.5, 9.267, 5.235),
         ],
     )
-    def test_lean_and_place_of_each_shape(self, shape, corner_mm, lean_deg, inside_mm):
+    def test_lean_and_place_of_each_shape(self, shape, corner_mm, tilt_deg, inside_mm):
         told = options(PartConfig(shape=shape))
-        assert (told["corner_mm"], told["lean_deg"], told["inside_mm"]) == pytest.approx(
-            (corner_mm, lean_deg, inside_mm), rel=5e-4
+        assert (told["corner_mm"], told["tilt_deg"], told["inside_mm"]) == pytest.approx(
+            (corner_mm, tilt_deg, inside_mm), rel=5e-4
         )
-        assert told["most_lean_deg"] == max(8.0, told["lean_deg"])
+        assert told["most_tilt_deg"] == max(8.0, told["tilt_deg"])
 
     def test_yaw_gives_way_by_the_stiffness_of_the_walls_and_wedged_corners_are_turned_against_friction(self):
         told = options(PartConfig(shape="square"))
         # 0.43 of 140 per second, over 50 N m/rad in series with 1.27 x 40 N/mm x (20.51 mm)^2.
-        assert told["give_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 1 / 21.36), rel=1e-3)
+        assert told["push_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 1 / 21.36), rel=1e-3)
         # 0.6 x (4.9 N + 2 x 1 N) at the corner.
         assert told["drive_Nm"] == pytest.approx(0.6 * 6.903 * 20.51e-3, rel=1e-3)
         small = options(PartConfig(shape="square", peg_mm=14.5, hole_mm=14.6))
-        assert small["give_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 4 / 21.36), rel=1e-3)
+        assert small["push_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 4 / 21.36), rel=1e-3)
         stiff = options(PartConfig(shape="square"), tool=ToolConfig(lateral_N_per_mm=80.0))
-        assert stiff["give_yaw_rad_per_Nms"] < told["give_yaw_rad_per_Nms"]
+        assert stiff["push_yaw_rad_per_Nms"] < told["push_yaw_rad_per_Nms"]
         assert options(PartConfig(shape="square", friction_max=0.3))["drive_Nm"] == pytest.approx(
             0.5 * told["drive_Nm"], rel=1e-3
         )

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import AssetError
-from palpate.core.motion import FASTEST_TURN_RAD_S, GivingWay, TipMotion, ToolGeometry, orientation, turn_of
+from palpate.core.motion import FASTEST_TURN_RAD_S, AngularCompliance, TipMotion, ToolGeometry, orientation, turn_of
 from palpate.core.motion.arm import ARMS, arm_named
 from palpate.core.motion.model import Kinematics, wrench_about
 from palpate.core.motion.tip_motion import FASTEST_JOINT_RAD_S
@@ -165,16 +165,16 @@ class TestTipMotion:
     def test_command_that_was_changed_is_taken_up(self, bench):
         first = bench.motion.move((0.02, 0.0, 0.0))
         for _ in range(30):
-            asked = bench.motion.move((0.02, 0.0, 0.0))
+            requested = bench.motion.move((0.02, 0.0, 0.0))
         bench.motion.adopt(AppliedCommand(first.position_rad, CommandReason.VELOCITY_LIMIT))
         # The next step starts where the arm really is, no longer than the arm is quick, and goes to the reference.
         reach = bench.look.velocity_limit_rad_s * PERIOD_S * (1 + 1e-9)
         again = bench.motion.move(STILL)
         assert (np.abs(np.array(again.position_rad) - first.position_rad) <= reach).all()
-        assert np.abs(np.array(again.position_rad) - asked.position_rad).max() > 1e-5
+        assert np.abs(np.array(again.position_rad) - requested.position_rad).max() > 1e-5
         for _ in range(20):
             again = bench.motion.move(STILL)
-        np.testing.assert_allclose(again.position_rad, asked.position_rad, atol=1e-7)
+        np.testing.assert_allclose(again.position_rad, requested.position_rad, atol=1e-7)
 
     def test_tool_that_was_left_turned_stays_so_until_it_is_righted(self, bench):
         turned = bench.home
@@ -224,8 +224,8 @@ class TestTipMotion:
             rates = np.abs(np.array(bench.motion.move(STILL).position_rad) - before) / PERIOD_S
             bench.motion.look_at_joints()
             assert rates.max() <= FASTEST_JOINT_RAD_S * 1.03
-        asked = bench.motion.fastest_turn_rad_s(axis)
-        assert rates.max() == pytest.approx(FASTEST_JOINT_RAD_S, rel=0.03) or asked == FASTEST_TURN_RAD_S
+        requested = bench.motion.fastest_turn_rad_s(axis)
+        assert rates.max() == pytest.approx(FASTEST_JOINT_RAD_S, rel=0.03) or requested == FASTEST_TURN_RAD_S
 
     @given(angles)
     def test_tool_is_turned_by_its_yaw_first_and_leans_then(self, turn):
@@ -237,6 +237,6 @@ class TestTipMotion:
         np.testing.assert_allclose(turn_of(orientation(turn)), turn, atol=1e-9)
 
     def test_it_gives_way_with_the_torque_and_no_faster_than_it_may(self):
-        giving = GivingWay(0.4, 0.2, 0.1)
+        giving = AngularCompliance(0.4, 0.2, 0.1)
         assert giving.rate_rad_s((0.1, -0.05, 0.1)) == pytest.approx((0.04, -0.02, 0.02))
         assert np.linalg.norm(giving.rate_rad_s((9.0, 9.0, 9.0))) == pytest.approx(0.1)

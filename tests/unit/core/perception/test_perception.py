@@ -36,12 +36,12 @@ class TestSituations:
             ((0.0, -1.0, -1.0, 0.0, 0.0), "upright in the air"),
             ((0.1, 0.0, 0.0, 0.0, 0.0), "upright on the plate"),
             ((0.0, 1.2, 1.2, 0.0, 0.0), "upright in the hole"),
-            ((1.0, -1.0, -3.0, 0.0, 0.0), "leaning in the air"),
-            ((1.0, 0.8, -1.8, 0.0, 0.0), "leaning on the plate"),
+            ((1.0, -1.0, -3.0, 0.0, 0.0), "tilted in the air"),
+            ((1.0, 0.8, -1.8, 0.0, 0.0), "tilted on the plate"),
             ((1.0, 2.0, 1.2, 0.9, 0.0), "corner turning"),
             ((1.0, 2.0, 1.2, 2.0, -1.2), "corner turning"),
             ((1.0, 2.0, 0.9, 2.0, 0.0), "corner wedged"),
-            ((1.0, 2.0, 1.2, 2.0, 0.0), "corner caught"),
+            ((1.0, 2.0, 1.2, 2.0, 0.0), "corner seated"),
         ],
     )
     def test_situations_are_told_apart_by_lean_depth_walls_and_torque(self, facts, situation):
@@ -93,18 +93,18 @@ class TestStates:
             LastSymbols(AB, 2).update(symbol)
 
     def test_state_can_be_the_last_symbol_and_the_kind_of_action_before_it(self):
-        last = LastAction(("A", "B"), ("push", "lean"))
+        last = LastAction(("A", "B"), ("push", "tilt"))
         assert last.states == (
             "A at first",
             "B at first",
             "A after push",
             "B after push",
-            "A after lean",
-            "B after lean",
+            "A after tilt",
+            "B after tilt",
         )
-        led = [(0, None), (1, "push 1"), (0, "lean 1"), (1, "another")]
+        led = [(0, None), (1, "push 1"), (0, "tilt 1"), (1, "another")]
         assert [last.states[last.update(symbol, action)] for symbol, action in led] == [
-            "A at first", "B after push", "A after lean", "B at first",
+            "A at first", "B after push", "A after tilt", "B at first",
         ]  # fmt: skip
         last.set_state(last.get_state())
         with pytest.raises(CommandError):
@@ -167,7 +167,7 @@ class TestPipeline:
     @pytest.mark.parametrize(
         ("change", "message"),
         [
-            ({"schema": "palpate.perception/2"}, r"perception\.schema = 'palpate\.perception/2' .*perception/1"),
+            ({"schema": "palpate.perception/2"}, r"perception\.schema = 'palpate\.perception/2' .*perception/3"),
             ({"extractor": stages.stage_to_dict(GATED)}, r"perception\.extractor\.kind = .* a kind of extractor"),
             ({"identifier": {"kind": "identity", "symbols": ["a"]}}, r"perception\.identifier\.symbols = \('a',\)"),
         ],

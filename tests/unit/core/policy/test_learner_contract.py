@@ -11,12 +11,12 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy import (
     HmmParameters,
     MixedPolicy,
+    OptionParameters,
     PolicyDocument,
     ProgrammedPolicy,
     QLearning,
     QParameters,
     SarsaParameters,
-    SkillParameters,
     TemperatureSchedule,
     document_of,
     learner_of,
@@ -31,8 +31,8 @@ Q = QParameters(alpha=0.3, gamma=1.0, temperature=COOLING, alpha_visits=15.0, al
 PARAMETERS = {
     "q-learning": Q,
     "sarsa": SarsaParameters(alpha=0.2, gamma=1.0, temperature=COOLING, trace_decay=0.7),
-    "skills": SkillParameters(alpha=0.2, gamma=0.9, temperature=COOLING),
-    "belief": BeliefParameters(patience=7),
+    "options": OptionParameters(alpha=0.2, gamma=0.9, temperature=COOLING),
+    "belief": BeliefParameters(restart_steps=7),
     "hmm": HmmParameters(reach=2, lattice=1),
 }
 NAMES = CONTEXT.states, CONTEXT.actions
@@ -44,7 +44,7 @@ class TestOwnLearners(LearnerContract):
         self.parameters = PARAMETERS[request.param]
 
     def make(self, *, frozen=False):
-        return new_learner(self.parameters, *NAMES, CONTEXT.reach, frozen=frozen)
+        return new_learner(self.parameters, *NAMES, CONTEXT.bounds, frozen=frozen)
 
     def test_policy_file_resumes_learning_with_what_is_programmed(self):
         learner = self.make()
@@ -53,7 +53,7 @@ class TestOwnLearners(LearnerContract):
         written = document_of(policy, created_with={"palpate": "0"}, perception={})
         read = PolicyDocument.from_json_text(written.to_json_text())
         assert read == written
-        resumed = policy_from(read, *NAMES, CONTEXT.reach, frozen=False)
+        resumed = policy_from(read, *NAMES, CONTEXT.bounds, frozen=False)
         twin = learner_of(resumed)
         assert isinstance(twin, type(learner))
         assert twin.parameters == learner.parameters

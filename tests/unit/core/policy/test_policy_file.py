@@ -13,10 +13,10 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy import (
     Action,
     ActionEntry,
+    ControllerKind,
     ExamplesPolicy,
     HmmLearner,
     HmmParameters,
-    Law,
     LearnerEntry,
     MixedPolicy,
     PolicyDocument,
@@ -100,11 +100,11 @@ class TestTask:
         assert accepted in refused.value.accepted
 
     def test_actions_in_six_degrees_of_freedom_read_back(self):
-        spatial = Spatial(Law.PUSH, 1e-3, (0.1, -0.2, 0.3), (3.0, -1.0), (20e-3, 0.0))
+        spatial = Spatial(ControllerKind.PUSH, 1e-3, (0.1, -0.2, 0.3), (3.0, -1.0), (20e-3, 0.0))
         actions = (*ACTIONS[:-1], Action(ACTIONS[-1].name, (1e-3, 0.0), spatial))
         made = document(actions=tuple(map(ActionEntry.of, actions)))
         assert PolicyDocument.from_json_text(made.to_json_text()) == made
-        assert Spatial.of(spatial.law.value, spatial.numbers) == spatial
+        assert Spatial.of(spatial.controller.value, spatial.numbers) == spatial
         made.check_matches(STATES, actions)
         with pytest.raises(ConfigurationError, match=r"actions\[7\].displacement_mm"):
             made.check_matches(STATES, ACTIONS)
@@ -156,15 +156,15 @@ class TestPoliciesInFiles:
             document_of(policy, created_with={}, perception={})
 
     def test_belief_has_touch_model_once_it_learned_and_damaged_trial_is_named(self):
-        learner = new_learner(BeliefParameters(), FOUR, CONTEXT.actions, CONTEXT.reach)
+        learner = new_learner(BeliefParameters(), FOUR, CONTEXT.actions, CONTEXT.bounds)
         policy = MixedPolicy(FOUR, [ProgrammedPolicy(FOUR, CONTEXT.actions, {}), learner])
         Practice(CONTEXT).trials(policy, range(2))
         read = written(policy)
-        assert read.learner.touch_model is not None
+        assert read.learner.contact_model is not None
         blank = read.unlearned().learner
-        assert blank.touch_model is None
+        assert blank.contact_model is None
         made = json.loads(read.to_json_text())
-        made["learner"]["state"]["trials"][1]["touches"][0] = [1, 2, 3]
+        made["learner"]["state"]["trials"][1]["contacts"][0] = [1, 2, 3]
         require_refused(PolicyDocument.from_json_text, made, "learner.trials[1]")
 
     def test_fitted_model_of_hidden_states_goes_on_from_its_file(self):

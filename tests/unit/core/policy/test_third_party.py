@@ -12,17 +12,17 @@ from palpate.core.errors import ConfigurationError, PolicyError
 from palpate.core.policy import (
     Action,
     Decision,
-    ForeignEntry,
-    ForeignPolicy,
-    Hindsight,
+    EpisodeOutcome,
     PolicyDocument,
+    ThirdPartyEntry,
+    ThirdPartyPolicy,
     Transition,
     document_of,
     learner_of,
 )
 from tests.unit.core.policy.bench import OWN, Counting, Deciding, observation
 
-ENTRY = ForeignEntry("strange.module:Strange", "strange", "1.2", "", 0)
+ENTRY = ThirdPartyEntry("strange.module:Strange", "strange", "1.2", "", 0)
 ACTIONS = CONTEXT.actions
 SEEN = observation(0)
 
@@ -35,7 +35,7 @@ class MuteError(Exception):
 
 
 def wrapped(made, frozen=True):
-    return ForeignPolicy(made, ENTRY, CONTEXT, frozen=frozen)
+    return ThirdPartyPolicy(made, ENTRY, CONTEXT, frozen=frozen)
 
 
 def raising(error):
@@ -108,16 +108,16 @@ def test_policy_file_holds_state_which_only_its_code_can_take():
     assert learner_of(made) is made
     assert learner_of(wrapped(Deciding())) is None
     made.learn(Transition(0, 0, -1.0, None))
-    made.end_trial(Hindsight(True, (0.0, 0.0, 0.0), 0.0))
+    made.end_trial(EpisodeOutcome(True, (0.0, 0.0, 0.0), 0.0))
     document = document_of(made, created_with={}, perception={})
     read = PolicyDocument.from_json_text(document.to_json_text())
     assert read == document
-    assert (read.foreign.trials_learned, read.foreign.state) == (1, {"learned": 1})
-    unlearned = read.unlearned().foreign
+    assert (read.third_party.trials_learned, read.third_party.state) == (1, {"learned": 1})
+    unlearned = read.unlearned().third_party
     assert (unlearned.trials_learned, unlearned.state) == (0, None)
-    assert ForeignPolicy(Counting(), read.foreign, CONTEXT, frozen=True).get_state() == made.get_state()
+    assert ThirdPartyPolicy(Counting(), read.third_party, CONTEXT, frozen=True).get_state() == made.get_state()
     with pytest.raises(PolicyError, match="set_state failed with AttributeError"):
-        ForeignPolicy(Deciding(), read.foreign, CONTEXT, frozen=True)
+        ThirdPartyPolicy(Deciding(), read.third_party, CONTEXT, frozen=True)
 
 
 @pytest.mark.parametrize("state", [{"asked": nan}, {"asked": "\udcff"}, [1, 2]])

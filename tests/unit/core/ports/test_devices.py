@@ -138,20 +138,20 @@ class TestCommandLimits:
         for k in range(18):
             reached += 0.0999
             applied = made.limited((reached, 0.0), k * PERIOD_NS + 1_000_000 * (k % 2))
-            assert applied.reason is CommandReason.AS_ASKED
+            assert applied.reason is CommandReason.AS_REQUESTED
 
     @given(st.lists(st.tuples(ANGLES, st.integers(0, 3 * PERIOD_NS)), min_size=1, max_size=20))
     def test_no_sequence_of_commands_leaves_the_limits(self, commands):
         made, before, now_ns = limiter(), (0.0, 0.0), 0
-        for asked, passed_ns in commands:
+        for requested, passed_ns in commands:
             now_ns += passed_ns
-            applied = made.limited(asked, now_ns)
+            applied = made.limited(requested, now_ns)
             for q, old, low, high, speed in zip(applied.position_rad, before, LOWER, UPPER, SPEED, strict=True):
                 assert low <= q <= high
                 # Twice: a newer command of the same time goes from one side to the other.
                 assert abs(q - old) <= speed / RATE * (2.0 if passed_ns == 0 else 1.0) * (1 + 1e-9) + 1e-12
                 assert abs(q) <= speed * (now_ns * 1e-9 + 1.25 / RATE + 2e-6) + 1e-12
-            assert (applied.reason is CommandReason.AS_ASKED) == (applied.position_rad == asked)
+            assert (applied.reason is CommandReason.AS_REQUESTED) == (applied.position_rad == requested)
             before = applied.position_rad
 
 

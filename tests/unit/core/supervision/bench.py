@@ -8,13 +8,13 @@ from palpate.core.ports.rig import SensorFacts
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, Snapshot, WrenchSample
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.tasks.insertion import INSERTION
-from palpate.core.trial import Expectation, TaskConfig
+from palpate.core.trial import PhaseConstraints, TaskConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)
-TOUCHING = Expectation(contact=True, bias=BIAS)
-FREE = Expectation(contact=False, bias=BIAS)
-UNTARED = Expectation(contact=True)
+TOUCHING = PhaseConstraints(contact=True, bias=BIAS)
+FREE = PhaseConstraints(contact=False, bias=BIAS)
+UNTARED = PhaseConstraints(contact=True)
 READY_TIP = (0.0, 0.0, -3e-3)
 
 
@@ -70,15 +70,15 @@ class Bench:
         )
         return made._replace(**changes)
 
-    def tick(self, expectation=TOUCHING, asked_rad=None, tip_m=READY_TIP, **changes):
+    def tick(self, constraints=TOUCHING, requested_rad=None, tip_m=READY_TIP, **changes):
         """One tick with what :meth:`snapshot` takes; the arm does what the supervisor says."""
         seen = self.snapshot(**changes)
-        done = self.supervisor.check(seen, JointCommand(asked_rad or self.here_rad), expectation, tip_m)
+        done = self.supervisor.check(seen, JointCommand(requested_rad or self.here_rad), constraints, tip_m)
         self.snapshots.append(seen)
         self.results.append(done)
         self.applied = AppliedCommand(done.command.position_rad)
-        if done.intervention is not None:
-            self.applied = done.intervention.applied(self.applied)
+        if done.command_override is not None:
+            self.applied = done.command_override.applied(self.applied)
         return done
 
     def trip(self, *args, **changes):
@@ -96,5 +96,5 @@ class Bench:
     def clean(self, ticks, **changes):
         """So many ticks in which nothing may happen."""
         for _ in range(ticks):
-            assert self.tick(**changes).intervention is None
+            assert self.tick(**changes).command_override is None
         assert self.supervisor.trip is None

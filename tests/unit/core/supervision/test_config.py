@@ -83,11 +83,11 @@ def fit(config, sensor=None, arm=ARM, home=HOME):
             {"max_force_N": 30.0},
             {"range_N": (200.0, 200.0, 30.0)},
             "max_force_N",
-            "below 30, the most that the sensor can show",
+            "below 30, the sensor's range",
         ),
         ({}, {"noise_N": 0.4}, "unexpected_contact_N", "above 3.6, what noise alone shows, or every trial"),
         ({"max_force_rate_N_s": 120.0}, {"noise_N": 0.1}, "max_force_rate_N_s", "above 126, what noise"),
-        ({}, {"range_N": (200.0, 200.0, 5.0)}, "max_force_N", "could never trip"),
+        ({}, {"range_N": (200.0, 200.0, 5.0)}, "max_force_N", "can never trip"),
         ({"max_force_N": 9.0}, {"range_N": (200.0, 200.0, 10.0)}, "max_force_rate_N_s", "below 2800"),
         ({"max_torque_Nm": 0.05}, {"noise_Nm": 0.01}, "max_torque_Nm", "above 0.09"),
         ({"max_command_jump_mrad": 7.0}, {}, "max_command_jump_mrad", "above 7.143, what the joints' velocity"),
@@ -123,5 +123,5 @@ def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_p
 def test_a_retraction_longer_than_the_arm_is_refused():
     home = (0.0, 0.6, -0.9, 0.0, 0.3, 0.0)
     arm = replace(ARM, posture_rad=home, lower_rad=(-3.14, 0.59, -0.91, -3.14, -3.14, -3.14))
-    with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
+    with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the travel of zebra-zero above"):
         fit(SupervisionConfig(retract_mm=200.0), arm=arm, home=home)

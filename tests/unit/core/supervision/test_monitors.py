@@ -7,9 +7,9 @@ import pytest
 
 from palpate.core.ports.values import AppliedCommand, CommandReason, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.watches import WorkspaceWatch
+from palpate.core.supervision.monitors import WorkspaceMonitor
 from palpate.core.trial import ExplorationArea, TripReason, Workspace
-from palpate.core.trial.expectation import Expectation
+from palpate.core.trial.constraints import PhaseConstraints
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 MS = 1_000_000
@@ -34,15 +34,15 @@ CASES = {
     "torque": (TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 4.9, 0)}, {"torque_Nm": (0, -5.1, 0)}, "torque 5.10 N m"),
     "torque before taring": (
         TripReason.TORQUE_LIMIT,
-        {"torque_Nm": (4.9, 0, 0), "expectation": UNTARED},
-        {"torque_Nm": (5.1, 0, 0), "expectation": UNTARED},
-        "torque 5.10 N m more than at the start, before taring",
+        {"torque_Nm": (4.9, 0, 0), "constraints": UNTARED},
+        {"torque_Nm": (5.1, 0, 0), "constraints": UNTARED},
+        "torque 5.10 N m above the start of the trial, before taring",
     ),
     "unexpected contact": (
         TripReason.UNEXPECTED_CONTACT,
-        {"force_N": (0, 2.9, 0), "expectation": FREE},
-        {"force_N": (0, 0, -3.2), "expectation": FREE},
-        "force 3.20 N where nothing may be touched",
+        {"force_N": (0, 2.9, 0), "constraints": FREE},
+        {"force_N": (0, 0, -3.2), "constraints": FREE},
+        "force 3.20 N in a phase without permitted contact",
     ),
     "saturated": (TripReason.SAMPLE_INVALID, {}, {"wrench": {"validity": Validity.SATURATED}}, "force sample is"),
     "invalid": (
@@ -51,8 +51,8 @@ CASES = {
         {"joints": {"validity": Validity.INVALID, "position_rad": (nan,) * 6}},
         "joint sample is invalid",
     ),
-    "frame": (TripReason.WRENCH_CONTRACT, {}, {"wrench": {"frame": "base"}}, "raw ones in the frame 'base'"),
-    "kind": (TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}}, "tared ones"),
+    "frame": (TripReason.WRENCH_CONTRACT, {}, {"wrench": {"frame": "base"}}, "raw wrenches in the frame 'base'"),
+    "kind": (TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}}, "tared wrenches"),
     "old wrench": (TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": -20 * MS}}, "force sample 55.7 ms"),
     "old joints": (TripReason.SAMPLE_STALE, {}, {"joints": {"source_time_ns": -70 * MS}}, "joint sample 105.7 ms"),
     "future": (TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": 100 * MS}}, "force sample -64.3 ms"),
@@ -65,14 +65,14 @@ CASES = {
     "bottom": (TripReason.WORKSPACE, tip_at(0, 0, 21.9), tip_at(0, 0, 22.1), "tip at z = 22.10 mm"),
     "area": (
         TripReason.EXPLORATION_AREA,
-        tip_at(5.4, -4.4, 0) | {"expectation": EXPLORING},
-        tip_at(5.6, 0, 0) | {"expectation": EXPLORING},
+        tip_at(5.4, -4.4, 0) | {"constraints": EXPLORING},
+        tip_at(5.6, 0, 0) | {"constraints": EXPLORING},
         "tip 4.60 mm from the centre of the exploration area",
     ),
     "area, across": (
         TripReason.EXPLORATION_AREA,
-        tip_at(1, 4.4, 0) | {"expectation": EXPLORING},
-        tip_at(1, -4.6, 0) | {"expectation": EXPLORING},
+        tip_at(1, 4.4, 0) | {"constraints": EXPLORING},
+        tip_at(1, -4.6, 0) | {"constraints": EXPLORING},
         "tip 4.60 mm from the centre of the exploration area",
     ),
 }
@@ -87,18 +87,18 @@ class TestLimits:
         bench.clean(4, **good)
         done = bench.tick(**bad)
         trip = bench.tripped
-        assert done.intervention.trip is trip
-        assert done.intervention.reason is trip.reason is reason
+        assert done.command_override.trip is trip
+        assert done.command_override.reason is trip.reason is reason
         assert trip.tick == 5
         assert said in trip.text
         assert trip.sample == {"wrench": "force", "joints": "joint"}.get(next(iter(bad)), "")
 
     def test_force_before_taring_counts_from_start(self):
         bench = Bench(SupervisionConfig(max_force_N=20.0))
-        bench.clean(1, force_N=(0, 0, 10.0), expectation=UNTARED)
-        bench.clean(4, force_N=(0, 0, -9.9), expectation=UNTARED)
-        trip = bench.trip(force_N=(0, 0, -10.1), expectation=UNTARED)
-        assert trip.text == "force 20.10 N more than at the start, before taring, limit 20 N"
+        bench.clean(1, force_N=(0, 0, 10.0), constraints=UNTARED)
+        bench.clean(4, force_N=(0, 0, -9.9), constraints=UNTARED)
+        trip = bench.trip(force_N=(0, 0, -10.1), constraints=UNTARED)
+        assert trip.text == "force 20.10 N above the start of the trial, before taring, limit 20 N"
 
     def test_force_is_scaled_as_the_task_scales_it(self):
         bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 2.0, 1.0))
@@ -111,11 +111,11 @@ class TestLimits:
     @pytest.mark.parametrize("place", range(3))
     @pytest.mark.parametrize("above", [True, False])
     def test_limit_of_the_workspace_is_inside_and_the_next_number_outside(self, place, above):
-        watch = WorkspaceWatch(SupervisionConfig(), Workspace((6.5, 7.5), 3.0, 10.0))
+        monitor = WorkspaceMonitor(SupervisionConfig(), Workspace((6.5, 7.5), 3.0, 10.0))
         most = ((26.5e-3, 27.5e-3, 22e-3), (-26.5e-3, -27.5e-3, -53e-3))[not above][place]
         for tip, outside in ((most, False), (nextafter(most, inf if above else -inf), True)):
             tip_m = tuple(tip * (each == place) for each in range(3))
-            assert (watch.trip(1, tip_m, TOUCHING, (0.0, 0.0)) is not None) is outside
+            assert (monitor.trip(1, tip_m, TOUCHING, (0.0, 0.0)) is not None) is outside
 
     @pytest.mark.parametrize(("which", "limit_ms"), [("wrench", 50), ("joints", 100)])
     @pytest.mark.parametrize("sign", [1, -1])
@@ -133,11 +133,11 @@ class TestLimits:
     @pytest.mark.parametrize(("good", "bad"), [((0.17, -0.3), (0.18, 0.0)), ((0.0, 0.3), (0.0, -0.36))])
     def test_tool_that_leans_or_turns_too_far_trips(self, good, bad):
         config = SupervisionConfig()
-        watch = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0, (10.0, 20.0)))
-        assert watch.trip(1, (0.0, 0.0, 0.0), EXPLORING, good) is None
-        trip = watch.trip(2, (0.0, 0.0, 0.0), EXPLORING, bad)
-        assert (trip.reason, "the workspace ends at 10.0 and 20.0" in trip.text) == (TripReason.WORKSPACE, True)
-        flat = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0))
+        monitor = WorkspaceMonitor(config, Workspace((6.5, 6.5), 3.0, 10.0, (10.0, 20.0)))
+        assert monitor.trip(1, (0.0, 0.0, 0.0), EXPLORING, good) is None
+        trip = monitor.trip(2, (0.0, 0.0, 0.0), EXPLORING, bad)
+        assert (trip.reason, "limits 10.0 and 20.0 degrees" in trip.text) == (TripReason.WORKSPACE, True)
+        flat = WorkspaceMonitor(config, Workspace((6.5, 6.5), 3.0, 10.0))
         assert flat.trip(1, (0.0, 0.0, 0.0), EXPLORING, bad) is None
 
 
@@ -164,21 +164,21 @@ class TestOverTicks:
         assert bench.trip(force_N=(0, 0, 0.0)).reason is TripReason.FORCE_RATE
 
     def test_before_taring_contact_is_a_change_since_the_free_phase_began(self):
-        free = Expectation(contact=False)
+        free = PhaseConstraints(contact=False)
         bench = Bench()
         # The arm lifts out of a hole: the force of the first sample goes, and is no contact.
         for force in (-5.0, -5.0, -2.0, 0.0):
-            bench.clean(1, force_N=(0, 0, force), expectation=UNTARED)
-        bench.clean(3, expectation=free)
-        bench.clean(1, force_N=(0, 0, -2.9), expectation=free)
-        assert bench.trip(force_N=(0, 0, -3.1), expectation=free).reason is TripReason.UNEXPECTED_CONTACT
+            bench.clean(1, force_N=(0, 0, force), constraints=UNTARED)
+        bench.clean(3, constraints=free)
+        bench.clean(1, force_N=(0, 0, -2.9), constraints=free)
+        assert bench.trip(force_N=(0, 0, -3.1), constraints=free).reason is TripReason.UNEXPECTED_CONTACT
 
     def test_every_free_phase_begins_anew(self):
-        free = Expectation(contact=False)
+        free = PhaseConstraints(contact=False)
         bench = Bench()
-        bench.clean(2, expectation=free)
-        bench.clean(1, expectation=UNTARED, force_N=(0, 0, -5.0))
-        bench.clean(5, expectation=free, force_N=(0, 0, -5.0))
+        bench.clean(2, constraints=free)
+        bench.clean(1, constraints=UNTARED, force_N=(0, 0, -5.0))
+        bench.clean(5, constraints=free, force_N=(0, 0, -5.0))
         assert bench.supervisor.trip is None
 
     def test_tick_may_be_late_and_not_too_late(self):
@@ -217,7 +217,7 @@ class TestOverTicks:
         bench.clean(3, torque_Nm=(0, 0, 1e-15), wrench={"sequence": number})  # no news, counted elsewhere
         trip = bench.trip(torque_Nm=(0, 0, 1e-15))
         assert (trip.reason, trip.tick, trip.sample) == (TripReason.SAMPLE_FROZEN, 15, "force")
-        assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
+        assert trip.text == "6 consecutive new force samples are identical, limit 5"
 
     def test_joint_that_runs_away_trips(self):
         """1.3 rad/s, limit 1.2, from differences over four periods: seen when all of the window is motion."""
@@ -225,7 +225,7 @@ class TestOverTicks:
         bench.clean(6)
         home = bench.home_rad
         for n in range(1, 20):
-            bench.tick(measured_rad=(home[0] + n * 1.3 / 140, *home[1:]), asked_rad=home)
+            bench.tick(measured_rad=(home[0] + n * 1.3 / 140, *home[1:]), requested_rad=home)
             if bench.supervisor.trip is not None:
                 break
         trip = bench.tripped
@@ -239,10 +239,10 @@ class TestOverTicks:
         bench.clean(6)
         for tick in range(40):
             step = 20e-3 * (tick // 8)
-            bench.clean(1, measured_rad=(home[0] + step, *home[1:]), asked_rad=home)
+            bench.clean(1, measured_rad=(home[0] + step, *home[1:]), requested_rad=home)
         old = bench.snapshots[-1].joints
         again = {"source_time_ns": old.source_time_ns}  # a new number on an old time
-        bench.clean(1, measured_rad=(home[0] + 0.2, *home[1:]), asked_rad=home, joints=again)
+        bench.clean(1, measured_rad=(home[0] + 0.2, *home[1:]), requested_rad=home, joints=again)
 
     def test_arm_may_lag_by_so_many_ticks(self):
         """At 1 rad/s three ticks are 21 mrad: more than the tolerance, and no fault; four ticks and 10 mrad are one."""
@@ -253,9 +253,9 @@ class TestOverTicks:
             sent = [bench.home_rad] * 10
             for _ in range(30):
                 measured = sent[-1 - lag - old]
-                asked = (sent[-1][0] + 0.999 / 140, *sent[-1][1:])
+                requested = (sent[-1][0] + 0.999 / 140, *sent[-1][1:])
                 told = {"source_time_ns": bench.snapshots[-1].time_ns - (old - 1) * TICK_NS}
-                bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), asked_rad=asked, joints=told)
+                bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), requested_rad=requested, joints=told)
                 sent.append(bench.results[-1].command.position_rad)
             return bench
 
@@ -271,24 +271,24 @@ class TestOverTicks:
         bench = Bench()
         bench.clean(3)
         home = bench.home_rad
-        done = bench.tick(asked_rad=(home[0] + 0.0501, *home[1:]))
+        done = bench.tick(requested_rad=(home[0] + 0.0501, *home[1:]))
         trip = bench.tripped
         assert (trip.reason, trip.tick) == (TripReason.COMMAND_JUMP, 3)
         assert trip.text == "a joint's command jumps by 50.1 mrad, limit 50 mrad"
         assert abs(done.command.position_rad[0] - home[0]) < 1e-3
-        assert done.intervention.asked_rad[0] == home[0] + 0.0501
+        assert done.command_override.requested_rad[0] == home[0] + 0.0501
 
     @pytest.mark.parametrize(
-        ("answer", "said"), [((nan,) * 6, "6 joint angles that are not finite"), ((0.1,) * 5, ""), ((), "")]
+        ("answer", "said"), [((nan,) * 6, "6 non-finite joint angles"), ((0.1,) * 5, ""), ((), "")]
     )
     def test_arm_that_says_nonsense_trips(self, answer, said):
         bench = Bench()
         bench.clean(3)
         bench.applied = AppliedCommand(answer, CommandReason.VELOCITY_LIMIT)
-        done = bench.tick(measured_rad=bench.home_rad, asked_rad=bench.home_rad)
+        done = bench.tick(measured_rad=bench.home_rad, requested_rad=bench.home_rad)
         trip = bench.tripped
         assert trip.reason is TripReason.COMMAND_NOT_FINITE
-        assert f"what the arm says that it applied has {said}" in trip.text
+        assert f"the arm reports an applied command with {said}" in trip.text
         assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)
 
     @pytest.mark.parametrize("moves_before", [0, 1])
@@ -297,7 +297,7 @@ class TestOverTicks:
         first, *others = bench.home_rad
         bench.clean(moves_before, measured_rad=(first - 1e-5, *others))
         for tick in range(40):
-            bench.tick(measured_rad=bench.home_rad, asked_rad=(first + 5e-4 * tick, *others))
+            bench.tick(measured_rad=bench.home_rad, requested_rad=(first + 5e-4 * tick, *others))
         assert bench.tripped.reason is TripReason.TRACKING_ERROR
-        assert "stays at" in bench.tripped.text
+        assert "while its commands span" in bench.tripped.text
         assert bench.tripped.tick == 13 + 2 * moves_before

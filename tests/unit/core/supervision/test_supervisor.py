@@ -45,9 +45,9 @@ def test_a_trip_latches_until_it_is_acknowledged():
     assert not guard.retracting
     held = bench.results[-1].command
     for _ in range(50):
-        done = bench.tick(asked_rad=tuple(q + 1e-3 for q in bench.home_rad))
+        done = bench.tick(requested_rad=tuple(q + 1e-3 for q in bench.home_rad))
         assert done.command == held
-        assert done.intervention.trip is trip
+        assert done.command_override.trip is trip
     with pytest.raises(
         FaultLatchedError, match=r"supervisor: stopped by a fault \(FORCE_LIMIT: force 31.00 N, limit 30 N\)"
     ):
@@ -83,13 +83,13 @@ def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledge
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"frame": "base"}, "raw ones in the frame 'base'"),
-        ({"kind": WrenchKind.GRAVITY_COMPENSATED}, "gravity compensated ones"),
+        ({"frame": "base"}, "raw wrenches in the frame 'base'"),
+        ({"kind": WrenchKind.GRAVITY_COMPENSATED}, "gravity compensated wrenches"),
     ],
 )
 def test_wrenches_that_are_not_as_agreed_are_refused_before_anything_moves(change, words):
     bench = Bench()
-    with pytest.raises(DeviceError, match=f"force sensor: wrenches are {words}.*; the task needs raw ones in 'sensor'"):
+    with pytest.raises(DeviceError, match=f"force sensor: {words}.*; the task requires raw wrenches in 'sensor'"):
         bench.tick(wrench=change)
     assert bench.results == []
 
@@ -155,8 +155,8 @@ def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same():
     guard, ticks = bench.supervisor, 0
     while guard.retracting:
         before = bench.results[-2].command.position_rad if ticks == 0 else bench.here_rad
-        asked = bench.results[-1].command.position_rad
-        slow = tuple(b + 0.6 * (a - b) for a, b in zip(asked, before, strict=True))
+        requested = bench.results[-1].command.position_rad
+        slow = tuple(b + 0.6 * (a - b) for a, b in zip(requested, before, strict=True))
         bench.applied = AppliedCommand(slow, CommandReason.VELOCITY_LIMIT)
         bench.results.append(guard.retreat(bench.snapshot()))
         ticks += 1
@@ -187,7 +187,7 @@ def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(t
 def test_an_arm_that_stands_outside_is_held_at_its_limit():
     bench = Bench(HOLD)
     outside = (0.0, 1.702, -1.42, 0.0, 0.55, 0.0)
-    done = bench.tick(measured_rad=outside, asked_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
+    done = bench.tick(measured_rad=outside, requested_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
     assert done.command.position_rad == (0.0, 1.7, -1.42, 0.0, 0.55, 0.0)
 
 
@@ -204,20 +204,20 @@ def with_first(q, value):
 def test_a_command_that_is_too_fast_is_shortened():
     bench = Bench()
     bench.clean(2)
-    asked = with_first(bench.home_rad, bench.home_rad[0] + 0.02)
-    done = bench.tick(asked_rad=asked)
-    assert done.intervention.reason is CommandReason.VELOCITY_LIMIT
-    assert done.intervention.trip is None
-    assert done.intervention.asked_rad == asked
-    assert done.intervention.command_rad == done.command.position_rad
+    requested = with_first(bench.home_rad, bench.home_rad[0] + 0.02)
+    done = bench.tick(requested_rad=requested)
+    assert done.command_override.reason is CommandReason.VELOCITY_LIMIT
+    assert done.command_override.trip is None
+    assert done.command_override.requested_rad == requested
+    assert done.command_override.command_rad == done.command.position_rad
     assert done.command.position_rad == with_first(bench.home_rad, pytest.approx(bench.home_rad[0] + REACH_RAD))
     assert bench.applied == AppliedCommand(done.command.position_rad, CommandReason.VELOCITY_LIMIT)
-    bench.clean(1, asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 2 * REACH_RAD - 1e-9))
+    bench.clean(1, requested_rad=with_first(bench.home_rad, bench.home_rad[0] + 2 * REACH_RAD - 1e-9))
 
 
 def test_the_arms_own_reason_goes_before_the_clamps():
     bench = Bench()
     bench.clean(2)
-    done = bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))
+    done = bench.tick(requested_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))
     stopped = AppliedCommand(bench.home_rad, CommandReason.STOPPED)
-    assert done.intervention.applied(stopped) is stopped
+    assert done.command_override.applied(stopped) is stopped

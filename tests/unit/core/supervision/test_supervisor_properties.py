@@ -20,19 +20,19 @@ from palpate.core.ports.values import (
     WrenchSample,
 )
 from palpate.core.supervision import SupervisionConfig
-from palpate.core.trial import Expectation, ExplorationArea
+from palpate.core.trial import ExplorationArea, PhaseConstraints
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 
 HOME, _ = ready_pose()
-FREE = Expectation(contact=False)
+FREE = PhaseConstraints(contact=False)
 ARM = Kinematics(arm_named("zebra-zero"), TOOL)
 LOWER, UPPER = tuple(ARM.lower_rad.tolist()), tuple(ARM.upper_rad.tolist())
-TARED = Expectation(contact=True, bias=BIAS)
+TARED = PhaseConstraints(contact=True, bias=BIAS)
 EXPECTATIONS = {
-    "untared": Expectation(contact=True),
+    "untared": PhaseConstraints(contact=True),
     "untared, free": FREE,
-    "free": Expectation(contact=False, bias=BIAS),
+    "free": PhaseConstraints(contact=False, bias=BIAS),
     "exploring": replace(TARED, area=ExplorationArea((0.0, 0.0), 3.5e-3)),
 }
 KINDS = (
@@ -66,7 +66,7 @@ def tick_of(number, now, kind, value):
     measured = (nan,) * 6 if bad else spoiled(q, number, by("measured"))
     joints = JointSample(measured, taken, now, sequence, Validity.INVALID if bad else Validity.VALID)
     reason = {"limited": CommandReason.VELOCITY_LIMIT, "nonsense": CommandReason.POSITION_LIMIT}.get(
-        kind, CommandReason.STOPPED if kind == "stopped" else CommandReason.AS_ASKED
+        kind, CommandReason.STOPPED if kind == "stopped" else CommandReason.AS_REQUESTED
     )
     done = (nan,) * 6 if kind == "nonsense" else spoiled(q, number, by("applied", "limited", "stopped"))
     x, y, z = spoiled((1e-3, 1e-3, 1e-3), number, by("tip"))
@@ -115,11 +115,11 @@ def test_every_command_is_finite_and_within_the_joint_limits(ticks, config):
         q = done.command.position_rad
         assert isfinite(sum(q))
         assert all(low <= value <= high for low, value, high in zip(LOWER, q, UPPER, strict=True))
-        assert (done.intervention is None) == (q == tick[1].position_rad and guard.trip is None)
+        assert (done.command_override is None) == (q == tick[1].position_rad and guard.trip is None)
         assert latched is None or guard.trip is latched
         latched = guard.trip
-        assert done.intervention is None or done.intervention.trip is latched
-        assert done.intervention is None or done.intervention.command_rad == q
+        assert done.command_override is None or done.command_override.trip is latched
+        assert done.command_override is None or done.command_override.command_rad == q
 
 
 within_limits = st.tuples(*(st.floats(low, high) for low, high in zip(LOWER, UPPER, strict=True)))
@@ -153,14 +153,14 @@ def test_after_a_trip_no_command_advances_the_tip(start, shares, stop_at, config
         now = ticks * 7_142_857
         wrench = WrenchSample((0.0, 0.0, -50.0), (0.0,) * 3, now, now, ticks, Validity.SATURATED)
         done = guard.check(Snapshot(ticks, now, wrench, JointSample(start, now, now, ticks), applied), command, FREE)
-        asked = done.command.position_rad
-        assert back_m(asked) >= way - 1e-9
+        requested = done.command.position_rad
+        assert back_m(requested) >= way - 1e-9
         share = shares[ticks % len(shares)]
-        reason = CommandReason.AS_ASKED if share == 1.0 else CommandReason.VELOCITY_LIMIT
+        reason = CommandReason.AS_REQUESTED if share == 1.0 else CommandReason.VELOCITY_LIMIT
         if share == 1.0:
-            held = asked
+            held = requested
         else:
-            held = tuple(h + share * (a - h) for h, a in zip(held, asked, strict=True))
+            held = tuple(h + share * (a - h) for h, a in zip(held, requested, strict=True))
         if ticks == stop_at:
             reason = CommandReason.STOPPED
         applied, way = AppliedCommand(held, reason), back_m(held)

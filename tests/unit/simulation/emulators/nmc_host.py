@@ -62,7 +62,7 @@ class Bench:
         assert sum(reply[:-1]) % 256 == reply[-1]
         return Answer(reply[0], reply[1:-1])
 
-    def tell(self, address, code, data=b""):
+    def notify(self, address, code, data=b""):
         assert self.raw(command(address, code, data)) == b""
 
     def read(self, address, mask):

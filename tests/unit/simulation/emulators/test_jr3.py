@@ -56,8 +56,8 @@ def test_golden_requests_have_golden_answers():
         (golden.GET_MOMENT_SCALES, golden.MOMENT_SCALES),
         (golden.STOP, golden.READY),
     ):
-        asked = frame(request)
-        assert host.send(asked.arbitration_id, asked.data) == [frame(answer)]
+        requested = frame(request)
+        assert host.send(requested.arbitration_id, requested.data) == [frame(answer)]
 
 
 def test_golden_start_gives_a_pair_every_ten_milliseconds():

@@ -78,9 +78,9 @@ def test_the_peg_leans_as_told(arm, heading_deg):
     assert cell.truth().tip_in_task_m == pytest.approx(tuple(READY_M), abs=2e-6)
 
 
-@pytest.mark.parametrize("leaning", [{"tilt_mrad": 2.0}, {"conditions": ConditionsConfig(plate_lean_mrad=17.5)}])
+@pytest.mark.parametrize("leaning", [{"tilt_mrad": 2.0}, {"conditions": ConditionsConfig(plate_tilt_mrad=17.5)}])
 def test_contacts_are_stiffer_only_where_something_leans(leaning):
-    upright, harder = CellConfig(), replace(CellConfig(), leaning_impedance=0.97)
+    upright, harder = CellConfig(), replace(CellConfig(), tilted_impedance=0.97)
     assert cell_of(upright).model_sha256() == cell_of(harder).model_sha256()
     for config, impedance in ((replace(upright, **leaning), 0.96), (replace(harder, **leaning), 0.97)):
         models = cell_of(config).models
@@ -247,7 +247,7 @@ ARM, DEPTH_M = "zebra-zero", 6e-3
 @pytest.mark.parametrize("contacts", ["listed", "searched"])
 def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section, contacts):
     kinematics = Kinematics(arm_named(ARM), TOOL)
-    conditions = ConditionsConfig(yaw_deg=5.0, plate_lean_mrad=30.0)
+    conditions = ConditionsConfig(yaw_deg=5.0, plate_tilt_mrad=30.0)
     config = CellConfig(peg=PegConfig(cross_section=section), contacts=contacts, hole_uncertainty_mm=3.0)
     cell = cell_of(replace(config, conditions=conditions))
     kinematics.update(ready_rad(ARM))

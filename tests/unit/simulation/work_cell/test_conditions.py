@@ -49,7 +49,7 @@ def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(name, ba
 
 
 def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole():
-    both = [world(trial, yaw_deg=5.0, plate_lean_mrad=17.5) for trial in range(40)]
+    both = [world(trial, yaw_deg=5.0, plate_tilt_mrad=17.5) for trial in range(40)]
     for each in both:
         axis = axis_of(each.hole_turn_rad)
         assert hypot(*axis[:2]) == pytest.approx(sin(17.5e-3))

@@ -79,15 +79,15 @@ def test_a_sphere_above_a_box_has_a_pair_with_it(section, size_mm, tilt_mrad, po
     config = CellConfig(peg=peg, tilt_mrad=tilt_mrad)
     boxes, leeway = plate_boxes(peg, PLATE_REACH_M), Leeway.of(config, 6e-3)
     listed = set(listed_pairs(config, boxes, leeway))
-    aside, heading, lean, leans_to, turn = pose
+    aside, heading, tilt, leans_to, turn = pose
     lower, upper = peg_rings(peg)
     for first, ring, height, most_m in (
         (0, lower, 0.0, leeway.aside_m),
-        (len(lower), upper, UPPER_RING_M, leeway.play_m - UPPER_RING_M * leeway.lean),
+        (len(lower), upper, UPPER_RING_M, leeway.play_m - UPPER_RING_M * leeway.tilt),
     ):
         dx, dy = aside * most_m * cos(heading), aside * most_m * sin(heading)
-        dx += height * lean * leeway.lean * cos(leans_to)
-        dy += height * lean * leeway.lean * sin(leans_to)
+        dx += height * tilt * leeway.tilt * cos(leans_to)
+        dy += height * tilt * leeway.tilt * sin(leans_to)
         angle = turn * leeway.turn
         for sphere, (px, py) in enumerate(ring, first):
             x, y = cos(angle) * px - sin(angle) * py + dx, sin(angle) * px + cos(angle) * py + dy
@@ -103,11 +103,11 @@ ARM, WANDER_M = "zebra-zero", 5e-3
 NOTHING, NEAR, FAR, EVERYTHING = range(4)
 
 
-def joints_rad(x_mm, z_mm, turn_rad=0.0, lean_rad=0.0):
+def joints_rad(x_mm, z_mm, turn_rad=0.0, tilt_rad=0.0):
     """Joint angles that put the tip there, task frame, turned and leaning from how the tool is held."""
     kinematics = Kinematics(arm_named(ARM), TOOL)
     kinematics.update(ready_rad(ARM))
-    rotation = kinematics.tip_rotation @ pin.rpy.rpyToMatrix(0.0, lean_rad, turn_rad)
+    rotation = kinematics.tip_rotation @ pin.rpy.rpyToMatrix(0.0, tilt_rad, turn_rad)
     place = pin.SE3(rotation, GOAL.act(np.array([x_mm, 0.0, z_mm]) * 1e-3))
     return InverseKinematics(kinematics, 1.0).solve(place, free_yaw=False, seed_rad=ready_rad(ARM), field="goal")
 

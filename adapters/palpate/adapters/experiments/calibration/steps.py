@@ -12,7 +12,7 @@ import pinocchio as pin
 from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.experiments.build import build_task, supervisor_of
 from palpate.adapters.experiments.calibration import estimates
-from palpate.adapters.experiments.calibration.careful import CarefulArm, Felt, fresh_wrenches
+from palpate.adapters.experiments.calibration.guarded_moves import GuardedMoves, Sample, fresh_wrenches
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware import TurnedForceSensor, find_approach, withdrawal
@@ -30,7 +30,7 @@ _NEAR_RAD: Final = 1.5
 _MIDDLE: Final = 0.5
 _HOLD_TICKS: Final = 2 * CONTROL_RATE_HZ
 _TARE_TICKS: Final = CONTROL_RATE_HZ
-_BESIDE_M: Final = 0.005
+_ASIDE_M: Final = 0.005
 _PLACES: Final = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 _ABOVE_M: Final = 0.008
 _AGAIN_M: Final = 0.002
@@ -57,14 +57,14 @@ class Commissioning:
         rig: Rig,
         config: RunConfig,
         loop: Callable[[], AbstractContextManager[object]] = nullcontext,
-        tell: Callable[[str], object] = str,
+        notify: Callable[[str], object] = str,
     ) -> None:
-        self._rig, self._loop, self._tell = rig, loop, tell
+        self._rig, self._loop, self._notify = rig, loop, notify
         self._poses: list[estimates.Array] = []
         self._description = arm_named(config.arm)
         self._tool = config.tool.geometry
         self._kinematics = Kinematics(self._description, self._tool)
-        self.arm = CarefulArm(rig, self._kinematics, loop)
+        self.arm = GuardedMoves(rig, self._kinematics, loop)
         self.believe(config)
 
     def believe(self, config: RunConfig) -> None:
@@ -87,11 +87,11 @@ class Commissioning:
         with self.arm.moving():
             self._go_above()
             for number, pose in enumerate(poses, start=1):
-                self._tell(f"pose {number} of {len(poses)}")
+                self._notify(f"pose {number} of {len(poses)}")
                 self.arm.joint_line(pose)
-                felt = self.arm.hold(_HOLD_TICKS)
-                mean, sd = estimates.mean_of(fresh_wrenches(felt))
-                rotation = self.arm.place(np.mean([each.q_rad for each in felt], axis=0)).rotation
+                readings = self.arm.hold(_HOLD_TICKS)
+                mean, sd = estimates.mean_of(fresh_wrenches(readings))
+                rotation = self.arm.place(np.mean([each.q_rad for each in readings], axis=0)).rotation
                 down.append(-rotation[2])
                 means.append(mean)
                 sds.append(sd)
@@ -104,8 +104,8 @@ class Commissioning:
             self._go_above()
             height_m = -_ABOVE_M
             for number, (x, y) in enumerate(_PLACES, start=1):
-                self._tell(f"place {number} of {len(_PLACES)}")
-                results.append(estimates.press(*self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)))
+                self._notify(f"place {number} of {len(_PLACES)}")
+                results.append(estimates.press(*self._press_at(x * _ASIDE_M, y * _ASIDE_M, height_m)))
                 height_m = results[-1][0].value - _AGAIN_M
             self._lift()
         surfaces, found = zip(*results, strict=True)
@@ -131,7 +131,7 @@ class Commissioning:
         task = build_task(replace(self.config, control=control), self._ready, chosen.perception, chosen.on(self._rig))
         places = []
         for trial in range(_INSERTIONS):
-            self._tell(f"insertion {trial + 1} of {_INSERTIONS}")
+            self._notify(f"insertion {trial + 1} of {_INSERTIONS}")
             with self.arm.moving():
                 if trial:
                     self._withdraw()
@@ -153,19 +153,19 @@ class Commissioning:
 
     def _withdraw(self) -> None:
         """Withdraw the tool from a hole that it may be in."""
-        for pose in withdrawal(self._approach, self.arm.asked_rad):
+        for pose in withdrawal(self._approach, self.arm.requested_rad):
             # Planned for 20 mm/s.
             for _ in range(4):
                 self.arm.tick(pose)
 
     def _go_above(self) -> None:
         """Withdraw the tool and lift it well above the expected hole."""
-        self._tell("on the way to 100 mm above the believed hole")
+        self._notify("on the way to 100 mm above the believed hole")
         self._withdraw()
         self.arm.joint_line(self._approach.poses_rad[0])
 
     def _lift(self) -> None:
-        tip = self.arm.place(self.arm.asked_rad)
+        tip = self.arm.place(self.arm.requested_rad)
         self.arm.go(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M])))
 
     def _tilted(self, above_rad: estimates.Array) -> list[estimates.Array]:
@@ -200,26 +200,26 @@ class Commissioning:
         def at(depth_m: float) -> pin.SE3:
             return pin.SE3(rotation, self._goal.act(np.array([x_m, y_m, depth_m])))
 
-        here = float(self._goal.actInv(arm.place(arm.asked_rad)).translation[2])
+        here = float(self._goal.actInv(arm.place(arm.requested_rad)).translation[2])
         for depth_m in (min(here, height_m), height_m):
             arm.go(at(depth_m))
         arm.hold(_TARE_TICKS)
         zero_N = float(fresh_wrenches(arm.hold(_TARE_TICKS))[:, 2].mean())
 
-        def force_N(felt: Felt) -> float:
+        def force_N(readings: Sample) -> float:
             # Pressing causes a negative force along the tool's axis, independent of the sensor's mounting angle.
-            return zero_N - felt.wrench[2]
+            return zero_N - readings.wrench[2]
 
         lowest = at(_ABOVE_M)
-        if not any(force_N(felt) > _TOUCH_N for felt in arm.tip_line(lowest, _DOWN_M_S)):
+        if not any(force_N(readings) > _TOUCH_N for readings in arm.tip_line(lowest, _DOWN_M_S)):
             problem = f"no contact down to {_ABOVE_M * 1e3:g} mm below where it is believed"
             raise UndeterminedError("plate's height", problem, "a nearer belief (--place.z-mm)")
         rows = []
         for direction, target in ((1.0, lowest), (-1.0, at(height_m))):
-            for felt in arm.tip_line(target, _PRESS_M_S):
-                force = force_N(felt)
-                if felt.fresh and force > _FELT_N:
-                    rows.append((float(self._goal.actInv(arm.place(felt.q_rad)).translation[2]), force, direction))
+            for readings in arm.tip_line(target, _PRESS_M_S):
+                force = force_N(readings)
+                if readings.fresh and force > _FELT_N:
+                    rows.append((float(self._goal.actInv(arm.place(readings.q_rad)).translation[2]), force, direction))
                 if force > _PRESS_N if direction > 0.0 else force < _FELT_N:
                     break
         arm.go(at(height_m))

@@ -17,11 +17,11 @@ from typing_extensions import override
 import palpate
 from palpate.adapters.experiments.executor import Workers
 from palpate.adapters.log import made_with
-from palpate.core.errors import ConfigurationError, PalpateError, UsageError, told
+from palpate.core.errors import ConfigurationError, PalpateError, UsageError, describe
 
 T = TypeVar("T")
 LOCAL: Final = "local"
-_PATIENCE_S: Final = 20.0
+_TIMEOUT_S: Final = 20.0
 _THREADS: Final = "workers with one thread each: dask worker ... --nthreads 1"
 
 
@@ -59,12 +59,12 @@ class DaskWorkers(Workers):
                 self.address = cluster.scheduler_address
             else:
                 _require_safe(address)
-            self._client = self._opened.enter_context(Client(self.address, timeout=_PATIENCE_S))
-            self._client.wait_for_workers(1, timeout=_PATIENCE_S)
+            self._client = self._opened.enter_context(Client(self.address, timeout=_TIMEOUT_S))
+            self._client.wait_for_workers(1, timeout=_TIMEOUT_S)
             self._require_same_code()
         except (OSError, TypeError, RuntimeError) as error:
             self.close()
-            raise UsageError(f"scheduler {address} or its workers cannot be reached: {told(error)}") from error
+            raise UsageError(f"scheduler {address} or its workers cannot be reached: {describe(error)}") from error
         except BaseException:
             self.close()
             raise
@@ -112,7 +112,7 @@ class DaskWorkers(Workers):
         own = dict(code_of())
         for worker, code in self._client.run(code_of, on_error="return").items():
             if isinstance(code, Exception) or dict(code) != own:
-                has = told(code) if isinstance(code, Exception) else dict(code)
+                has = describe(code) if isinstance(code, Exception) else dict(code)
                 raise ConfigurationError("scheduler", self.address, f"workers with {own}; {worker} has {has}")
         for worker, threads in self._client.nthreads().items():
             if threads > 1:

@@ -22,9 +22,9 @@ from typing_extensions import override
 from palpate.adapters.config import LEARNERS, RunConfig, configured, field_value, merged, overlay, read_toml
 from palpate.adapters.experiments.build import needs_fitting, plain_perception
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.foreign import foreign_code, foreign_entry, foreign_policy
 from palpate.adapters.experiments.policies import BASELINES
 from palpate.adapters.experiments.run import Run
+from palpate.adapters.experiments.third_party import third_party_code, third_party_entry, third_party_policy
 from palpate.adapters.experiments.training import Subject, run_toml
 from palpate.adapters.files import new_folder
 from palpate.adapters.log import LOG_FOLDER
@@ -54,10 +54,10 @@ class Condition:
     @property
     def learns(self) -> bool:
         """Whether the policy is trained."""
-        if self.policy in LEARNERS or self.file or not (code := foreign_code(self.policy)):
+        if self.policy in LEARNERS or self.file or not (code := third_party_code(self.policy)):
             return self.policy in LEARNERS
         perception = plain_perception(self.config)
-        return foreign_policy(foreign_entry(code), self.config, perception, frozen=True).learns
+        return third_party_policy(third_party_entry(code), self.config, perception, frozen=True).learns
 
     def record(self) -> str:
         """Return the text of ``run.toml``."""
@@ -92,9 +92,9 @@ def make(condition: Condition, study: Path) -> None:
                 result = run.train(condition.trials, path, condition.policy)
             else:
                 result = run.evaluate(condition.trials, condition.what, path)
-            if result.troubles:
+            if result.losses:
                 remedy = "make room and run the same command again: it continues"
-                raise OutputError(LOG_FOLDER, result.troubles[0], remedy)
+                raise OutputError(LOG_FOLDER, result.losses[0], remedy)
             if not result.finished:
                 raise KeyboardInterrupt
     except OutputError:
@@ -149,7 +149,7 @@ class _Head(Settings):
     @override
     def check(self) -> None:
         for name in self.policies:
-            known = name in (*LEARNERS, *BASELINES) or policy_file(name) or foreign_code(name)
+            known = name in (*LEARNERS, *BASELINES) or policy_file(name) or third_party_code(name)
             self.require("policies", bool(known), _POLICIES)
 
 

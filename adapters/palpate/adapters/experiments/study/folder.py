@@ -20,7 +20,7 @@ STUDY_FILE: Final = "study.toml"
 _ELSEWHERE: Final = "name another folder with --out"
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
 """Entries of a summary that other columns already contain."""
-_COUNTS: Final = ("outcomes", "trips", "marked_why")
+_COUNTS: Final = ("outcomes", "trips", "flagged_reasons")
 """Tables of a summary that omit counts of zero."""
 
 

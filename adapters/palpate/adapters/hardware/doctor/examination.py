@@ -47,7 +47,7 @@ class Examination:
         self._file, self._context, self._settings = file, context, settings
         self._of_arm = DeviceReport(f"arm: {file.arm.adapter}")
         self._of_sensor = DeviceReport(f"force sensor: {file.force_sensor.adapter}")
-        own = replace(context, tell=lambda line: self._of_arm.add(Level.NOTE, Topic.MODEL, line))
+        own = replace(context, notify=lambda line: self._of_arm.add(Level.NOTE, Topic.MODEL, line))
         timeout_ns, sensor = file.watchdog.timeout_ns, force_sensor_maker(file.force_sensor.adapter)
         self._arm = _made(lambda: arm_in_process(file.arm, own, RealTimeConfig(), timeout_ns), self._of_arm)
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._of_sensor)

@@ -4,7 +4,7 @@ import enum
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from palpate.core.errors import PalpateError, told
+from palpate.core.errors import PalpateError, describe
 
 
 class Level(enum.Enum):
@@ -64,7 +64,7 @@ class DeviceReport:
         if isinstance(error, PalpateError):
             self.add(Level.WRONG, Topic.OPEN, str(error))
         else:
-            self.add(Level.WRONG, Topic.OPEN, told(error), "see the adapter's own documentation")
+            self.add(Level.WRONG, Topic.OPEN, describe(error), "see the adapter's own documentation")
 
     def include(self, diagnostics: Mapping[str, str]) -> None:
         """Add the diagnostics of a driver; their entry ``fault`` becomes a finding."""

@@ -10,7 +10,7 @@ from palpate.core.ports import Clock, ForceSensor
 
 PUSH_N: Final = 3.0
 """Change of force that counts as a push."""
-PATIENCE_S: Final = 20.0
+TIMEOUT_S: Final = 20.0
 """Longest wait for a push."""
 _HELD_S: Final = 0.3
 _MEAN_S: Final = 0.7
@@ -25,7 +25,7 @@ class Person(Protocol):
     def ask(self, question: str) -> str | None:
         """Return the answer; None if there is no person."""
 
-    def tell(self, text: str) -> None:
+    def notify(self, text: str) -> None:
         """Print a line for the person."""
 
 
@@ -46,7 +46,7 @@ class PushCheck:
         self._push_sideways()
 
     def _push(self) -> None:
-        self._person.tell(f"Push the tip of the tool straight up with {2 * PUSH_N:g} N or more for some seconds.\n")
+        self._person.notify(f"Push the tip of the tool straight up with {2 * PUSH_N:g} N or more for some seconds.\n")
         change = self._changed(PUSH_N)
         if change is None:
             return
@@ -59,13 +59,13 @@ class PushCheck:
         self._report.judge(Topic.SIGN, change[2] < 0.0, text, remedy)
 
     def _push_sideways(self) -> None:
-        self._person.tell("Let go of the tool.\n")
+        self._person.notify("Let go of the tool.\n")
         if not self._wait(lambda force_N: force_N < 0.5 * PUSH_N):
             remedy = "see whether the tool touches something"
             self._report.add(Level.NOTE, Topic.PUSH, "the force did not return to where it was", remedy)
             return
         self._rest = self._mean(_MEAN_S)
-        self._person.tell("Push its tip sideways, in any direction.\n")
+        self._person.notify("Push its tip sideways, in any direction.\n")
         change = self._changed(PUSH_N)
         if change is None:
             return
@@ -84,7 +84,7 @@ class PushCheck:
         """Return the mean change, (6,) in N and N m, after a sustained change of force."""
         if not self._wait(lambda force_N: force_N >= least_N):
             remedy = "push harder; if nothing ever changes, check the sensor's cable and overload"
-            text = f"the force did not change by {least_N:.1f} N within {PATIENCE_S:g} s"
+            text = f"the force did not change by {least_N:.1f} N within {TIMEOUT_S:g} s"
             self._report.add(Level.WRONG, Topic.PUSH, text, remedy)
             return None
         now = self._mean(_MEAN_S)
@@ -92,7 +92,7 @@ class PushCheck:
 
     def _wait(self, wanted: Callable[[float], bool]) -> bool:
         begin_ns = since_ns = self._clock.now_ns()
-        while (now_ns := self._clock.now_ns()) - begin_ns < PATIENCE_S * 1e9:
+        while (now_ns := self._clock.now_ns()) - begin_ns < TIMEOUT_S * 1e9:
             wrench = self._read()
             if not wanted(hypot(*(a - b for a, b in zip(wrench[:3], self._rest[:3], strict=True)))):
                 since_ns = now_ns

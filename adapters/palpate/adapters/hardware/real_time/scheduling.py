@@ -28,7 +28,7 @@ _MEMORY_REMEDY: Final = (
 )
 
 
-class Grant(NamedTuple):
+class RealTimeResult(NamedTuple):
     """The result of one request; a refusal has a reason and is no error."""
 
     wish: str
@@ -55,24 +55,28 @@ class RealTime:
         self._config = config
         self._of_run = ExitStack()
         self._of_loop: list[_Taking] = []
-        self.grants: tuple[Grant, ...] = ()
+        self.request_results: tuple[RealTimeResult, ...] = ()
 
     def __enter__(self) -> Self:
-        config, grants = self._config, []
+        config, request_results = self._config, []
         if config.scheduling:
             take: _Taking = partial(_fifo, config.priority)
-            grants.append(_attempt(_scheduling(config.priority), _SCHEDULING_REMEDY, partial(self._try, take)))
+            request_results.append(_attempt(_scheduling(config.priority), _SCHEDULING_REMEDY, partial(self._try, take)))
         if config.cpu >= 0:
             take = partial(_pinned, config.cpu)
-            grants.append(_attempt(f"the loop on CPU {config.cpu} alone", _CPU_REMEDY, partial(self._try, take)))
+            request_results.append(
+                _attempt(f"the loop on CPU {config.cpu} alone", _CPU_REMEDY, partial(self._try, take))
+            )
         if config.lock_memory:
-            grants.append(_attempt(_MEMORY_WISH, _MEMORY_REMEDY, partial(self._of_run.enter_context, _locked_memory())))
+            request_results.append(
+                _attempt(_MEMORY_WISH, _MEMORY_REMEDY, partial(self._of_run.enter_context, _locked_memory()))
+            )
         if config.freeze_objects:
             gc.collect()
             gc.freeze()
             self._of_run.callback(gc.unfreeze)
-            grants.append(Grant("objects of the start exempt from garbage collection"))
-        self.grants = tuple(grants)
+            request_results.append(RealTimeResult("objects of the start exempt from garbage collection"))
+        self.request_results = tuple(request_results)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -99,7 +103,7 @@ class RealTime:
             self._of_loop.append(take)
 
 
-def take_real_time(priority: int) -> Grant:
+def take_real_time(priority: int) -> RealTimeResult:
     """Put this thread, and all that it starts, into the real-time class for good, at a priority of 1 to 99."""
     take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
@@ -122,13 +126,13 @@ def _scheduling(priority: int) -> str:
     return f"real-time scheduling (SCHED_FIFO) at priority {priority}"
 
 
-def _attempt(wish: str, remedy: str, take: Callable[[], object]) -> Grant:
+def _attempt(wish: str, remedy: str, take: Callable[[], object]) -> RealTimeResult:
     try:
         take()
     except (OSError, ValueError, AttributeError) as error:
         # AttributeError: this system has no such call.
-        return Grant(wish, f"{getattr(error, 'strerror', None) or error}; {remedy}")
-    return Grant(wish)
+        return RealTimeResult(wish, f"{getattr(error, 'strerror', None) or error}; {remedy}")
+    return RealTimeResult(wish)
 
 
 @contextmanager

@@ -123,12 +123,12 @@ class LiveView(TrialsObserver):
         self._report, self._cell, self._tare, self._events, self._decisions = report, None, _NO_TARE, 0, 0
         self._wrenches.clear()
         self._at(start_ns)
-        self._tell(f"trial {report.setup.index - trials.first} begins: {trials.name or trials.config.arm}")
+        self._notify(f"trial {report.setup.index - trials.first} begins: {trials.name or trials.config.arm}")
         self._log = _as_log(trials, report)
         try:
             self._cell = CellShapes(self._log)
         except LogError as error:
-            self._tell(str(error), serious=True)
+            self._notify(str(error), serious=True)
             return
         for frame, shapes in self._cell.shapes.items():
             for name, shape in shapes.items():
@@ -164,7 +164,7 @@ class LiveView(TrialsObserver):
         self._follow()
         self._flush()
         outcome = Outcome.TRIPPED if report.trip is not None else report.outcome
-        self._tell(f"trial is over: {error or ('' if outcome is None else outcome.value)}", serious=error is not None)
+        self._notify(f"trial is over: {error or ('' if outcome is None else outcome.value)}", serious=error is not None)
         if error is None and outcome not in (None, Outcome.INTERRUPTED):
             self._times_s.append(report.exploration_time_s)
             # Rerun draws lines only over time, so each trial is a bar.
@@ -180,7 +180,7 @@ class LiveView(TrialsObserver):
             if event.name == "tare" and self._log is not None:
                 self._log.events.append(EventEntry(tick=event.tick, name=event.name, detail=event.detail))
                 self._tare = tare_of(self._log)
-            self._tell(f"{event.name}: {event.detail}".rstrip(": "), serious=event.name in ("clamp", "trip"))
+            self._notify(f"{event.name}: {event.detail}".rstrip(": "), serious=event.name in ("clamp", "trip"))
         for number, one in enumerate(report.decisions[self._decisions :], start=self._decisions):
             text = f"{number}: **{one.action}** in {one.state}, symbol {one.symbol}, {one.source}"
             self._stream.log("decision", rr.TextDocument(text, media_type="text/markdown"))
@@ -215,7 +215,7 @@ class LiveView(TrialsObserver):
                 self._stream.send_columns(topic, index, columns)
                 self._rows[topic] = [], []
 
-    def _tell(self, text: str, *, serious: bool = False) -> None:
+    def _notify(self, text: str, *, serious: bool = False) -> None:
         self._stream.log("log", rr.TextLog(text, level="WARN" if serious else "INFO"))
 
     def _at(self, time_ns: int) -> None:

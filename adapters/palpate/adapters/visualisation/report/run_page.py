@@ -86,8 +86,8 @@ def run_page(folder: Path, *, logs: bool) -> Page:
     notices = []
     if run.missing:
         notices.append(f"This run is unfinished: {len(run.rows)} of {len(run.rows) + run.missing} trials were run.")
-    if marked := sum(bool(row.marked) for row in run.rows):
-        notices.append(f"{marked} trials are marked because of their timing.")
+    if flagged := sum(bool(row.flagged) for row in run.rows):
+        notices.append(f"{flagged} trials are flagged for their timing.")
     kind = "training run" if run.learns else "run without learning"
     return Page(folder.resolve().name, kind, _facts(run), tuple(sections), tuple(notices))
 
@@ -147,7 +147,7 @@ def _trips(rows: Sequence[experiments.TrialRow]) -> tuple[PageTable, ...]:
 
 def _policy(document: PolicyDocument) -> PageSection:
     learner = document.learner
-    stateless = document.foreign is not None or (learner is not None and learner.kind in ("belief", "hmm"))
+    stateless = document.third_party is not None or (learner is not None and learner.kind in ("belief", "hmm"))
     pictures = () if stateless else (policy_picture(document),)
     return PageSection("Policy", pictures=pictures, listing=experiments.render_table(document))
 

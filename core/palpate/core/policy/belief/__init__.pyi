@@ -1,11 +1,11 @@
 from .arithmetic import Floats as Floats
 from .arithmetic import exponential as exponential
 from .arithmetic import logarithm as logarithm
-from .fit import FEWEST_TOUCHES as FEWEST_TOUCHES
+from .contacts import ContactObservation as ContactObservation
+from .contacts import ContactTrial as ContactTrial
+from .fit import MIN_CONTACTS as MIN_CONTACTS
 from .learner import BeliefLearner as BeliefLearner
 from .learner import BeliefParameters as BeliefParameters
 from .model import RINGS_M as RINGS_M
+from .model import ContactModel as ContactModel
 from .model import Directions as Directions
-from .model import TouchModel as TouchModel
-from .touches import Touch as Touch
-from .touches import TouchedTrial as TouchedTrial

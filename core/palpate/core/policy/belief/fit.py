@@ -11,10 +11,10 @@ import numpy as np
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief.arithmetic import Floats
-from palpate.core.policy.belief.model import RINGS_M, SECTORS, Directions, Pair, TouchModel
-from palpate.core.policy.belief.touches import Examples, TouchedTrial
+from palpate.core.policy.belief.contacts import ContactTrial, Examples
+from palpate.core.policy.belief.model import RINGS_M, SECTORS, ContactModel, Directions, Pair
 
-FEWEST_TOUCHES: Final = 6
+MIN_CONTACTS: Final = 6
 """Fewest contacts for a fit."""
 _LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
 """Lags of the torque to try, as shares of the last step."""
@@ -39,20 +39,20 @@ _LEAST_NM: Final = 1e-4
 """Lower bound of a standard deviation."""
 
 
-def fit_touch_model(trials: Sequence[TouchedTrial]) -> TouchModel:
+def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
     """Fit the contact model of these trials.
 
     Raises:
-        ConfigurationError: The trials have fewer than ``FEWEST_TOUCHES`` contacts.
+        ConfigurationError: The trials have fewer than ``MIN_CONTACTS`` contacts.
     """
     examples = Examples.of(trials)
-    if (count := len(examples.trial)) < FEWEST_TOUCHES:
-        accepted = f"at least {FEWEST_TOUCHES} touches in trials that ended in the hole"
-        raise ConfigurationError("touch model", f"{count} touches", accepted)
-    return min((_TouchFit(examples, lag) for lag in _LAGS), key=lambda fit: fit.pooled).model()
+    if (count := len(examples.trial)) < MIN_CONTACTS:
+        accepted = f"at least {MIN_CONTACTS} touches in trials that ended in the hole"
+        raise ConfigurationError("contact model", f"{count} contacts", accepted)
+    return min((_ModelFit(examples, lag) for lag in _LAGS), key=lambda fit: fit.pooled).model()
 
 
-class _TouchFit:
+class _ModelFit:
     """The fit at one lag."""
 
     def __init__(self, examples: Examples, lag: float) -> None:
@@ -74,10 +74,10 @@ class _TouchFit:
 
     def _sweep(self) -> None:
         gains = self._at.between(self._gain)
-        self._fit_leans(self._torque - self._load * (self._cues + self._residuals), 1.0 + self._load * gains)
-        lean = self._bias[self._trial]
-        facing = self._at.turned_back(lean)
-        left = self._torque - lean
+        self._fit_tilts(self._torque - self._load * (self._cues + self._residuals), 1.0 + self._load * gains)
+        tilt = self._bias[self._trial]
+        facing = self._at.turned_back(tilt)
+        left = self._torque - tilt
         swayed = left - self._load * self._at.turned(gains * facing)
         # Contacts with a greater load show more: least squares weight a lever by the squared load.
         self._fit_cue(self._load * swayed - self._weight * self._residuals)
@@ -109,7 +109,7 @@ class _TouchFit:
         self._residual = means.reshape(len(RINGS_M), SECTORS, 2)
         self._residuals = self._at.between_cells(self._residual)
 
-    def _fit_leans(self, left: Floats, gains: Floats) -> None:
+    def _fit_tilts(self, left: Floats, gains: Floats) -> None:
         """Fit the tilt of each trial as a random intercept, its mean and variance by expectation maximisation."""
         weights = gains * gains
         xx, xy, yy = (self._by_trial(part) / self.pooled for part in _turned_square(weights, self._at.unit))
@@ -139,20 +139,20 @@ class _TouchFit:
         ]
         return np.stack(columns, axis=1)
 
-    def model(self) -> TouchModel:
+    def model(self) -> ContactModel:
         """Return the fitted model."""
         recent = np.array([_RECENT**age for age in reversed(range(self._trials))])
         offset = (recent[:, None] * self._bias).sum(axis=0) / recent.sum()
         counts = self._by_ring(np.ones((len(self._left), 1)))[:, 0]
         variance = (self._by_ring(self._left[:, None])[:, 0] + _NOISE_COUNT * self.pooled) / (counts + _NOISE_COUNT)
-        return TouchModel(
+        return ContactModel(
             lag=self._lag,
             offset_Nm=_as_pair(offset),
             cue_Nm=tuple(map(_as_pair, self._cue)),
             residual_Nm=tuple(tuple(map(_as_pair, ring)) for ring in self._residual),
             noise_Nm=tuple(sqrt(max(float(value), _LEAST_NM**2)) for value in variance),
             bias_Nm=sqrt(self._bias_variance),
-            touches=len(self._left),
+            contacts=len(self._left),
             gain=tuple(map(_as_pair, self._gain)),
             spread_Nm=self._spread_Nm,
         )

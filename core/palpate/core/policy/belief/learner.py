@@ -9,15 +9,15 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation
+from palpate.core.policy.base import LEARNED, Action, Decision, EpisodeOutcome, Observation
 from palpate.core.policy.belief.arithmetic import Floats, logarithm
-from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
-from palpate.core.policy.belief.model import TouchModel
-from palpate.core.policy.belief.place_belief import MISSED, PlaceBelief, TouchTable
+from palpate.core.policy.belief.contacts import LENGTH_M, ContactObservation, ContactTrial
+from palpate.core.policy.belief.fit import MIN_CONTACTS, fit_contact_model
+from palpate.core.policy.belief.model import ContactModel
+from palpate.core.policy.belief.place_belief import MISSED, ContactTable, PlaceBelief
 from palpate.core.policy.belief.places import SINGLE, Places, place_prior
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
-from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial
-from palpate.core.policy.learner import ModelLearner, Reach
+from palpate.core.policy.learner import ModelLearner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 SEARCH: Final = "search"
@@ -38,7 +38,7 @@ class BeliefParameters(Settings):
     """Half-width around the peg's path within which a hole captures the peg."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
     """Mean speed of a longest step, pauses included."""
-    kept: Annotated[float, Range(0.5, 1.0)] = 0.985
+    forgetting_factor: Annotated[float, Range(0.5, 1.0)] = 0.985
     """Forgetting factor of the evidence per contact, because the learned model may be slightly wrong."""
     search_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
     """Highest speed of a search; at higher speeds the peg slides over holes."""
@@ -46,7 +46,7 @@ class BeliefParameters(Settings):
     """Distance between the turns of a search; above twice the capture width it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
     """Number of trials remembered; older ones are forgotten."""
-    patience: Annotated[int, Range(1, 1000)] = 60
+    restart_steps: Annotated[int, Range(1, 1000)] = 60
     """Steps by the belief until a search around the most likely position begins, after which the belief restarts. After
     as many again, everything is searched until the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
@@ -62,20 +62,20 @@ class BeliefParameters(Settings):
         self.require("pitch_mm", self.pitch_mm <= 2.0 * self.capture_mm, accepted)
 
 
-class BeliefLearner(ModelLearner[TouchedTrial]):
+class BeliefLearner(ModelLearner[ContactTrial]):
     """A contact model, a belief over the hole's position, and a planner on it.
 
     Until a trial has ended in the hole there is no contact model, and the learner searches in a spiral.
 
     Args:
-        reach: Task bounds: the exploration area around the goal, and the longest step.
+        bounds: Task bounds: the exploration area around the goal, and the longest step.
 
     Raises:
         ConfigurationError: The area has too many cells to process within a tick.
     """
 
-    def __init__(self, parameters: BeliefParameters, reach: Reach, *, frozen: bool) -> None:
-        half_width_m = reach.half_width_m
+    def __init__(self, parameters: BeliefParameters, bounds: TaskBounds, *, frozen: bool) -> None:
+        half_width_m = bounds.half_width_m
         if half_width_m > _WIDEST_M:
             accepted = f"at most {_WIDEST_M * 1e3:g} mm from the goal to be explored, for a belief"
             raise ConfigurationError("task.area_half_width_mm", half_width_m * 1e3, accepted)
@@ -83,51 +83,51 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self.parameters = parameters
         self._half_width_m = half_width_m
         self._places = Places(half_width_m)
-        self.step_within(reach)
-        self._model: TouchModel | None
-        self._table: TouchTable | None
+        self.step_within(bounds)
+        self._model: ContactModel | None
+        self._table: ContactTable | None
         self._lag: float
-        self._touches: list[Touch]
+        self._contacts: list[ContactObservation]
         self._belief: PlaceBelief | None
         self._search: SpiralSearch | None
         self._steps: int
         self._searched: int
 
-    def step_within(self, reach: Reach) -> None:
+    def step_within(self, bounds: TaskBounds) -> None:
         """Plan with the longest step of other task bounds, as a trial with its own force limit needs."""
         capture_m, search, speed = (
             each * 1e-3
             for each in (self.parameters.capture_mm, self.parameters.search_speed_mm_s, self.parameters.speed_mm_s)
         )
-        self._search_step_m = min(search * reach.action_s, reach.longest_m)
-        step_m = min(speed * reach.action_s, reach.longest_m)
+        self._search_step_m = min(search * bounds.action_s, bounds.longest_m)
+        step_m = min(speed * bounds.action_s, bounds.longest_m)
         self._planner = Planner(self._places, capture_m, step_m)
-        self._actions = {way: Action(_name(*way), way) for way in self._planner.ways}
+        self._actions = {move: Action(_name(*move), move) for move in self._planner.moves}
 
     @property
-    def model(self) -> TouchModel | None:
+    def model(self) -> ContactModel | None:
         """Return the contact model fitted to the trials so far; None if they have too few contacts."""
         self._refit()
         return self._model
 
     def _begin(self, rng: np.random.Generator) -> None:
-        self._touches = []
-        self._start_anew()
+        self._contacts = []
+        self._restart()
         self._searched = 0
 
-    def _start_anew(self) -> None:
+    def _restart(self) -> None:
         """Reset the evidence of the present trial."""
-        table, kept = self._table, self.parameters.kept
-        self._belief = None if table is None else PlaceBelief(table, self._log_prior, kept)
+        table, forgetting_factor = self._table, self.parameters.forgetting_factor
+        self._belief = None if table is None else PlaceBelief(table, self._log_prior, forgetting_factor)
         self._search, self._steps = None, 0
 
     def _fit(self) -> None:
         self._expect_place()
         self._model = self._table = None
-        if sum(len(trial.touches) for trial in self._trials) < FEWEST_TOUCHES:
+        if sum(len(trial.contacts) for trial in self._trials) < MIN_CONTACTS:
             return
-        self._model = fit_touch_model(self._trials)
-        self._table = TouchTable(self._model, self._places, self.parameters.regrip_share)
+        self._model = fit_contact_model(self._trials)
+        self._table = ContactTable(self._model, self._places, self.parameters.regrip_share)
         self._lag = self._model.lag
 
     def _expect_place(self) -> None:
@@ -137,35 +137,35 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def choose(self, observation: Observation) -> Decision:
         """Return the step that minimises the expected time to the hole."""
-        touch = Touch.of(observation)
+        contact = ContactObservation.of(observation)
         if self._belief is None:
-            self._touches.append(touch)
-            return self._searching(self._search or self._begin_search(self._centre_m), touch)
-        self._belief.passed, cell = self._way_to(touch.place, self._belief.passed)
-        self._touches.append(touch)
-        self._belief.feel(*cell, touch.torque_Nm, touch.load)
+            self._contacts.append(contact)
+            return self._searching(self._search or self._begin_search(self._centre_m), contact)
+        self._belief.passed, cell = self._way_to(contact.place, self._belief.passed)
+        self._contacts.append(contact)
+        self._belief.feel(*cell, contact.torque_Nm, contact.load)
         self._steps += 1
         if self._search is not None:
             if self._searched > 1 or self._steps <= self.parameters.search_steps:
-                return self._searching(self._search, touch)
-            self._start_anew()
+                return self._searching(self._search, contact)
+            self._restart()
         probabilities = self._belief.probabilities()
-        if self._steps > self.parameters.patience:
+        if self._steps > self.parameters.restart_steps:
             self._steps, self._searched = 0, self._searched + 1
             # A belief that failed twice is wrong: then search everything, which is fastest from the middle.
             around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else _MIDDLE_M
-            return self._searching(self._begin_search(around_m), touch)
-        way_m, actions = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
+            return self._searching(self._begin_search(around_m), contact)
+        displacement_m, actions = self._planner.best(probabilities, self._inside(contact.place_m), self._half_width_m)
         grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
-        return Decision(self._actions[way_m], None, LEARNED, grounds)
+        return Decision(self._actions[displacement_m], None, LEARNED, grounds)
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> tuple[Floats, tuple[int, int]]:
         """Return what the path from the last contact has passed, and the cell to which the next torque belongs."""
-        before = self._touches[-1].place if self._touches else place
+        before = self._contacts[-1].place if self._contacts else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]
         box, off_m2 = self._places.near_way((px, py), (x - px, y - py), max(widths_m))
-        if self._touches:
+        if self._contacts:
             passed = passed.copy()
             for width_m, (_, log_weight) in zip(widths_m, MISSED, strict=True):
                 passed[box][off_m2 <= width_m * width_m] += log_weight
@@ -183,18 +183,18 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._search = SpiralSearch(centre_m, pitch_m, self._search_step_m, self._half_width_m)
         return self._search
 
-    def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:
-        return Decision(Action(SEARCH, search.next_m(touch.place_m)), None, LEARNED)
+    def _searching(self, search: SpiralSearch, contact: ContactObservation) -> Decision:
+        return Decision(Action(SEARCH, search.next_m(contact.place_m)), None, LEARNED)
 
     @override
-    def end_trial(self, hindsight: Hindsight) -> None:
-        if self.frozen or not hindsight.inserted:
+    def end_trial(self, episode: EpisodeOutcome) -> None:
+        if self.frozen or not episode.inserted:
             return
-        self._remember(TouchedTrial.of(hindsight, self._touches))
+        self._remember(ContactTrial.of(episode, self._contacts))
         del self._trials[: -self.parameters.memory_trials]
 
-    def _trial_from(self, where: str, data: object) -> TouchedTrial:
-        return TouchedTrial.from_dict(where, data)
+    def _trial_from(self, where: str, data: object) -> ContactTrial:
+        return ContactTrial.from_dict(where, data)
 
 
 def _name(dx_m: float, dy_m: float) -> str:

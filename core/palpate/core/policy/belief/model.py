@@ -92,7 +92,7 @@ class Directions:
 
 
 @dataclass(frozen=True, slots=True)
-class TouchModel:
+class ContactModel:
     """A fitted contact model; cue and residual for a pressing force of 4.9 N.
 
     Attributes:
@@ -112,7 +112,7 @@ class TouchModel:
     residual_Nm: tuple[tuple[Pair, ...], ...]
     noise_Nm: tuple[float, ...]
     bias_Nm: float
-    touches: int
+    contacts: int
     gain: tuple[Pair, ...]
     spread_Nm: float
 

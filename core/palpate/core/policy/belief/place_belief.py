@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.policy.belief.arithmetic import Floats, exponential, logarithm
-from palpate.core.policy.belief.model import Directions, TouchModel
+from palpate.core.policy.belief.model import ContactModel, Directions
 from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places
 
 MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
@@ -16,7 +16,7 @@ MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
 In `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
 
 
-class TouchTable:
+class ContactTable:
     """A contact model tabulated over all displacements between two cells, for fast lookup.
 
     Args:
@@ -24,7 +24,7 @@ class TouchTable:
         regrip_share: Probability that the tilt differs from the last trials.
     """
 
-    def __init__(self, model: TouchModel, places: Places, regrip_share: float) -> None:
+    def __init__(self, model: ContactModel, places: Places, regrip_share: float) -> None:
         self._reach, self._size = places.size - 1, places.size
         axis = np.arange(-self._reach, self._reach + 1) * PITCH_M
         side = len(axis)
@@ -34,17 +34,17 @@ class TouchTable:
         pairs = np.concatenate((model.upright_Nm(directions), gain, directions.unit), axis=1).T.copy()
         columns = np.stack((*pairs, 0.5 / variance, logarithm(variance)))
         self._tables = columns.reshape(-1, side, side).astype(SINGLE)
-        leans = (
+        tilts = (
             (1.0 - regrip_share, model.offset_Nm, model.bias_Nm),
             (regrip_share, (0.0, 0.0), model.spread_Nm),
         )
         rows = []
-        for share, (x, y), spread in leans:
+        for share, (x, y), spread in tilts:
             precision = 0.5 / (spread * spread)
             known = log(share) + log(2.0 * precision) - precision * (x * x + y * y)
             rows.append((known, precision, precision * x, precision * y))
         known, precision, *pull = np.array(rows, SINGLE).T[:, :, None, None]
-        self.leans = known, precision, pull
+        self.tilts = known, precision, pull
 
     def at(self, row: int, column: int) -> tuple[Floats, ...]:
         """Look up a contact at this cell for a hole at each cell, (size, size).
@@ -67,15 +67,15 @@ class PlaceBelief:
 
     Args:
         log_prior: Logarithm of the belief at the start of the trial, (size, size).
-        kept: Forgetting factor of the evidence per contact.
+        forgetting_factor: Forgetting factor of the evidence per contact.
 
     Attributes:
         passed: Logarithm of the initial belief, reduced where the peg passed without a drop, (size, size); replaced,
             never modified.
     """
 
-    def __init__(self, table: TouchTable, log_prior: Floats, kept: float) -> None:
-        self.passed, self._kept, self._table = log_prior, kept, table
+    def __init__(self, table: ContactTable, log_prior: Floats, forgetting_factor: float) -> None:
+        self.passed, self._forgetting_factor, self._table = log_prior, forgetting_factor, table
         # Half sums over the contacts: precision of the tilt, xx, xy and yy; squared residual of an upright tool with
         # the log variances; tilt times its precision, x and y.
         self._sums = np.zeros((6, *log_prior.shape), SINGLE)
@@ -91,7 +91,7 @@ class PlaceBelief:
         a, b = gains * weighted
         in_x = (a - b) * c
         xx = in_x * c
-        self._sums *= self._kept
+        self._sums *= self._forgetting_factor
         self._sums[0] += xx + b
         self._sums[1] += in_x * s
         self._sums[2] += a - xx
@@ -102,7 +102,7 @@ class PlaceBelief:
     def probabilities(self) -> Floats:
         """Return the probability of each position, (size, size)."""
         xx, xy, yy, square, x, y = self._sums
-        known, precision, pull = self._table.leans
+        known, precision, pull = self._table.tilts
         # For each tilt prior, the likelihood of a position is exp(exponent) times a width.
         a, b, u, v = xx + precision, yy + precision, x + pull[0], y + pull[1]
         det = a * b - xy * xy

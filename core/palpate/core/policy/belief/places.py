@@ -23,7 +23,7 @@ _LEAST: Final = 1e-9
 Hole = tuple[float, float]
 
 
-def off_way_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
+def off_path_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
     """Return squared distances of points from the straight path from the origin to (dx, dy)."""
     length = dx_m * dx_m + dy_m * dy_m
     along = np.clip((x_m * dx_m + y_m * dy_m) / length, 0.0, 1.0) if length > 0.0 else np.zeros_like(x_m)
@@ -60,11 +60,11 @@ class Places:
         return float(np.add.reduce(along_x * self.axis_m)), float(np.add.reduce(along_y * self.axis_m))
 
     def near_way(
-        self, from_m: tuple[float, float], way_m: tuple[float, float], within_m: float
+        self, from_m: tuple[float, float], displacement_m: tuple[float, float], within_m: float
     ) -> tuple[tuple[slice, slice], Floats]:
         """Return a box of the cells that may be within a distance of a straight path, and their squared distances."""
-        x, y = (self._span(start, start + way, within_m) for start, way in zip(from_m, way_m, strict=True))
-        return (x, y), off_way_m2(self.axis_m[x, None] - from_m[0], self.axis_m[None, y] - from_m[1], *way_m)
+        x, y = (self._span(start, start + move, within_m) for start, move in zip(from_m, displacement_m, strict=True))
+        return (x, y), off_path_m2(self.axis_m[x, None] - from_m[0], self.axis_m[None, y] - from_m[1], *displacement_m)
 
     def _span(self, start_m: float, end_m: float, within_m: float) -> slice:
         first, last = (min(start_m, end_m) - within_m) / PITCH_M, (max(start_m, end_m) + within_m) / PITCH_M

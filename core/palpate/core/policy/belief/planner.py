@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.policy.belief.arithmetic import Floats
-from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places, off_way_m2
+from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places, off_path_m2
 
 _HEADINGS: Final = 16
 _LENGTHS_M: Final = (2e-4, 4e-4)
@@ -23,24 +23,24 @@ class Planner:
     """Plans one step ahead: it minimises the expected time from the step's end to the hole, if the step misses it.
 
     Attributes:
-        ways: The possible steps, (dx, dy) in m.
+        moves: The possible steps, (dx, dy) in m.
     """
 
     def __init__(self, places: Places, capture_m: float, speed_m: float) -> None:
         self._places, self._speed_m = places, speed_m
-        self.ways: tuple[tuple[float, float], ...] = tuple(
+        self.moves: tuple[tuple[float, float], ...] = tuple(
             (length * cos(2 * pi * k / _HEADINGS), length * sin(2 * pi * k / _HEADINGS))
             for length in (*(length for length in _LENGTHS_M if length < speed_m), speed_m)
             for k in range(_HEADINGS)
         )
-        self._ends = np.array(self.ways)
+        self._ends = np.array(self.moves)
         reach = self._reach = ceil((speed_m + capture_m) / PITCH_M)
         x, y = np.meshgrid(*(np.arange(-reach, reach + 1) * PITCH_M,) * 2, indexing="ij")
         # Cost of a cell on the path if the peg were not captured there.
         self._saved = np.stack(
             [
-                ((off_way_m2(x, y, dx, dy) <= capture_m * capture_m) * self._cost(x - dx, y - dy)).reshape(-1)
-                for dx, dy in self.ways
+                ((off_path_m2(x, y, dx, dy) <= capture_m * capture_m) * self._cost(x - dx, y - dy)).reshape(-1)
+                for dx, dy in self.moves
             ]
         ).astype(SINGLE)
         blocks = -(-places.size // _BLOCK)
@@ -74,15 +74,15 @@ class Planner:
         weights = _in_threes(rows[:, edge:-edge].reshape(-1, _BLOCK).T)
         weights *= weights > _UNLIKELY * weights.max()
         # The distance to a far cell is approximated by that to the centre of its block.
-        far = (actions.reshape(len(self.ways), -1) * weights).sum(axis=1)
+        far = (actions.reshape(len(self.moves), -1) * weights).sum(axis=1)
         row, column = self._places.cell(*from_m)
-        beside, length = edge - self._reach, 2 * self._reach + 1
-        row, column = row + beside, column + beside
+        outside, length = edge - self._reach, 2 * self._reach + 1
+        row, column = row + outside, column + outside
         around = self._room[row : row + length, column : column + length].reshape(-1)
         expected = (far - (self._saved * around).sum(axis=1)).astype(np.float64)
         expected[np.abs(ends).max(axis=1) > limit_m] += 1e6
         best = int(expected.argmin())
-        return self.ways[best], float(expected[best])
+        return self.moves[best], float(expected[best])
 
 
 def _in_threes(rows: Floats) -> Floats:

@@ -11,7 +11,7 @@ from palpate.core.policy.base import (
     LEARNED,
     Action,
     Decision,
-    Hindsight,
+    EpisodeOutcome,
     Observation,
     Transition,
     check_names,
@@ -27,11 +27,11 @@ REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
 """Numbers of trials after which the model is fitted; later fits follow each time the number has grown by half. All
 actions are random before the first fit."""
 
-PATIENCE: Final = 20
+GREEDY_ACTIONS: Final = 20
 """Number of actions in a trial after which a growing share of actions is random; from four times this number on, all
 are random."""
 
-_ROUND: Final = 5 * PATIENCE
+_ROUND: Final = 5 * GREEDY_ACTIONS
 """Number of actions after which this count restarts and the plan is used again; the offset has changed meanwhile."""
 
 
@@ -69,7 +69,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     Args:
         symbols: Names of the symbols, which are the states of its observations.
-        frozen: Do not learn, and take no random action within the first :data:`PATIENCE` actions of a trial.
+        frozen: Do not learn, and take no random action within the first :data:`GREEDY_ACTIONS` actions of a trial.
 
     Raises:
         ConfigurationError: Names repeat, the actions have no common lattice, or the model would be too large.
@@ -145,8 +145,8 @@ class HmmLearner(ModelLearner[RecordedTrial]):
     def _random_share(self) -> float:
         """Return the share of random actions when there is a plan."""
         done = len(self._actions) % _ROUND
-        if done >= PATIENCE:
-            return done / (4 * PATIENCE)
+        if done >= GREEDY_ACTIONS:
+            return done / (4 * GREEDY_ACTIONS)
         return 0.0 if self.frozen else self.parameters.exploration
 
     def _take_in(self, symbol: int) -> None:
@@ -166,7 +166,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         self._next = transition.next_state
 
     @override
-    def end_trial(self, hindsight: Hindsight) -> None:
+    def end_trial(self, episode: EpisodeOutcome) -> None:
         if self.frozen or not self._actions:
             return
         # The result of an action that was interrupted by the end of the trial is unknown.

@@ -8,7 +8,7 @@ from operator import sub
 from typing import Final
 
 from palpate.core.job import AXIAL, FAIR, NARROW, Spring
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Snapshot, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
 from palpate.core.tasks.contact.response import Response, Verdict
 from palpate.core.tasks.contact.trial_state import TrialState
@@ -24,7 +24,7 @@ from palpate.core.trial import (
     generator,
 )
 
-_PATIENCE_TICKS: Final = CONTROL_RATE_HZ
+_TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
 """Ticks at standstill until the force must respond: two of the longest windows."""
 _ACROSS: Final = (0.2, 1.5)
 """Accepted share of the stiffness across. Tilt of the peg, friction along a wall and coarse encoders lower it, to at
@@ -77,7 +77,7 @@ class Monitor:
         spent: True if that exceeds the budget; the tool must not advance until the force responds.
         budget_N: Largest bend without verification.
         play_m: Distance across that does not bend the gripper.
-        patience_ticks: Ticks at standstill before a mismatch is reported.
+        timeout_ticks: Ticks at standstill before a mismatch is reported.
         pull_N: Pull of the tool itself.
         axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
     """
@@ -101,7 +101,7 @@ class Monitor:
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
             for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self.lateral_N_per_m, _ACROSS))
         )
-        self.patience_ticks = _PATIENCE_TICKS
+        self.timeout_ticks = _TIMEOUT_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
         self.air = Response(Spring(0.0, 0.0, mass_kg, *AXIAL)) if in_air else None
         # With more responses to choose from, each needs a narrower interval.
@@ -123,7 +123,7 @@ class Monitor:
         self._pulls = self._misfits = 0
         self.pull_N = 0.0
         self._rests_m, self._deepest_m = (0.0, 0.0), 0.0
-        self._still_ticks = self._sunk_ticks = 0
+        self._stationary_ticks = self._sunk_ticks = 0
         self.presses(self.press_N)
         self.free()
 
@@ -142,7 +142,7 @@ class Monitor:
             self.air.begin(noise_N, self._step_m, dither.usual_m(self._air_m) * inertia_N_per_m)
             self.loose.begin(noise_N, self._step_m, dither.usual_m(self._contact_m) * self.axial_N_per_m)
             # One window while waiting, one after it is raised and one more, with a tenth of a second to begin each.
-            self.patience_ticks = max(_PATIENCE_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
+            self.timeout_ticks = max(_TIMEOUT_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
         self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + _PUSH_SHARE * self.budget_N)
@@ -179,7 +179,7 @@ class Monitor:
         if self._bend_N((x, y, z)) <= most_N:
             return velocity_m_s
         self.wait("before the tool may go further")
-        return STILL
+        return ZERO_VELOCITY
 
     def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
         """Process a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
@@ -200,11 +200,11 @@ class Monitor:
             # A waiting tool still dithers, along and across the axis.
             self.spent, self._spent_at_N = True, self.spent_N
         self.axial.add_place(joints_ns, z)
-        self._still_ticks += 1
+        self._stationary_ticks += 1
         self._sunk_ticks += 1
         if hypot(x - self._rests_m[0], y - self._rests_m[1]) > self._contact_m:
             # On the chamfer or the edge of a hole the tip also moves along the axis, without a force.
-            self._rests_m, self._still_ticks = (x, y), 0
+            self._rests_m, self._stationary_ticks = (x, y), 0
         if z > self._deepest_m + self._contact_m:
             # The same applies while it sinks against friction.
             self._deepest_m, self._sunk_ticks = z, 0
@@ -325,8 +325,8 @@ class Monitor:
 
     @property
     def waited_share(self) -> float:
-        """Return the elapsed share of ``patience_ticks``."""
-        return self._waited_ticks / self.patience_ticks
+        """Return the elapsed share of ``timeout_ticks``."""
+        return self._waited_ticks / self.timeout_ticks
 
     def moves_on(self) -> None:
         """Restart responses that require standstill: the tool follows the force."""
@@ -343,7 +343,7 @@ class Monitor:
         if self._state.tick > self._waited_tick:
             self._waited_tick = self._state.tick
             self._waited_ticks += 1
-        still_ticks = min(self._waited_ticks, self._still_ticks)
+        still_ticks = min(self._waited_ticks, self._stationary_ticks)
         self.axial.widen(still_ticks)
         self.across.widen(still_ticks)
         for response in self._unloaded:
@@ -351,7 +351,7 @@ class Monitor:
         if self.verified:
             self.free()
         contradicted = supported and self.contradicted and still_ticks > self.axial.window + 2
-        if contradicted or self._waited_ticks > self.patience_ticks:
+        if contradicted or self._waited_ticks > self.timeout_ticks:
             self.mismatch(f"the force does not respond {where}")
 
     def mismatch(self, text: str) -> None:
@@ -359,5 +359,5 @@ class Monitor:
         measured = f"stiffness along the axis {self.axial.text()}"
         if self.direction is not None:
             measured += f"; across it {self.across.text()}"
-        reason = TripReason.CONTACT_MISMATCH if self.touched else TripReason.PLATE_NOT_FELT
-        self._state.doubt(Trip(reason, self._state.tick, f"{text}: {measured}"))
+        reason = TripReason.CONTACT_MISMATCH if self.touched else TripReason.PLATE_NOT_FOUND
+        self._state.mismatch(Trip(reason, self._state.tick, f"{text}: {measured}"))

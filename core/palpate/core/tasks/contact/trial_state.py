@@ -7,7 +7,7 @@ from enum import Enum
 
 from palpate.core.policy import Observation
 from palpate.core.ports import Snapshot
-from palpate.core.trial import Event, Expectation, Outcome, Phase, TrialReport, TrialSetup, Trip
+from palpate.core.trial import Event, Outcome, Phase, PhaseConstraints, TrialReport, TrialSetup, Trip
 
 
 class TrialState:
@@ -32,21 +32,21 @@ class TrialState:
         self.report = TrialReport(setup)
         self.phase = Phase.LIFT
         # A trial may begin with the tool where the previous one left it.
-        self.expectation = Expectation(contact=True)
+        self.constraints = PhaseConstraints(contact=True)
 
-    def enter(self, phase: Enum, expectation: Expectation) -> None:
+    def enter(self, phase: Enum, constraints: PhaseConstraints) -> None:
         """Enter another phase."""
-        self.phase, self.expectation = phase, expectation
+        self.phase, self.constraints = phase, constraints
         self.event("phase", phase.value)
 
     def event(self, name: str, detail: str = "") -> None:
         """Record an event in this tick."""
         self.report.events.append(Event(self.tick, name, detail))
 
-    def doubt(self, trip: Trip) -> None:
+    def mismatch(self, trip: Trip) -> None:
         """Report a mismatch: the supervisor trips in this tick; without one the trial ends in the next."""
-        self.event("doubt", f"{trip.reason.name}: {trip.text}")
-        self.expectation = replace(self.expectation, doubt=trip)
+        self.event("mismatch", f"{trip.reason.name}: {trip.text}")
+        self.constraints = replace(self.constraints, mismatch=trip)
 
     def end(self, outcome: Outcome, detail: str) -> None:
         """End the trial with this outcome."""

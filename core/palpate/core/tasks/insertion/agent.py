@@ -4,7 +4,7 @@ import numpy as np
 
 from palpate.core.errors import LifecycleError
 from palpate.core.perception import Perception
-from palpate.core.policy import ActionOutcome, Decision, Hindsight, Observation, Policy, Reinforcement, Transition
+from palpate.core.policy import ActionOutcome, Decision, EpisodeOutcome, Observation, Policy, Reinforcement, Transition
 from palpate.core.ports import Vector3
 from palpate.core.trial import DecisionRecord
 
@@ -22,7 +22,7 @@ class Agent:
         self._perception, self._policy = perception, policy
         self._reinforcement, self._tick_s = reinforcement, tick_s
         self._pending: tuple[int, Decision] | None
-        self._asked: tuple[int, Observation] | None
+        self._requested: tuple[int, Observation] | None
         self.effort_N: list[float] = []
         self._least_ticks: int
         # Values that the task appends to the nine channels.
@@ -35,7 +35,7 @@ class Agent:
         """Start a trial; ``rng`` belongs to the policy."""
         self._perception.reset()
         self._policy.begin_trial(trial, rng)
-        self._pending = self._asked = self.percept = None
+        self._pending = self._requested = self.percept = None
         self.decisions = []
 
     @property
@@ -59,9 +59,9 @@ class Agent:
         number = len(self.decisions)
         rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, depth_m, press_N, limit_N
         seen = Observation(0 if self.percept is None else self.percept[1], *rest)
-        led_to = self._learn_from(tick, seen)
-        observation = seen if led_to == seen.state else Observation(led_to, *rest)
-        self._asked = (tick, observation)
+        reached = self._learn_from(tick, seen)
+        observation = seen if reached == seen.state else Observation(reached, *rest)
+        self._requested = (tick, observation)
         return observation
 
     def _learn_from(self, tick: int, seen: Observation) -> int:
@@ -76,10 +76,10 @@ class Agent:
         Raises:
             LifecycleError: Nothing was perceived since the last choice.
         """
-        if self._asked is None or self.percept is None:
+        if self._requested is None or self.percept is None:
             raise LifecycleError("agent", "nothing new was perceived", "choose()", "call perceive() first")
-        (tick, observation), (symbol, state) = self._asked, self.percept
-        self._asked = None
+        (tick, observation), (symbol, state) = self._requested, self.percept
+        self._requested = None
         goes_on, decision = self.goes_on, self._decide(observation)
         spatial = decision.action.spatial
         wrench = *observation.force_N, *observation.torque_Nm
@@ -98,7 +98,7 @@ class Agent:
                 displacement_m=decision.action.displacement_m,
                 index=decision.index,
                 grounds=(*wrench, *features, *decision.grounds),
-                law="" if spatial is None else spatial.law.value,
+                controller="" if spatial is None else spatial.controller.value,
                 spatial=() if spatial is None else spatial.numbers,
             )
         )
@@ -116,9 +116,9 @@ class Agent:
         if self._pending is not None:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
 
-    def end(self, hindsight: Hindsight) -> None:
+    def end(self, episode: EpisodeOutcome) -> None:
         """Pass the outcome of the trial to the policy."""
-        self._policy.end_trial(hindsight)
+        self._policy.end_trial(episode)
 
     def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:
         done = None if self._pending is None else self._pending[1].action.name

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.motion import ArmDescription, ToolGeometry
-from palpate.core.ports import PERIOD_S, Settings, Truth
+from palpate.core.ports import PERIOD_S, GroundTruth, Settings
 from palpate.core.tasks.insertion.agent import Agent
 from palpate.core.tasks.insertion.task import InsertionTask
 from palpate.core.trial import (
@@ -30,7 +30,7 @@ from palpate.core.trial import (
 
 FULL_DEPTH_TOLERANCE_M: Final = 5e-5
 """Tolerance of the full depth."""
-_BESIDE_M: Final = 1e-3
+_ASIDE_M: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Insertion(TaskKind):
     """Insertion of a peg into a hole."""
 
     preset: Mapping[str, Any] = {}
-    asks_policy = True
+    queries_policy = True
     options: type[Settings] = NoOptions
 
     def workspace(self, task: TaskConfig) -> Workspace:
@@ -68,25 +68,25 @@ class Insertion(TaskKind):
         agent = Agent(parts.perception, parts.policy, parts.reinforcement, PERIOD_S)
         return InsertionTask(parts.task, parts.control, parts.measurement, parts.motion, agent)
 
-    def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+    def achieved(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return True if the peg is in the hole at full depth and the true peak force was below the limit."""
         # The centre of a tilted peg's end face is above its deepest edge, on which it rests in the hole.
-        leaning_m = 0.5e-3 * fit.diameter_mm * sin(fit.lean_mrad * 1e-3)
+        tilt_m = 0.5e-3 * fit.diameter_mm * sin(fit.total_tilt_mrad * 1e-3)
         return (
             report.outcome is Outcome.INSERTED
-            and not _beside(truth, fit)
-            and truth.depth_m >= task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M - leaning_m
+            and not _is_aside(truth, fit)
+            and truth.depth_m >= task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M - tilt_m
             and truth.peak_force_N < task.max_force_N
         )
 
-    def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+    def untrue(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return True if the peg was reported as inserted but is next to the hole or not deep enough."""
         short = truth.depth_m < (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3
-        return report.outcome is Outcome.INSERTED and (short or _beside(truth, fit))
+        return report.outcome is Outcome.INSERTED and (short or _is_aside(truth, fit))
 
 
 INSERTION: Final = Insertion()
 
 
-def _beside(truth: Truth, fit: Fit) -> bool:
-    return truth.aside_m >= _BESIDE_M + fit.clearance_mm * 1e-3
+def _is_aside(truth: GroundTruth, fit: Fit) -> bool:
+    return truth.aside_m >= _ASIDE_M + fit.clearance_mm * 1e-3

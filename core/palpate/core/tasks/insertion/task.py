@@ -9,16 +9,16 @@ by motion along the tool axis until contact again. Depth is the encoders' depth 
 from typing_extensions import override
 
 from palpate.core.motion import TipMotion
-from palpate.core.policy import Hindsight
+from palpate.core.policy import EpisodeOutcome
 from palpate.core.ports import Vector3
-from palpate.core.tasks.contact import Monitor, TouchTask
+from palpate.core.tasks.contact import ContactTask, Monitor
 from palpate.core.tasks.insertion.agent import Agent
-from palpate.core.tasks.insertion.phases import Approach, Equipment, Explore, Insert, Laws
+from palpate.core.tasks.insertion.phases import Approach, Controllers, Equipment, Explore, Insert
 from palpate.core.tasks.insertion.trial_state import InsertionState
 from palpate.core.trial import ControlConfig, Measurement, Outcome, Phase, Purpose, TaskConfig, TrialSetup, generator
 
 
-class InsertionTask(TouchTask):
+class InsertionTask(ContactTask):
     """Inserts a peg with one arm, trial by trial.
 
     Args:
@@ -36,10 +36,10 @@ class InsertionTask(TouchTask):
         agent: Agent,
     ) -> None:
         self._agent = agent
-        state, laws = InsertionState(agent, measurement), Laws.of(task, control)
-        equipment = Equipment(task, measurement, motion, laws, agent, state)
+        state, controllers = InsertionState(agent, measurement), Controllers.of(task, control)
+        equipment = Equipment(task, measurement, motion, controllers, agent, state)
         monitor = Monitor(state, task, control, measurement.depth_step_m)
-        super().__init__(task, measurement, motion, laws.free, state, monitor)
+        super().__init__(task, measurement, motion, controllers.free, state, monitor)
         self._approach, self._explore = Approach(equipment, monitor), Explore(equipment, monitor)
         self._insert = Insert(equipment, monitor, control)
 
@@ -60,7 +60,7 @@ class InsertionTask(TouchTask):
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()
         # The first tick of an action may report a mismatch, too.
-        self.expectation = self._state.expectation
+        self.constraints = self._state.constraints
 
     def _follow(self) -> None:
         phase = self._state.phase
@@ -86,7 +86,7 @@ class InsertionTask(TouchTask):
         It is not passed when the peg is in: a trip in that tick, or while the arm stops, would invalidate it.
         """
         report = self._state.report
-        self._agent.end(Hindsight(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))
+        self._agent.end(EpisodeOutcome(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))
 
     @property
     def percept(self) -> tuple[int, int] | None:

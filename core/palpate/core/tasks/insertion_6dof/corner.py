@@ -4,10 +4,10 @@ from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
 
 from palpate.core.perception import Situations
-from palpate.core.policy import Law, Observation, Spatial
+from palpate.core.policy import ControllerKind, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
-_LEAN_RAD: Final = radians(2.0)
+_TILT_RAD: Final = radians(2.0)
 """Turn per action, 20 degrees/s. A slower arm takes more actions."""
 _STEP_M: Final = 1.8e-3
 """Step per action above the plate: 18 mm/s, below the usual speed in free space."""
@@ -17,14 +17,14 @@ _ASIDE_SHARE: Final = 0.25
 _STOOD_SHARE: Final = 0.55
 """Share of the depth that a tool reaches when lowered, because compliance during the descent reduces its tilt."""
 _SLIPS_SHARE: Final = 0.3
-_CAUGHT_SHARE: Final = 0.91
+_WEDGED_SHARE: Final = 0.91
 _SUNK_SHARE: Final = 0.15
 """Shares of the depth that classify the tool: a less deep tilted corner is on the plate, a deeper one is in its corner
 of the hole; likewise an upright tool."""
 _CLEARS_M: Final = 0.4e-3
 """Height of a corner carried over the plate: depth is known to 0.15 mm, and a dither adds as much."""
-_CAUGHT_N: Final = 1.5
-"""Lateral force above which a tool is caught on an edge and must first move straight up."""
+_WEDGED_N: Final = 1.5
+"""Lateral force above which a tool is wedged on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
 _LEAD_SHARE: Final = 1.0 / 60.0
 """Advance per action over the inside distance, while the force on each wall is below that limit, friction's."""
@@ -56,7 +56,7 @@ class Corner:
 
     Attributes:
         half_rad: Half the angle between two corners.
-        leaned: Number of tilting actions so far.
+        tilted: Number of tilting actions so far.
         longest_push: Number of actions of a push without contact.
         lead_m: Advance of the tool in the next push, (2,), task frame.
     """
@@ -67,9 +67,9 @@ class Corner:
         self._inside_m, self.radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
         self._lead_m = _LEAD_SHARE * self._inside_m
         self.longest_push = _LONGEST_PUSH + ceil(self._inside_m / _SLOWEST_M)
-        self.lean_rad, self.push_N = radians(options.lean_deg), options.push_N
-        self._down_share = options.down_share * options.beside
-        self._drive_rad = options.drive_Nm * options.give_yaw_rad_per_Nms * _ACTION_S
+        self.tilt_rad, self.push_N = radians(options.tilt_deg), options.push_N
+        self._down_share = options.down_share * options.neighbour_height
+        self._drive_rad = options.drive_Nm * options.push_yaw_rad_per_Nms * _ACTION_S
         self.take(0)
 
     def take(self, number: int) -> None:
@@ -78,13 +78,13 @@ class Corner:
         place = -(number + 1) // 2 if number % 2 else number // 2
         self.number, self._heading_rad = number, 0.0 if self._flat else (2 * place + 1) * self.half_rad
         self._aside_m = place * _ASIDE_SHARE * self._inside_m if self._flat else 0.0
-        self.leaned, self._way_m = 0, inf
+        self.tilted, self._way_m = 0, inf
         self.lead_m = (0.0, 0.0)
 
     @property
     def height_m(self) -> float:
         """Return the distance of the corner below the tip of the tilted tool."""
-        return self.radius_m * sin(self.lean_rad)
+        return self.radius_m * sin(self.tilt_rad)
 
     @property
     def down_m(self) -> float:
@@ -107,13 +107,13 @@ class Corner:
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
         """Return the features of situations, in the order of :data:`palpate.core.perception.FACTS`."""
-        lean_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
-        corner_m = depth_m + self.radius_m * sin(lean_rad)
-        upright = lean_rad < Situations.leaning * self.lean_rad
-        tip = depth_m / (_SUNK_SHARE * down_m) if upright else corner_m / (_CAUGHT_SHARE * down_m)
+        tilt_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
+        corner_m = depth_m + self.radius_m * sin(tilt_rad)
+        upright = tilt_rad < Situations.tilted * self.tilt_rad
+        tip = depth_m / (_SUNK_SHARE * down_m) if upright else corner_m / (_WEDGED_SHARE * down_m)
         wall = min(self.walls_N(observation)) / (_WALL_SHARE * self.push_N)
         torque = observation.torque_Nm[2] / (_QUIET_SHARE * self.push_N * self.radius_m)
-        return lean_rad / self.lean_rad, corner_m / (_SLIPS_SHARE * down_m), tip, wall, torque
+        return tilt_rad / self.tilt_rad, corner_m / (_SLIPS_SHARE * down_m), tip, wall, torque
 
     def upright_in_hole(self, observation: Observation) -> bool:
         """Return True if the upright tool is too deep to be on the plate."""
@@ -130,60 +130,60 @@ class Corner:
 
     def over(self, observation: Observation) -> bool:
         """Return True if the tool is tilted over the corner, or has reached the edge of the area."""
-        dx, dy, lean_x, lean_y = self._ahead(observation)
+        dx, dy, tilt_x, tilt_y = self._ahead(observation)
         way_m, before_m = hypot(dx, dy), self._way_m
         self._way_m = way_m
         # The edge of the area may be nearer than the target.
         there = way_m < _NEAR_M or way_m > before_m - _CLEAR_M
-        return bool(self.leaned) and there and hypot(lean_x, lean_y) < UPRIGHT_RAD
+        return bool(self.tilted) and there and hypot(tilt_x, tilt_y) < UPRIGHT_RAD
 
     def _ahead(self, observation: Observation) -> tuple[float, float, float, float]:
-        (x, y, _), (lean_x, lean_y, _) = observation.reference_m, observation.turn_rad
+        (x, y, _), (tilt_x, tilt_y, _) = observation.reference_m, observation.turn_rad
         c, s = cos(self._heading_rad), sin(self._heading_rad)
         # Only a flat, which is at heading 0, is also approached with a sideways shift.
         dx, dy = -self._inside_m * c - x, -self._inside_m * s + self._aside_m - y
-        return dx, dy, s * self.lean_rad - lean_x, -c * self.lean_rad - lean_y
+        return dx, dy, s * self.tilt_rad - tilt_x, -c * self.tilt_rad - tilt_y
 
     def _left(self, observation: Observation) -> int:
         """Return the number of actions until the tool is tilted over the corner."""
-        dx, dy, lean_x, lean_y = self._ahead(observation)
-        turns = (hypot(lean_x, lean_y) - UPRIGHT_RAD) / _LEAN_RAD
+        dx, dy, tilt_x, tilt_y = self._ahead(observation)
+        turns = (hypot(tilt_x, tilt_y) - UPRIGHT_RAD) / _TILT_RAD
         return max(ceil(turns), ceil((hypot(dx, dy) - _NEAR_M) / _STEP_M), 0)
 
-    def leaning(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
+    def tilting(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """Return an action up, then in equal parts over the corner and to the tilt."""
-        self.leaned += 1
-        rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.leaned == 1 else 0.0
-        if self.leaned == 1 and hypot(*observation.force_N[:2]) > _CAUGHT_N:
-            return (0.0, 0.0), Spatial(Law.LIFT, rise_m)
+        self.tilted += 1
+        rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.tilted == 1 else 0.0
+        if self.tilted == 1 and hypot(*observation.force_N[:2]) > _WEDGED_N:
+            return (0.0, 0.0), Spatial(ControllerKind.LIFT, rise_m)
         left = max(self._left(observation), 1)
-        dx, dy, lean_x, lean_y = self._ahead(observation)
-        turn = lean_x / left, lean_y / left, -observation.turn_rad[2] / left
-        return (dx / left, dy / left), Spatial(Law.LIFT, rise_m, turn)
+        dx, dy, tilt_x, tilt_y = self._ahead(observation)
+        turn = tilt_x / left, tilt_y / left, -observation.turn_rad[2] / left
+        return (dx / left, dy / left), Spatial(ControllerKind.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:
         """Push against both walls, turning upright by this share of the tilt; the corner stays in place."""
-        lean_x, lean_y, yaw = observation.turn_rad
+        tilt_x, tilt_y, yaw = observation.turn_rad
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
-        turn = -upright * lean_x, -upright * lean_y, 0.0
+        turn = -upright * tilt_x, -upright * tilt_y, 0.0
         push = self._push * c, self._push * s
         down_m = self.down_m * (_STOOD_SHARE if upright else 1.0)
         # Keep this depth of the corner, and the tip at the corresponding height for the tilt.
-        rise_m = self.radius_m * sin((1.0 - upright) * hypot(lean_x, lean_y)) - down_m
-        return Spatial(Law.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
+        rise_m = self.radius_m * sin((1.0 - upright) * hypot(tilt_x, tilt_y)) - down_m
+        return Spatial(ControllerKind.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
 
     def driving(self, observation: Observation, side: float) -> Spatial:
         """Turn a wedged corner to one side, 1 or -1, with the torque that overcomes its friction."""
         pushing = self.pushing(observation, 0.0)
         x, y = pushing.push_N
         push = x * _DRIVE_SHARE, y * _DRIVE_SHARE
-        return Spatial(Law.PUSH, pushing.rise_m, (0.0, 0.0, side * self._drive_rad), push, pushing.pivot_m)
+        return Spatial(ControllerKind.PUSH, pushing.rise_m, (0.0, 0.0, side * self._drive_rad), push, pushing.pivot_m)
 
     def withdrawing(self, observation: Observation) -> Spatial:
         """Move out of the hole while turning upright."""
-        lean = hypot(*observation.turn_rad[:2])
-        back_N = -_BACK_SHARE * self._push if lean > UPRIGHT_RAD else 0.0
+        tilt = hypot(*observation.turn_rad[:2])
+        back_N = -_BACK_SHARE * self._push if tilt > UPRIGHT_RAD else 0.0
         c, s = cos(self._heading_rad), sin(self._heading_rad)
-        upright = min(1.0, _RIGHT_RAD / max(lean, _RIGHT_RAD))
+        upright = min(1.0, _RIGHT_RAD / max(tilt, _RIGHT_RAD))
         x, y, _ = observation.turn_rad
-        return Spatial(Law.WITHDRAW, 0.0, (-x * upright, -y * upright, 0.0), (back_N * c, back_N * s))
+        return Spatial(ControllerKind.WITHDRAW, 0.0, (-x * upright, -y * upright, 0.0), (back_N * c, back_N * s))

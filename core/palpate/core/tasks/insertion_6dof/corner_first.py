@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, Spatial
+from palpate.core.policy import Action, ControllerKind, Decision, FixedPolicy, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.corner import UPRIGHT_RAD, Corner
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
@@ -26,7 +26,7 @@ more, then withdrawn."""
 
 
 class _Act(Enum):
-    LEAN = "lean"
+    TILT = "tilt"
     PUSH = "push"
     STAND = "stand"
     INSERT = "insert"
@@ -52,7 +52,7 @@ class CornerFirst(FixedPolicy):
         if options.corners < 3 and not options.flat_deg:
             raise ConfigurationError("task.options.corners", options.corners, f"3 or more for the policy {NAME}")
         self._corner = Corner(options)
-        self._stand_rad = STAND_SHARE * self._corner.lean_rad
+        self._stand_rad = STAND_SHARE * self._corner.tilt_rad
         self._stuck_m = _STUCK_SHARE * self._corner.down_m
 
     @override
@@ -63,12 +63,12 @@ class CornerFirst(FixedPolicy):
     def _begin_corner(self, corner: int) -> None:
         self._corner.take(corner)
         self._withdrawn = 0
-        self._stage, self._quiet, self._pushed, self._driven, self._drove = _Act.LEAN, 0, 0, 0, False
+        self._stage, self._quiet, self._pushed, self._driven, self._drove = _Act.TILT, 0, 0, 0, False
 
     def choose(self, observation: Observation) -> Decision:
         """Return the next action of the stage."""
-        corner, lean = self._corner, hypot(*observation.turn_rad[:2])
-        if self._stage is _Act.LEAN and corner.over(observation):
+        corner, tilt = self._corner, hypot(*observation.turn_rad[:2])
+        if self._stage is _Act.TILT and corner.over(observation):
             self._stage = _Act.PUSH
         elif self._stage is _Act.PUSH:
             self._judge_push(observation)
@@ -77,16 +77,16 @@ class CornerFirst(FixedPolicy):
             self._stage, self._withdrawn = _Act.WITHDRAW, self._withdrawn + 1
             if corner.clear(observation):
                 self._begin_corner(corner.number + 1)
-        stuck = lean < self._stand_rad and observation.depth_m > self._stuck_m
+        stuck = tilt < self._stand_rad and observation.depth_m > self._stuck_m
         if self._withdrawn > LONGEST_WITHDRAWAL and stuck:
             self._stage, self._withdrawn = _Act.INSERT, 0
-        if self._stage is _Act.STAND and (stuck or lean < UPRIGHT_RAD):
+        if self._stage is _Act.STAND and (stuck or tilt < UPRIGHT_RAD):
             self._stage = _Act.INSERT
             if not corner.upright_in_hole(observation):
                 self._stage = _Act.WITHDRAW
-        displacement_m, spatial = (0.0, 0.0), Spatial(Law.INSERT)
-        if self._stage is _Act.LEAN:
-            displacement_m, spatial = corner.leaning(observation)
+        displacement_m, spatial = (0.0, 0.0), Spatial(ControllerKind.INSERT)
+        if self._stage is _Act.TILT:
+            displacement_m, spatial = corner.tilting(observation)
         elif self._stage is _Act.PUSH:
             displacement_m = corner.lead_m
             if self._driven:
@@ -98,17 +98,17 @@ class CornerFirst(FixedPolicy):
         elif self._stage is _Act.WITHDRAW:
             spatial = corner.withdrawing(observation)
         elif self._stage is _Act.STAND:
-            spatial = corner.pushing(observation, min(1.0, self._stand_rad / lean))
+            spatial = corner.pushing(observation, min(1.0, self._stand_rad / tilt))
         return Decision(Action(self._stage.value, displacement_m, spatial), None, NAME, (float(corner.number),))
 
     def _judge_push(self, observation: Observation) -> None:
         self._pushed += 1
         _, corner, tip, wall, torque = self._corner.facts(observation)
         self._quiet = self._quiet + 1 if wall > 1.0 and abs(torque) < 1.0 else 0
-        if caught := tip > 1.0:
+        if wedged := tip > 1.0:
             # A corner in its place turns only by the forces on it.
             self._driven = 0
-        if self._quiet >= QUIET_ACTIONS and (caught or (self._drove and not self._driven)):
+        if self._quiet >= QUIET_ACTIONS and (wedged or (self._drove and not self._driven)):
             self._stage = _Act.STAND
         elif self._quiet >= QUIET_ACTIONS and not self._drove:
             # Wedged: turn further in the direction so far, then to the other side.

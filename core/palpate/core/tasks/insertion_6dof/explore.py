@@ -7,12 +7,12 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.motion import DampingControl, GivingWay, limited, rotated
-from palpate.core.policy import Action, Law, Spatial
-from palpate.core.ports import PERIOD_S, STILL, Vector3
+from palpate.core.motion import AngularCompliance, DampingControl, limited, rotated
+from palpate.core.policy import Action, ControllerKind, Spatial
+from palpate.core.ports import PERIOD_S, ZERO_VELOCITY, Vector3
 from palpate.core.tasks.contact import Monitor
 from palpate.core.tasks.insertion.phases import Equipment, Explore
-from palpate.core.tasks.insertion_6dof.insert import LEANT_RAD
+from palpate.core.tasks.insertion_6dof.insert import TILTED_RAD
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 from palpate.core.trial import Trip, TripReason
 
@@ -38,7 +38,7 @@ _RAISED_AFTER: Final = 0.25
 """Share of the time-out after which it is raised."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
-_HOLD: Final = Spatial(Law.LIFT)
+_HOLD: Final = Spatial(ControllerKind.LIFT)
 _SUNK_SHARE: Final = 0.62
 """Depth over that of a tilted corner at which an upright pushing tool is in the hole."""
 _DEEPEST_SHARE: Final = 0.93
@@ -61,33 +61,35 @@ class SpatialExplore(Explore):
 
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
         super().__init__(equipment, monitor)
-        self._free, self._along = equipment.laws.free, equipment.laws.along
+        self._free, self._along = equipment.controllers.free, equipment.controllers.along
         self._sunk_m = _SUNK_SHARE * options.down_m
         self._deepest_m = min(_DEEPEST_SHARE * options.down_m, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
         self._swift_s = _SWIFT / (monitor.lateral_N_per_m * options.push_m_per_N_s)
-        self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
-        self._yaw_rad_per_Nms = max(options.give_yaw_rad_per_Nms, 1e-3)
-        self._freeing = GivingWay(options.insert_tilt_rad_per_Nms, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
+        self._yawing = AngularCompliance(0.0, options.push_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
+        self._yaw_rad_per_Nms = max(options.push_yaw_rad_per_Nms, 1e-3)
+        self._freeing = AngularCompliance(
+            options.insert_tilt_rad_per_Nms, options.push_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S
+        )
         axial_N_per_m = equipment.measurement.axial_N_per_m
         damping_N_s_per_m = max(_PULL_N / _WITHDRAW_M_S, 2.0 * axial_N_per_m * PERIOD_S)
         pull = (0.0, 0.0, _PULL_N)
         self._pull = DampingControl(damping_N_s_per_m, pull, _WITHDRAW_M_S, axial_N_per_m, PERIOD_S)
-        self._most_rad = radians(options.most_lean_deg), radians(options.most_yaw_deg)
+        self._most_rad = radians(options.most_tilt_deg), radians(options.most_yaw_deg)
 
     @override
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
         self._along_ticks, self._met_behind = 0, False
-        self._led_m_s: Vector3 | None = None
-        self._behind_m2_s, self._led_m2_s2, self._give = 0.0, 0.0, 1.0
+        self._path_m_s: Vector3 | None = None
+        self._behind_m2_s, self._path_m2_s2, self._give = 0.0, 0.0, 1.0
 
     @override
     def resume(self) -> None:
         super().resume()
         # The hole was a false detection, or held the peg: stop and choose at once.
-        self._spatial, self._rate_rad_s, self.countdown = _HOLD, STILL, 1
-        self._caught_m: Vector3 | None = None
+        self._spatial, self._rate_rad_s, self.countdown = _HOLD, ZERO_VELOCITY, 1
+        self._wedged_m: Vector3 | None = None
 
     @override
     def enter(self) -> None:
@@ -109,12 +111,12 @@ class SpatialExplore(Explore):
         reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
         return tip_m + reach_m > -_CLEAR_M
 
-    def _look_for_lag(self, led_m_s: Vector3) -> None:
+    def _look_for_lag(self, path_m_s: Vector3) -> None:
         """Update the lag of the encoders behind a tool that moves in air, over the whole trial."""
-        (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, led_m_s
+        (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, path_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
-        self._led_m2_s2 += vx * vx + vy * vy + vz * vz
-        self._give = min(self._swift_s * self._led_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
+        self._path_m2_s2 += vx * vx + vy * vy + vz * vz
+        self._give = min(self._swift_s * self._path_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
 
     @property
     def _waits(self) -> bool:
@@ -123,81 +125,85 @@ class SpatialExplore(Explore):
 
     @override
     def step(self) -> Vector3:
-        law = self._spatial.law
-        if self._led_m_s is not None:
-            self._look_for_lag(self._led_m_s)
+        controller = self._spatial.controller
+        if self._path_m_s is not None:
+            self._look_for_lag(self._path_m_s)
         if not self._low:
             self._monitor.free()
-        if law is Law.STEP and self._upright:
+        if controller is ControllerKind.STEP and self._upright:
             return super().step()
         if self._out_of_time():
-            return STILL
+            return ZERO_VELOCITY
         self._agent.effort_N.append(self._measurement.force_norm_N)
-        if law is Law.PUSH and self._upright and self._depth_m > self._sunk_m:
+        if controller is ControllerKind.PUSH and self._upright and self._depth_m > self._sunk_m:
             self._state.event("sunk below the surface")
             self.over = True
-            return STILL
+            return ZERO_VELOCITY
         if not self._waits:
             self.countdown -= 1
         if self.countdown <= 0:
             self._perceive()
-            return STILL
-        return self._way_on()
+            return ZERO_VELOCITY
+        return self._advance()
 
     def _perceive(self) -> None:
         super()._perceive()
         # The turn of the completed action continues in this tick, unless the next action turns otherwise.
-        self._way_on()
+        self._advance()
 
     def _begin(self, action: Action) -> None:
         super()._begin(action)
         self._motion.look_at_joints()
         self._spatial = spatial = action.spatial or _STEP
-        (x, y, yaw), (u, v, w), (most_lean, most_yaw) = self._motion.turn_rad, spatial.turn_rad, self._most_rad
-        shrink = most_lean / max(hypot(x + u, y + v), most_lean)
+        (x, y, yaw), (u, v, w), (most_tilt, most_yaw) = self._motion.turn_rad, spatial.turn_rad, self._most_rad
+        shrink = most_tilt / max(hypot(x + u, y + v), most_tilt)
         turned = (x + u) * shrink, (y + v) * shrink, min(max(yaw + w, -most_yaw), most_yaw)
         action_s = self._task.ticks_per_action * PERIOD_S
         self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
         self._lost_ticks = self._deep_ticks = 0
-        self._caught_m = None
+        self._wedged_m = None
         px, py = spatial.push_N
         size_N = hypot(px, py)
-        self._monitor.push((px / size_N, py / size_N) if spatial.law in (Law.PUSH, Law.WITHDRAW) and size_N else None)
-        if spatial.law is Law.INSERT:
+        self._monitor.push(
+            (px / size_N, py / size_N)
+            if spatial.controller in (ControllerKind.PUSH, ControllerKind.WITHDRAW) and size_N
+            else None
+        )
+        if spatial.controller is ControllerKind.INSERT:
             self._state.event("insert")
             self.over = True
 
     def _refine_surface(self) -> None:
-        if self._spatial.law is Law.STEP and self._upright:
+        if self._spatial.controller is ControllerKind.STEP and self._upright:
             super()._refine_surface()
 
-    def _way_on(self) -> Vector3:
+    def _advance(self) -> Vector3:
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
-        give, self._led_m_s = self._give, None
-        if spatial.law is Law.STEP:
-            velocity = self._wait() if self._waits and not self._upright else super()._way_on()
+        give, self._path_m_s = self._give, None
+        if spatial.controller is ControllerKind.STEP:
+            velocity = self._wait() if self._waits and not self._upright else super()._advance()
             rate = self._rate_rad_s
-        elif spatial.law is Law.LIFT:
+        elif spatial.controller is ControllerKind.LIFT:
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
             target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, measured.force_N), self._rate_rad_s
-            self._led_m_s = velocity
+            self._path_m_s = velocity
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
-                velocity, rate, self._led_m_s = self._freed(velocity[2]), STILL, None
-        elif spatial.law is Law.PUSH:
+                velocity, rate, self._path_m_s = self._freed(velocity[2]), ZERO_VELOCITY, None
+        elif spatial.controller is ControllerKind.PUSH:
             self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
             # A commanded yaw is a torque about the axis, with which the tool complies.
-            lean_x, lean_y, yaw = self._rate_rad_s
+            tilt_x, tilt_y, yaw = self._rate_rad_s
             tx, ty, tz = measured.live_torque_at_tip_Nm()
             yaw_Nm = tz + yaw / self._yaw_rad_per_Nms
             if hypot(tx, ty) > _WEDGED_NM + self._press_N * hypot(*spatial.pivot_m):
                 # More than the press at the corner: turning further upright would load a wedge.
-                lean_x = lean_y = 0.0
-            rate = lean_x, lean_y, give * self._yawing.rate_rad_s((0.0, 0.0, yaw_Nm))[2]
-        elif spatial.law is Law.WITHDRAW:
+                tilt_x = tilt_y = 0.0
+            rate = tilt_x, tilt_y, give * self._yawing.rate_rad_s((0.0, 0.0, yaw_Nm))[2]
+        elif spatial.controller is ControllerKind.WITHDRAW:
             vx, vy, _ = self._pushed(spatial.push_N)
             torque_Nm = measured.live_torque_at_tip_Nm()
             (u, v, w), (a, b, c) = self._freeing.rate_rad_s(torque_Nm), self._rate_rad_s
@@ -207,22 +213,22 @@ class SpatialExplore(Explore):
             x, y, _ = self._motion.turn_rad
             a, b = give * u + a, give * v + b
             deep = self._measurement.position_m[2] - self._state.surface_m > self._deepest_m
-            if deep and hypot(x + a * PERIOD_S, y + b * PERIOD_S) > max(hypot(x, y), LEANT_RAD):
+            if deep and hypot(x + a * PERIOD_S, y + b * PERIOD_S) > max(hypot(x, y), TILTED_RAD):
                 # Impossible for a peg in the hole: the torque is not a wall's, and a peg tilted like this would bend
                 # the gripper.
                 a = b = 0.0
             velocity, rate = (vx, vy, self._pulled_m_s()), (a, b, give * w + c)
         else:
-            velocity = rate = STILL
+            velocity = rate = ZERO_VELOCITY
         if self._waits:
-            rate = STILL
-        if rate != STILL:
+            rate = ZERO_VELOCITY
+        if rate != ZERO_VELOCITY:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
         dithers = self._low or spatial == _HOLD
-        if not dithers or spatial.law is Law.STEP:
+        if not dithers or spatial.controller is ControllerKind.STEP:
             return velocity
         # The response of servos to a dither shows less than their lag.
-        self._led_m_s = None
+        self._path_m_s = None
         return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
@@ -236,7 +242,7 @@ class SpatialExplore(Explore):
             vx, vy, vz = 0.0, 0.0, min(vz, 0.0)
             # Intermittent contact responds to neither dither; slightly higher the tool is free.
             late = monitor.waited_share - _RAISED_AFTER
-            if 0.0 < late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.patience_ticks):
+            if 0.0 < late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.timeout_ticks):
                 vz = -_WITHDRAW_M_S
         else:
             monitor.moves_on()
@@ -253,15 +259,15 @@ class SpatialExplore(Explore):
             self._measurement.force_N,
             self._give * self._push_m_per_N_s,
         )
-        if self._caught_m is None:
-            self._caught_m = x, y, z
-        caught_x, caught_y, caught_z = self._caught_m
+        if self._wedged_m is None:
+            self._wedged_m = x, y, z
+        wedged_x, wedged_y, wedged_z = self._wedged_m
         vx, vy, _ = limited((k * fx, k * fy, 0.0), _FASTEST_PUSH_M_S)
-        if hypot(x + vx * PERIOD_S - caught_x, y + vy * PERIOD_S - caught_y) > _GIVEN_M:
+        if hypot(x + vx * PERIOD_S - wedged_x, y + vy * PERIOD_S - wedged_y) > _GIVEN_M:
             vx = vy = 0.0
         if fz <= _PULL_N:
             return vx, vy, lift_m_s
-        return vx, vy, self._pulled_m_s() if z - caught_z < _GIVEN_M else 0.0
+        return vx, vy, self._pulled_m_s() if z - wedged_z < _GIVEN_M else 0.0
 
     def _pulled_m_s(self) -> float:
         """Return the velocity along the axis that limits the pull."""
@@ -275,8 +281,8 @@ class SpatialExplore(Explore):
         self._met_behind = along_N > _ALONG_N and (self._met_behind or self._waits)
         self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N and not self._met_behind else 0
         if self._along_ticks == _ALONG_TICKS:
-            text = f"the force sensor shows {along_N:.2f} N along a push that can only be answered against it"
-            self._state.doubt(Trip(TripReason.PULLED, tick, text))
+            text = f"{along_N:.2f} N in the direction of a push; its reaction must oppose it"
+            self._state.mismatch(Trip(TripReason.PULLED, tick, text))
 
     def _pushed(self, push_N: tuple[float, float]) -> Vector3:
         reference_m, (fx, fy, fz), k = (
@@ -302,5 +308,5 @@ class SpatialExplore(Explore):
     def _about_pivot(self, velocity_m_s: Vector3, rate_rad_s: Vector3) -> Vector3:
         """Return the velocity that keeps the pivot in place while the tool turns about the tip."""
         (x, y, z), (wx, wy, wz) = velocity_m_s, rate_rad_s
-        px, py, pz = rotated(self._motion.lean, (*self._spatial.pivot_m, 0.0))
+        px, py, pz = rotated(self._motion.tilt, (*self._spatial.pivot_m, 0.0))
         return x - (wy * pz - wz * py), y - (wz * px - wx * pz), z - (wx * py - wy * px)

@@ -5,7 +5,7 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.motion import GivingWay
+from palpate.core.motion import AngularCompliance
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 from palpate.core.tasks.contact import Monitor
 from palpate.core.tasks.insertion.phases import Equipment, Insert, Stage
@@ -20,7 +20,7 @@ _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """Largest time for a tilted peg on an edge of the floor to comply until it is flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
 """Ticks per turn of a wobble, and without progress before it begins. Half of it gave the same results."""
-LEANT_RAD: Final = 0.03
+TILTED_RAD: Final = 0.03
 """Largest tilt of an inserted peg, 26 mrad in trials without a fault; withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
@@ -37,7 +37,9 @@ class SpatialInsert(Insert):
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig, options: SpatialOptions) -> None:
         super().__init__(equipment, monitor, control)
         self._seated_N = _SEATED_SHARE * equipment.task.press_kgf * N_PER_KGF
-        self._giving = GivingWay(options.insert_tilt_rad_per_Nms, options.insert_yaw_rad_per_Nms, _FASTEST_RAD_S)
+        self._giving = AngularCompliance(
+            options.insert_tilt_rad_per_Nms, options.insert_yaw_rad_per_Nms, _FASTEST_RAD_S
+        )
         self._wobble_rad_s = radians(options.wobble_deg_s)
 
     @override
@@ -49,9 +51,9 @@ class SpatialInsert(Insert):
     def step(self) -> Vector3:
         velocity = super().step()
         stalled = self._state.tick - self._progress_tick
-        leant = hypot(*self._motion.turn_rad[:2]) > LEANT_RAD
+        tilted = hypot(*self._motion.turn_rad[:2]) > TILTED_RAD
         if self._state.report.outcome is None and not self.over and not self._found:
-            if stalled > _STUCK_TICKS or leant:
+            if stalled > _STUCK_TICKS or tilted:
                 self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
         if self._stage not in (Stage.LOOK, Stage.RELEASE):
             self._comply(wobble=self._flat_ticks > 0 or self._stage is Stage.SEAT or stalled > _CIRCLE_TICKS)

@@ -24,7 +24,7 @@ class SpatialOptions(Settings):
     """Distance of the corners, or of the flat, from the peg's axis."""
     flat_deg: Annotated[float, Range(0.0, 80.0)] = 0.0
     """Half the angle of a keyed peg's flat, across the task's x, as seen from the axis; 0 if there is none."""
-    lean_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
+    tilt_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
     """Tilt that brings one corner down first."""
     down_share: Annotated[float, Range(0.1, 1.0)] = 0.9
     """Depth to which a tilted corner or flat is lowered into the hole, over the height of its neighbours or the tip."""
@@ -34,7 +34,7 @@ class SpatialOptions(Settings):
     """Force on each of the corner's two walls."""
     push_m_per_N_s: Annotated[float, Range(1e-4, 3e-3)] = 2e-3
     """Lateral speed over the error of that force."""
-    give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 100.0)] = 4.0
+    push_yaw_rad_per_Nms: Annotated[float, Range(0.0, 100.0)] = 4.0
     """Compliance about the tool axis during a push."""
     drive_Nm: Annotated[float, Range(0.0, 5.0)] = 0.05
     """Torque about the tool axis that turns a wedged corner against friction."""
@@ -49,23 +49,23 @@ class SpatialOptions(Settings):
     """Mass of everything on the force sensor, to compensate its weight when the tool tilts."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0
     """Height of the tool's centre of mass above the tip."""
-    most_lean_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
+    most_tilt_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
     """Largest tilt of the tool."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
     """Largest turn of the tool about its axis."""
 
     @property
-    def beside(self) -> float:
+    def neighbour_height(self) -> float:
         """Return the height of a tilted corner's neighbours above it, over the height of the tip; 1 at most."""
         return min(1.0 - cos(2.0 * pi / self.corners), 1.0) if self.corners else 1.0
 
     @property
     def down_m(self) -> float:
         """Return the depth of a tilted corner in the hole, with its neighbours above the plate."""
-        return self.down_share * self.beside * self.corner_mm * 1e-3 * sin(radians(self.lean_deg))
+        return self.down_share * self.neighbour_height * self.corner_mm * 1e-3 * sin(radians(self.tilt_deg))
 
     @override
     def check(self) -> None:
         self.require("flat_deg", not self.corners or not self.flat_deg, "0 for a peg with corners")
-        most = f"at most most_lean_deg = {self.most_lean_deg:g}"
-        self.require("lean_deg", self.lean_deg <= self.most_lean_deg, most)
+        most = f"at most most_tilt_deg = {self.most_tilt_deg:g}"
+        self.require("tilt_deg", self.tilt_deg <= self.most_tilt_deg, most)

@@ -115,13 +115,13 @@ class CanopenDrive(CanNode):
             return
         self._turn(elapsed_ns)
         self._watch_host(now_ns)
-        self._beat(now_ns)
+        self._heartbeat(now_ns)
 
     def _turn(self, elapsed_ns: int) -> None:
         if self.machine.state in POWERED:
             stopping = self.machine.state is not PowerState.ENABLED
             self._servo.advance(elapsed_ns, stopping=stopping)
-            if stopping and self._servo.at_rest:
+            if stopping and self._servo.stationary:
                 self.machine.stopped(stay=self.objects[od.QUICK_STOP_OPTION] in _STAY_OPTIONS)
             if self._servo.following_error and self.machine.state in (PowerState.ENABLED, PowerState.QUICK_STOP):
                 self.fail(EMCY_FOLLOWING_ERROR)
@@ -150,7 +150,7 @@ class CanopenDrive(CanNode):
             elif option in (2, 3):
                 self._execute(0 if option == 2 else _QUICK_STOP_WORD)
 
-    def _beat(self, now_ns: int) -> None:
+    def _heartbeat(self, now_ns: int) -> None:
         period_ns = self.objects[od.PRODUCER_HEARTBEAT] * _MS
         if period_ns and now_ns >= self._next_heartbeat_ns:
             self._next_heartbeat_ns = now_ns + period_ns

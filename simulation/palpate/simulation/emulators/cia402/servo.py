@@ -126,7 +126,7 @@ class DriveServo:
         self._speed = 0.0
 
     @property
-    def at_rest(self) -> bool:
+    def stationary(self) -> bool:
         """Whether a stop has been completed."""
         return self._speed == 0.0
 

@@ -127,7 +127,7 @@ class UrController:
         self._measured = joints_rad
 
     @property
-    def at_rest(self) -> bool:
+    def stationary(self) -> bool:
         """Return whether no joint moves."""
         return not any(self._speed)
 
@@ -215,16 +215,16 @@ class UrController:
         """Run one pass of the control script's loop: commands arrive in register 0, answers leave in register 0."""
         command = int(self.inputs["input_int_register_0"])
         if command == _SERVO_J:
-            asked = [float(self.inputs[f"input_double_register_{i}"]) for i in range(JOINTS)]
-            if all(isfinite(angle) for angle in asked):
-                self._target = tuple(asked)
+            requested = [float(self.inputs[f"input_double_register_{i}"]) for i in range(JOINTS)]
+            if all(isfinite(angle) for angle in requested):
+                self._target = tuple(requested)
             lookahead_s = float(self.inputs["input_double_register_9"])
             self._lookahead_s = min(max(lookahead_s, 0.03), 0.2) if isfinite(lookahead_s) else 0.2
             self._ints[0] = _READY
         elif command == 0:
             self._executing, self._ints[0] = False, _READY
         elif self._stopping:
-            if self.at_rest:
+            if self.stationary:
                 self._stopping, self._ints[0] = False, _DONE
         elif not self._executing:
             self._executing = True

@@ -135,7 +135,7 @@ class UrServer:
                 cycle_ns, due_ns = due_ns, max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
                 with self._lock:
                     self._controller.step(cycle_ns)
-                    self._tell(cycle_ns)
+                    self._notify(cycle_ns)
 
     def _talk(self, wait_s: float) -> None:
         with self._lock:
@@ -181,7 +181,7 @@ class UrServer:
                 line.send(self._controller.dashboard(words.decode("latin-1").strip()).encode() + b"\n")
         line.is_over |= len(line.arrived) > _HOPELESS
 
-    def _tell(self, now_ns: int) -> None:
+    def _notify(self, now_ns: int) -> None:
         """Run complete scripts, send data packages, and remove connections that have ended."""
         for line in self._lines.get(SCRIPT_PORT, ()):
             if line.arrived and now_ns - line.heard_ns > _QUIET_NS:

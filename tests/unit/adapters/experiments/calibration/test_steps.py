@@ -20,8 +20,9 @@ READY = find_ready_pose(CONFIG.arm, CONFIG.tool.geometry, CONFIG.task)
 def _hurried(monkeypatch):
     """Nobody stands beside a simulated arm: ten times as fast as a commissioning is."""
     hurried = {
-        "careful.SPEED_M_S": 0.05, "careful._TURN_RAD_S": 1.0, "careful._SETTLE_TICKS": 20, "steps._PRESS_M_S": 1e-3,
-        "steps._DOWN_M_S": 4e-3, "steps._INSERTIONS": 2, "steps._HOLD_TICKS": 200, "steps._TARE_TICKS": 60,
+        "guarded_moves.SPEED_M_S": 0.05, "guarded_moves._TURN_RAD_S": 1.0, "guarded_moves._SETTLE_TICKS": 20,
+        "steps._PRESS_M_S": 1e-3, "steps._DOWN_M_S": 4e-3, "steps._INSERTIONS": 2, "steps._HOLD_TICKS": 200,
+        "steps._TARE_TICKS": 60,
     }  # fmt: skip
     for name, value in hurried.items():
         monkeypatch.setattr(f"palpate.adapters.experiments.calibration.{name}", value)

@@ -163,7 +163,7 @@ class Somebody(Person):
     def ask(self, question):
         return self.answer
 
-    def tell(self, text):
+    def notify(self, text):
         sideways = (3.0, -5.0, 0.0) if "sideways" in text else (0.0, 0.0, 0.0)
         self.load(self.up if "straight up" in text else sideways)
 

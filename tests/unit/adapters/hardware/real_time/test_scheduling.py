@@ -45,7 +45,7 @@ def refuse(*words):
 def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel):
     before = sys.getswitchinterval()
     with RealTime(ALL) as real_time:
-        assert [grant.granted for grant in real_time.grants] == [True] * 3
+        assert [grant.granted for grant in real_time.request_results] == [True] * 3
         assert gc.get_freeze_count() > 0
         for _ in range(2):
             # A log's writer that is started here inherits neither priority nor CPU.
@@ -66,12 +66,12 @@ def test_a_trial_that_fails_gives_everything_back(kernel):
 def test_a_refusal_is_reported_with_a_remedy_and_the_rest_continues(kernel, monkeypatch):
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
     with RealTime(ALL) as real_time, real_time.loop():
-        assert [grant.granted for grant in real_time.grants] == [False, True, True]
+        assert [grant.granted for grant in real_time.request_results] == [False, True, True]
         assert (kernel.policy, kernel.cpus) == (os.SCHED_OTHER, {ALL.cpu})
     assert "refused: real-time scheduling (SCHED_FIFO) at priority 7: Operation not permitted;" in str(
-        real_time.grants[0]
+        real_time.request_results[0]
     )
-    assert "rtprio" in real_time.grants[0].reason
+    assert "rtprio" in real_time.request_results[0].reason
     assert not take_real_time(7).granted
     join_loop(ALL)
 
@@ -80,16 +80,16 @@ def test_memory_below_a_limit_is_not_locked(monkeypatch):
     monkeypatch.setattr(resource, "getrlimit", lambda which: (65536, 65536))
     monkeypatch.setattr(resource, "setrlimit", refuse)
     with RealTime(RealTimeConfig(lock_memory=True)) as real_time:
-        assert "memlock unlimited" in str(real_time.grants[0])
-        assert not real_time.grants[0].granted
+        assert "memlock unlimited" in str(real_time.request_results[0])
+        assert not real_time.request_results[0].granted
 
 
 def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priority():
-    (missing,) = RealTime(RealTimeConfig(cpu=4000)).__enter__().grants
+    (missing,) = RealTime(RealTimeConfig(cpu=4000)).__enter__().request_results
     assert "refused: the loop on CPU 4000 alone: Invalid argument" in str(missing)
     with RealTime(RealTimeConfig(scheduling=True, priority=1)) as real_time:
-        if not real_time.grants[0].granted:
-            pytest.skip(str(real_time.grants[0]))
+        if not real_time.request_results[0].granted:
+            pytest.skip(str(real_time.request_results[0]))
         with real_time.loop():
             assert os.sched_getscheduler(0) & ~FLAG == os.SCHED_FIFO
             program = "import os; print(os.sched_getscheduler(0))"

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.config import AdmissionConfig, RealTimeConfig, RunConfig
+from palpate.adapters.config import AcceptanceConfig, RealTimeConfig, RunConfig
 from palpate.adapters.experiments import trials
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.policies import baseline, learning_policy
@@ -53,16 +53,16 @@ def test_timing_changes_nothing_of_a_trial_and_is_told():
 )
 def test_timing_that_does_not_count_is_named(timing, why):
     report = TrialReport(TrialSetup(0, 1, (0.0, 0.0)), ticks=1000, timing=timing)
-    assert objections(report, AdmissionConfig()) == why
+    assert objections(report, AcceptanceConfig()) == why
 
 
 @pytest.mark.parametrize("learn", [False, True])
 def test_nothing_is_learned_from_a_marked_trial(learn, tmp_path, monkeypatch):
     def late(*words, **named):
-        return replace(run_scored_trial(*words, **named), marked="late")
+        return replace(run_scored_trial(*words, **named), flagged="late")
 
     monkeypatch.setattr(trials, "run_scored_trial", late)
-    config = replace(QUICK, admission=AdmissionConfig(learn_from_marked=learn))
+    config = replace(QUICK, acceptance=AcceptanceConfig(learn_from_flagged=learn))
     perception = build_perception(config)
     policy = learning_policy(config, perception)
     learner = learner_of(policy)

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Hindsight, Observation, Reach
+from palpate.core.policy import EpisodeOutcome, Observation, TaskBounds
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
+from palpate.core.policy.belief.contacts import TORQUE_NM
 from palpate.core.policy.belief.planner import SpiralSearch
-from palpate.core.policy.belief.touches import TORQUE_NM
-from tests.unit.core.policy.belief.simulated_touch import touch_at
+from tests.unit.core.policy.belief.simulated_contact import touch_at
 
 
 def learner(*, frozen=False):
-    return BeliefLearner(BeliefParameters(), Reach(3.5e-3, 0.05), frozen=frozen)
+    return BeliefLearner(BeliefParameters(), TaskBounds(3.5e-3, 0.05), frozen=frozen)
 
 
 def play(policy, hole_m, start_m, seed=0, most=400):
@@ -31,10 +31,10 @@ def play(policy, hole_m, start_m, seed=0, most=400):
         way = np.array(decision.action.displacement_m)
         for share in np.linspace(0.0, 1.0, 20):
             if dist(place + share * way, hole) < 1.5e-4:
-                policy.end_trial(Hindsight(True, (*hole_m, 0.01), 0.01))
+                policy.end_trial(EpisodeOutcome(True, (*hole_m, 0.01), 0.01))
                 return names
         place = place + way
-    policy.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
+    policy.end_trial(EpisodeOutcome(False, (0.0, 0.0, 0.0), 0.0))
     return names
 
 
@@ -57,8 +57,8 @@ class TestLearner:
         policy, rng, far = learner(), np.random.default_rng(0), np.array((-2.9e-3, 1.9e-3))
         felt = [touch_at(np.array((2e-3 - 2e-4 * k, 1e-3)), far, rng) for k in range(12)]
         # The torque leads away from the hole, and the hole was on the other side before.
-        touches = [[*touch.place, -touch.torque[0], -touch.torque[1], touch.press] for touch in felt]
-        policy.set_state({"trials": [{"hole": [-29000, 19000], "touches": touches}], "trials_learned": 1})
+        contacts = [[*touch.place, -touch.torque[0], -touch.torque[1], touch.press] for touch in felt]
+        policy.set_state({"trials": [{"hole": [-29000, 19000], "contacts": contacts}], "trials_learned": 1})
         assert len(play(policy, (2.4e-3, -1.7e-3), (0.0, 0.0))) < 350
 
     def test_a_trial_that_did_not_end_in_the_hole_teaches_nothing(self):
@@ -70,10 +70,10 @@ class TestLearner:
         "state",
         [
             {"trials": []},
-            {"trials": [{"hole": [1, 2.5], "touches": []}], "trials_learned": 1},
+            {"trials": [{"hole": [1, 2.5], "contacts": []}], "trials_learned": 1},
             # Of other units.
-            {"trials": [{"hole": [1_000_001, 2], "touches": []}], "trials_learned": 1},
-            {"trials": [{"hole": [1, 2], "touches": [[1, 2, 10**30, 4, 4900]]}], "trials_learned": 1},
+            {"trials": [{"hole": [1_000_001, 2], "contacts": []}], "trials_learned": 1},
+            {"trials": [{"hole": [1, 2], "contacts": [[1, 2, 10**30, 4, 4900]]}], "trials_learned": 1},
         ],
     )
     def test_another_state_is_refused(self, state):
@@ -84,7 +84,7 @@ class TestLearner:
 
     def test_an_area_too_wide_for_a_tick_is_refused(self):
         with pytest.raises(ConfigurationError, match="at most 8 mm"):
-            BeliefLearner(BeliefParameters(), Reach(9e-3, 0.05), frozen=False)
+            BeliefLearner(BeliefParameters(), TaskBounds(9e-3, 0.05), frozen=False)
 
     def test_a_search_that_leaves_gaps_is_refused(self):
         with pytest.raises(ConfigurationError, match="twice capture_mm"):

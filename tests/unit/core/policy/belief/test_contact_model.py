@@ -6,13 +6,20 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.belief import Directions, TouchedTrial, TouchModel
+from palpate.core.policy.belief import ContactModel, ContactTrial, Directions
 from palpate.core.policy.belief.arithmetic import exponential, logarithm
-from palpate.core.policy.belief.fit import fit_touch_model
+from palpate.core.policy.belief.fit import fit_contact_model
 from palpate.core.policy.belief.model import RINGS_M, SECTORS
-from palpate.core.policy.belief.place_belief import PlaceBelief, TouchTable
+from palpate.core.policy.belief.place_belief import ContactTable, PlaceBelief
 from palpate.core.policy.belief.places import SINGLE, Places
-from tests.unit.core.policy.belief.simulated_touch import CUE_NM, GAINS, OFFSET_NM, expected_Nm, leaning_trials, trials
+from tests.unit.core.policy.belief.simulated_contact import (
+    CUE_NM,
+    GAINS,
+    OFFSET_NM,
+    expected_Nm,
+    leaning_trials,
+    trials,
+)
 
 EXPONENTIALS = "9922d5996df4ec3fb8615fc08503b53f949db5b95b16ef3c"
 LOGARITHMS = "9521b5bbb16b02c07612e0f04052ed3fb27532ad610b0c40"
@@ -55,13 +62,13 @@ WAYS_M = np.array([(0.0015, 0.0005), (-0.0015, 0.0005), (0.0005, -0.002)])
 
 def foretold_Nm(model):
     at = Directions.of(WAYS_M[:, 0], WAYS_M[:, 1])
-    lean = at.turned_back(np.broadcast_to(model.offset_Nm, at.unit.shape))
-    return model.upright_Nm(at) + at.turned(at.between(np.array(model.gain)) * lean) + model.offset_Nm
+    tilt = at.turned_back(np.broadcast_to(model.offset_Nm, at.unit.shape))
+    return model.upright_Nm(at) + at.turned(at.between(np.array(model.gain)) * tilt) + model.offset_Nm
 
 
 class TestFit:
     def test_it_finds_cue_and_noise(self):
-        model = fit_touch_model(trials(60))
+        model = fit_contact_model(trials(60))
         # At distances that occurred often the torque lies across the heading, to the right of it.
         for along, across in model.cue_Nm[4:8]:
             assert along == pytest.approx(0.0, abs=2e-3)
@@ -73,15 +80,17 @@ class TestFit:
         biased = []
         for trial in trials(40):
             dx, dy = (0.01 * rng.standard_normal(2) / 1e-6).round().astype(int).tolist()
-            felt = tuple(replace(touch, torque=(touch.torque[0] + dx, touch.torque[1] + dy)) for touch in trial.touches)
-            biased.append(TouchedTrial(trial.hole, felt))
-        assert fit_touch_model(biased).bias_Nm == pytest.approx(0.01, rel=0.35)
-        assert fit_touch_model(trials(40)).bias_Nm < 0.003
+            felt = tuple(
+                replace(touch, torque=(touch.torque[0] + dx, touch.torque[1] + dy)) for touch in trial.contacts
+            )
+            biased.append(ContactTrial(trial.hole, felt))
+        assert fit_contact_model(biased).bias_Nm == pytest.approx(0.01, rel=0.35)
+        assert fit_contact_model(trials(40)).bias_Nm < 0.003
 
     def test_a_cue_grows_with_the_load_and_an_offset_does_not(self):
         rng, loaded = np.random.default_rng(6), []
         for trial in trials(40):
-            loads = rng.uniform(0.5, 1.3, len(trial.touches))
+            loads = rng.uniform(0.5, 1.3, len(trial.contacts))
             felt = tuple(
                 replace(
                     touch,
@@ -90,25 +99,25 @@ class TestFit:
                         round(o / 1e-6 + load * (t - o / 1e-6)) for t, o in zip(touch.torque, OFFSET_NM, strict=True)
                     ),
                 )
-                for touch, load in zip(trial.touches, loads.tolist(), strict=True)
+                for touch, load in zip(trial.contacts, loads.tolist(), strict=True)
             )
-            loaded.append(replace(trial, touches=felt))
-        model = fit_touch_model(loaded)
+            loaded.append(replace(trial, contacts=felt))
+        model = fit_contact_model(loaded)
         true = [np.array((y, -x)) * CUE_NM / np.hypot(x, y) + OFFSET_NM for x, y in WAYS_M]
         assert foretold_Nm(model) == pytest.approx(np.array(true), abs=4e-3)
         assert np.mean([across for _, across in model.cue_Nm[4:8]]) == pytest.approx(-CUE_NM, rel=0.1)
 
     def test_too_few_touches_are_refused(self):
         with pytest.raises(ConfigurationError, match="at least 6 touches"):
-            fit_touch_model(trials(1, touches=5))
+            fit_contact_model(trials(1, contacts=5))
 
     def test_a_trial_that_fell_straight_into_the_hole_changes_nothing(self):
         made = trials(5)
-        assert fit_touch_model([*made[:2], TouchedTrial((0, 0), ()), *made[2:]]) == fit_touch_model(made)
+        assert fit_contact_model([*made[:2], ContactTrial((0, 0), ()), *made[2:]]) == fit_contact_model(made)
 
     def test_gains_are_found_from_grips_that_differ(self):
         rng = np.random.default_rng(2)
-        model = fit_touch_model(leaning_trials([(x, y) for x, y in 0.03 * rng.standard_normal((30, 2))]))
+        model = fit_contact_model(leaning_trials([(x, y) for x, y in 0.03 * rng.standard_normal((30, 2))]))
         # How large a lean is, is a matter of definition; how much more of it there is along the heading is not.
         along, across = 1.0 + np.array(model.gain)[4:7].T
         assert along / across == pytest.approx((1.0 + GAINS[0]) / (1.0 + GAINS[1]), rel=0.15)
@@ -122,9 +131,9 @@ EVEN = np.zeros((PLACES.size, PLACES.size), SINGLE)
 class TestPlaceBelief:
     def test_its_evidence_is_the_likelihood_with_every_lean_counted(self):
         cue, residual = ((0.001, -0.02),) * RINGS, (((0.0, 0.0),) * SECTORS,) * RINGS
-        model = TouchModel(0.0, (0.01, -0.02), cue, residual, (0.02,) * RINGS, 0.006, 20, (GAINS,) * RINGS, 0.03)
+        model = ContactModel(0.0, (0.01, -0.02), cue, residual, (0.02,) * RINGS, 0.006, 20, (GAINS,) * RINGS, 0.03)
         felt = [((3, 4), (0.03, -0.01), 1.0), ((5, 15), (-0.02, 0.04), 1.3), ((12, 2), (0.0, 0.02), 0.8)]
-        belief = PlaceBelief(TouchTable(model, PLACES, 0.2), EVEN, 1.0)
+        belief = PlaceBelief(ContactTable(model, PLACES, 0.2), EVEN, 1.0)
         for (row, column), torque, load in felt:
             belief.feel(row, column, torque, load)
         rows = []
@@ -150,10 +159,10 @@ class TestPlaceBelief:
 
     def test_a_tool_that_was_gripped_anew_is_noticed_in_the_trial(self):
         rng, felt, hole = np.random.default_rng(1), leaning_trials([(0.03, 0.01)] * 30), np.array((15, 12))
-        model = fit_touch_model(felt)
+        model = fit_contact_model(felt)
         # To the second no other lean is believable.
         models = model, replace(model, spread_Nm=model.bias_Nm)
-        beliefs = [PlaceBelief(TouchTable(each, PLACES, 0.05), EVEN, 1.0) for each in models]
+        beliefs = [PlaceBelief(ContactTable(each, PLACES, 0.05), EVEN, 1.0) for each in models]
         for cell in ((3, 9), (6, 2), (10, 5), (8, 16), (13, 3)):
             torque = expected_Nm((hole - cell) * 1e-4, np.array((-0.02, 0.03))) + 0.003 * rng.standard_normal(2)
             for belief in beliefs:

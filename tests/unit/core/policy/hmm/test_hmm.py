@@ -11,11 +11,11 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
-from palpate.core.policy import Action, Hindsight, HmmLearner, HmmParameters, Transition, compass_actions
+from palpate.core.policy import Action, EpisodeOutcome, HmmLearner, HmmParameters, Transition, compass_actions
 from palpate.core.policy.hmm import DisplacementHmm, FinitePomdp, RecordedTrial
 from palpate.core.policy.hmm.baum_welch import Batch
 from palpate.core.policy.hmm.displacement_hmm import fit_displacement_hmm, lattice_steps
-from palpate.core.policy.hmm.learner import PATIENCE
+from palpate.core.policy.hmm.learner import GREEDY_ACTIONS
 from palpate.core.policy.hmm.point_based import StateBelief, perseus, qmdp
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walks_from_all_cells
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2
@@ -145,7 +145,7 @@ class TestLearner:
             learner.choose(observation(symbol))
             learner.learn(Transition(symbol, 3, -1.0, symbol + 1))
         learner.choose(observation(2))
-        learner.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
+        learner.end_trial(EpisodeOutcome(False, (0.0, 0.0, 0.0), 0.0))
         assert learner.trials == (RecordedTrial((0, 1, 2), (3, 3), reached=False),)
 
     def test_hidden_states_are_found_on_symbols_alone(self):
@@ -158,4 +158,4 @@ class TestLearner:
         learner.use(true_offsets(elsewhere), random_trials(here, 30))
         walks = walks_from_all_cells(here, IdentityState(here.symbols), learner, step_limit=1000, walks=2)
         assert all(walk.reached for walk in walks)
-        assert np.mean([walk.steps for walk in walks]) > PATIENCE
+        assert np.mean([walk.steps for walk in walks]) > GREEDY_ACTIONS

@@ -95,7 +95,7 @@ def test_a_wrong_response_is_reported_within_a_window(scale, reason_ticks):
     for _ in range(reason_ticks):
         bench.dither(1, scale)
         bench.monitor.wait("to the dither", supported=True)
-    trip = bench.state.expectation.doubt
+    trip = bench.state.constraints.mismatch
     assert trip.reason is TripReason.CONTACT_MISMATCH
     measured = float(trip.text.split("along the axis ")[1].split(" ")[0])
     assert measured == pytest.approx(scale * 5.0, rel=0.2)
@@ -111,7 +111,7 @@ def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing():
         if tick > 20:
             bench.monitor.wait("to the dither", supported=True)
     assert bench.monitor.contradicted
-    assert bench.state.expectation.doubt is None
+    assert bench.state.constraints.mismatch is None
 
 
 def test_a_dead_sensor_is_reported_after_a_second_on_the_spot():
@@ -119,9 +119,9 @@ def test_a_dead_sensor_is_reported_after_a_second_on_the_spot():
     for tick in range(142):
         bench.see((0.0, 0.0, 0.0))
         bench.monitor.wait("to the dither")
-        assert (bench.state.expectation.doubt is not None) is (tick >= 140)
-    trip = bench.state.expectation.doubt
-    assert trip.reason is TripReason.PLATE_NOT_FELT
+        assert (bench.state.constraints.mismatch is not None) is (tick >= 140)
+    trip = bench.state.constraints.mismatch
+    assert trip.reason is TripReason.PLATE_NOT_FOUND
 
 
 @pytest.mark.parametrize("share", [1.0, 0.0])

@@ -85,7 +85,7 @@ def test_a_wall_and_the_floor_verify_an_insertion():
     assert verified[0].startswith("wall at ")
     assert "standard deviation" in verified[-1]
     assert float(verified[-1].split(": ")[1].split()[0]) == pytest.approx(5.0, abs=1.0)
-    assert trial.details("doubt") == []
+    assert trial.details("mismatch") == []
 
 
 def test_the_insertion_may_press_harder_than_the_search():
@@ -100,7 +100,7 @@ def test_a_gripper_of_another_stiffness_is_named_with_its_figures():
     world.stiffness_N_per_m = 2.0e3
     soft = Trial(world)
     assert soft.report.outcome is Outcome.CONTACT_MISMATCH
-    [text] = soft.details("doubt")
+    [text] = soft.details("mismatch")
     assert text.startswith("CONTACT_MISMATCH")
     measured = float(text.split("along the axis ")[1].split(" ")[0])
     assert measured == pytest.approx(2.0, abs=0.3)

@@ -18,7 +18,7 @@ class Approach(RunningPhase):
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
         task = equipment.task
         self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
-        self._law, self._monitor = equipment.laws.press, monitor
+        self._controller, self._monitor = equipment.controllers.press, monitor
         self._contact_N, self._depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 
@@ -40,12 +40,12 @@ class Approach(RunningPhase):
             self.touched = depth < self._depth_m - self._tolerance_m - self._slack_m
             if self.touched:
                 state.surface_m = depth
-                state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
+                state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plate")
         elif depth > self._monitor.deepest_plate_m:
             state.explore_start = state.tick
             self.over = True
         if self.over and not self.touched:
             # The surface was never touched, so its height is known only from the set-up of the plate.
             state.slack_m = self._slack_m
-            state.event("no contact where the plate must be")
-        return self._law.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)
+            state.event("no plate contact")
+        return self._controller.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)

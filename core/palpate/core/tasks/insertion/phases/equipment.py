@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final, Self
 
-from palpate.core.motion import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl, TipMotion
+from palpate.core.motion import Controller, DampingControl, ForceControl, HybridControl, PositionControl, TipMotion
 from palpate.core.ports import PERIOD_S
 from palpate.core.tasks.insertion.agent import Agent
 from palpate.core.tasks.insertion.trial_state import InsertionState
@@ -15,7 +15,7 @@ _DROP_M: Final = 3e-4
 
 
 @dataclass(frozen=True, slots=True)
-class Laws:
+class Controllers:
     """The controllers for each kind of motion.
 
     Attributes:
@@ -24,10 +24,10 @@ class Laws:
         inserting: Down a hole with the lateral force controlled to zero; it ignores its target.
     """
 
-    free: ControlLaw
-    press: ControlLaw
-    along: ControlLaw
-    inserting: ControlLaw
+    free: Controller
+    press: Controller
+    along: Controller
+    inserting: Controller
 
     @classmethod
     def of(cls, task: TaskConfig, control: ControlConfig) -> Self:
@@ -74,7 +74,7 @@ class Equipment:
     task: TaskConfig
     measurement: Measurement
     motion: TipMotion
-    laws: Laws
+    controllers: Controllers
     agent: Agent
     state: InsertionState
 

@@ -5,7 +5,7 @@ from typing import Final
 
 from palpate.core.job import sliding_N
 from palpate.core.policy import DONE, Action
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, STILL, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
@@ -14,7 +14,7 @@ _LOST_TICKS: Final = 4
 """Consecutive unfiltered samples without contact until it is lost; the filtered force lags by 60 ms."""
 _SUNK_TICKS: Final = 2
 """Consecutive ticks below the surface; a dithering tool seems lower for a tick if encoders lag behind the force."""
-_CAUGHT_SHARE: Final = 1.5
+_WEDGED_SHARE: Final = 1.5
 """A lateral force above this share of the pressing force cannot be friction: an edge of the hole holds the peg.
 Friction there may carry the peg, so that neither loss of contact nor depth reveals it."""
 _LAG_S: Final = 3.0 * PERIOD_S
@@ -33,13 +33,17 @@ class Explore(RunningPhase):
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
         self._task, self._state, self._agent = task, equipment.state, equipment.agent
-        self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
+        self._measurement, self._motion, self._controller = (
+            equipment.measurement,
+            equipment.motion,
+            equipment.controllers.press,
+        )
         press_N = task.press_kgf * N_PER_KGF
         # If the peg is caught, the arm stops within the force limit, unless friction alone reaches it.
         stop_N = monitor.lateral_N_per_m * task.travel_speed_mm_s * 1e-3 * _LAG_S
-        self._caught_N = min(_CAUGHT_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N(task.friction, press_N)))
+        self._wedged_N = min(_WEDGED_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N(task.friction, press_N)))
         self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
-        self._ticks, self._moving_ticks = task.ticks_per_action, task.moving_share * task.ticks_per_action
+        self._ticks, self._moving_ticks = task.ticks_per_action, task.motion_duty * task.ticks_per_action
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, press_N
 
     def begin(self, start_m: tuple[float, float]) -> None:
@@ -65,7 +69,7 @@ class Explore(RunningPhase):
         """Continue the action; when it is over, ``state.observation`` is the input of the next choice."""
         measured, state = self._measurement, self._state
         if self._out_of_time():
-            return STILL
+            return ZERO_VELOCITY
         x, y, z = measured.force_N
         self._agent.effort_N.append(measured.force_norm_N)
         lost = z > -self._contact_N
@@ -75,13 +79,13 @@ class Explore(RunningPhase):
         deep = self._depth_m > drop_m
         self._deep_ticks = self._deep_ticks + 1 if deep else 0
         sunk = self._deep_ticks >= _SUNK_TICKS
-        caught = hypot(x, y) > self._caught_N
-        if lost or sunk or caught:
+        wedged = hypot(x, y) > self._wedged_N
+        if lost or sunk or wedged:
             # Moving across a hole while the peg drops would press it against the wall, so the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
-                state.event("contact lost" if lost else "sunk below the surface" if sunk else "caught on an edge")
+                state.event("contact lost" if lost else "sunk below the surface" if sunk else "wedged on an edge")
                 state.edge_m, self.over = self._edge_m(), True
         else:
             self._lost_ticks = 0
@@ -91,8 +95,8 @@ class Explore(RunningPhase):
             if self.countdown <= 0:
                 # The direction is known once the policy has chosen.
                 self._perceive()
-                return STILL
-        return self._way_on()
+                return ZERO_VELOCITY
+        return self._advance()
 
     @property
     def _depth_m(self) -> float:
@@ -112,7 +116,7 @@ class Explore(RunningPhase):
             LifecycleError: Nothing was perceived since the last choice.
         """
         self._begin(self._agent.choose().action)
-        return self._way_on()
+        return self._advance()
 
     def _begin(self, action: Action) -> None:
         """Start this action."""
@@ -124,21 +128,21 @@ class Explore(RunningPhase):
             self._state.event("done", "by the policy, to be verified")
             self._state.claimed = self.over = True
 
-    def _way_on(self) -> Vector3:
+    def _advance(self) -> Vector3:
         """Return the velocity of the running action in this tick: constant speed, then a pause for the torque."""
         share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m
         target_m = x + share * dx, y + share * dy, z
-        vx, vy, vz = self._law.velocity_m_s(self._motion.reference_m, target_m, self._measurement.force_N)
+        vx, vy, vz = self._controller.velocity_m_s(self._motion.reference_m, target_m, self._measurement.force_N)
         return vx, vy, vz if self._lost_ticks else vz + self._monitor.dither_m_s()
 
     def _wait(self) -> Vector3:
         """Press and dither in place until the force responds."""
         self._monitor.wait("to the dither on the plate", supported=True)
         reference_m = self._motion.reference_m
-        _, _, vz = self._law.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
+        _, _, vz = self._controller.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
         return 0.0, 0.0, vz + self._monitor.dither_m_s()
 
     def _perceive(self) -> None:
@@ -173,5 +177,5 @@ class Explore(RunningPhase):
         It is not higher than where the peg rested next to the hole's mouth.
         """
         x, y, _ = self._motion.reference_m
-        beside = any(hypot(x - at_x, y - at_y) > 2.0 * self._task.reach_m for at_x, at_y in self._rests_m)
-        return 0.0 if beside else max(self._state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)
+        aside = any(hypot(x - at_x, y - at_y) > 2.0 * self._task.reach_m for at_x, at_y in self._rests_m)
+        return 0.0 if aside else max(self._state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)

@@ -62,7 +62,7 @@ class Insert(RunningPhase):
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
         self._state, self._measurement = equipment.state, equipment.measurement
-        self._motion, self._law = equipment.motion, equipment.laws.inserting
+        self._motion, self._controller = equipment.motion, equipment.controllers.inserting
         self._full_m, self._tolerance_m = task.insertion_depth_mm * 1e-3, task.depth_tolerance_mm * 1e-3
         self._press_N = press_N = task.insertion_press_N
         budget_m = (task.max_force_N - press_N) / monitor.axial_N_per_m
@@ -84,7 +84,7 @@ class Insert(RunningPhase):
         self._stalled_tick: int | None = None
         self._monitor.push(None)
         self._monitor.presses(self._press_N, self._reach_m)
-        self._law.reset()
+        self._controller.reset()
 
     @override
     def step(self) -> Vector3:
@@ -138,7 +138,7 @@ class Insert(RunningPhase):
     def _pressing(self, *, push: bool) -> Vector3:
         """Return the velocity of the pressing controller, with a push against a wall or zero lateral force."""
         reference_m = self._motion.reference_m
-        vx, vy, vz = self._law.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
+        vx, vy, vz = self._controller.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
         if push:
             (px, py), (ux, uy) = self._pushing(), self._monitor.direction or (0.0, 0.0)
             # Another wall may press across the push: the controller complies with it.

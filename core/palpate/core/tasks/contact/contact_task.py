@@ -6,20 +6,20 @@ from math import dist
 
 from typing_extensions import override
 
-from palpate.core.motion import ControlLaw, TipMotion
+from palpate.core.motion import Controller, TipMotion
 from palpate.core.policy import Observation
-from palpate.core.ports import STILL, CommandReason, JointCommand, Snapshot, Validity, Vector3
+from palpate.core.ports import ZERO_VELOCITY, CommandReason, JointCommand, Snapshot, Validity, Vector3
 from palpate.core.tasks.contact.monitor import Monitor
+from palpate.core.tasks.contact.path_to_start import Lift, RunningPhase, Settle, Transfer
 from palpate.core.tasks.contact.trial_state import TrialState
-from palpate.core.tasks.contact.way_to_start import Lift, RunningPhase, Settle, Transfer
 from palpate.core.trial import (
     INTERRUPT,
-    Expectation,
+    CommandOverride,
     ExplorationArea,
-    Intervention,
     Measurement,
     Outcome,
     Phase,
+    PhaseConstraints,
     Task,
     TaskConfig,
     TrialReport,
@@ -29,14 +29,14 @@ from palpate.core.trial import (
 )
 
 
-class TouchTask(Task):
+class ContactTask(Task):
     """Lifts, moves to the start and tares; a subclass adds its own phases in :meth:`_follow`.
 
     Args:
         measurement: Transforms snapshots to the task frame.
 
     Attributes:
-        expectation: Constraints on contact and position in this phase, for the supervisor.
+        constraints: Constraints on contact and position in this phase, for the supervisor.
         tip_m: Tip from the encoders at the last tick, (3,), task frame.
         turned_rad: Tilt and yaw of the tool from the encoders, (2,), in tasks that turn it.
     """
@@ -46,7 +46,7 @@ class TouchTask(Task):
         task: TaskConfig,
         measurement: Measurement,
         motion: TipMotion,
-        free: ControlLaw,
+        free: Controller,
         state: TrialState,
         monitor: Monitor,
     ) -> None:
@@ -73,7 +73,7 @@ class TouchTask(Task):
         self._settle.begin()
         self._monitor.begin(setup)
         self._running = self._lift
-        self.expectation = self._state.expectation
+        self.constraints = self._state.constraints
         self.tip_m = self._measurement.position_m
         self._interrupt_noted = False
         self._clamped_tick = -2
@@ -98,20 +98,20 @@ class TouchTask(Task):
                 number of joint angles is wrong.
         """
         state, (tick, _, wrench, joints, applied) = self._state, snapshot
-        state.observation, self._velocity_m_s = None, STILL
+        state.observation, self._velocity_m_s = None, ZERO_VELOCITY
         state.tick = tick
         state.report.ticks = tick + 1
         if tick == 0:
             require_place(joints, self._measurement.joints)
             self._motion.start(joints.position_rad)
-        if applied is not None and applied.reason is not CommandReason.AS_ASKED:
+        if applied is not None and applied.reason is not CommandReason.AS_REQUESTED:
             state.report.clamped_ticks += 1
             sound = self._motion.adopt(applied)
             if applied.reason is CommandReason.STOPPED:
                 state.end(Outcome.STOPPED, "the arm was stopped from outside")
                 return None
             if not sound:
-                state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
+                state.end(Outcome.SENSOR_FAULT, "the arm reports joint angles outside its range as applied")
                 return None
         # A saturated sample may hide a larger force, so saturation ends the trial too.
         if wrench.validity is not Validity.VALID or joints.validity is not Validity.VALID:
@@ -122,9 +122,9 @@ class TouchTask(Task):
         state.snapshot = snapshot
         self._measurement.update(snapshot)
         self.tip_m, self.turned_rad = self._measurement.position_m, self._measurement.turned_rad
-        if state.expectation.doubt is not None:
+        if state.constraints.mismatch is not None:
             # A supervisor would have tripped in the tick of the mismatch.
-            state.end(Outcome.CONTACT_MISMATCH, state.expectation.doubt.text)
+            state.end(Outcome.CONTACT_MISMATCH, state.constraints.mismatch.text)
         elif self._interrupted:
             self._wind_up()
         if state.phase is not Phase.DONE:
@@ -133,12 +133,12 @@ class TouchTask(Task):
             tared, reference_m = self._settle.bias is not None, self._motion.reference_m
             trip = self._monitor.check(snapshot, self._measurement, reference_m, tared=tared)
             if trip is not None:
-                state.doubt(trip)
+                state.mismatch(trip)
             else:
                 self._velocity_m_s = self._running.step()
                 if self._running.over:
                     self._go_on()
-            self.expectation = state.expectation
+            self.constraints = state.constraints
         return state.observation
 
     def act(self) -> JointCommand:
@@ -166,7 +166,7 @@ class TouchTask(Task):
         self, phase: Enum, running: RunningPhase, *, contact: bool = True, area: ExplorationArea | None = None
     ) -> None:
         self._running = running
-        self._state.enter(phase, Expectation(contact, self._settle.bias, area))
+        self._state.enter(phase, PhaseConstraints(contact, self._settle.bias, area))
 
     def interrupt(self) -> None:
         """End the trial after the running action, and any later one at once.
@@ -188,13 +188,14 @@ class TouchTask(Task):
     def conclude(self) -> None:
         return
 
-    def clamped(self, intervention: Intervention) -> None:
+    def clamped(self, command_override: CommandOverride) -> None:
         """Record that the supervisor changed a command, once for consecutive ticks."""
         if self._state.tick != self._clamped_tick + 1:
-            asked, given = (
-                " ".join(f"{q:.6f}" for q in angles) for angles in (intervention.asked_rad, intervention.command_rad)
+            requested, given = (
+                " ".join(f"{q:.6f}" for q in angles)
+                for angles in (command_override.requested_rad, command_override.command_rad)
             )
-            self._state.event("clamp", f"{intervention.reason.name}: asked {asked}, applied {given} rad")
+            self._state.event("clamp", f"{command_override.reason.name}: requested {requested}, applied {given} rad")
         self._clamped_tick = self._state.tick
 
     @property
@@ -242,7 +243,7 @@ class TouchTask(Task):
                 self._first_force_N = self._measurement.force_N
             force = dist(self._measurement.force_N, self._first_force_N)
             if force > self._max_force_N:
-                self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N more than at the start, before taring")
+                self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N above the start of the trial, before taring")
             return
         force = self._measurement.force_norm_N
         if force > self._state.report.peak_force_N:

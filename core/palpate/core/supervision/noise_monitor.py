@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 
 from palpate.core.ports import SensorFacts, Snapshot
 from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.trial import Expectation, TaskConfig, Trip, TripReason
+from palpate.core.trial import PhaseConstraints, TaskConfig, Trip, TripReason
 
 BAND: Final = 1.0 / 3.0
 """Half-width of the band that counts as flat, in standard deviations of the channel's noise.
@@ -26,7 +26,7 @@ _DIGITS: Final = 6
 thousand."""
 
 
-class NoiseWatch:
+class NoiseMonitor:
     """Compares each channel with its noise and each new sample with earlier ones.
 
     Flat lines: a channel that stays within :data:`BAND` of its noise for the number of samples in the settings is dead,
@@ -61,14 +61,14 @@ class NoiseWatch:
         self._recurring: int
         self._total = self._change = 0.0
 
-    def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
+    def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
         """Return the trip for the wrench of this tick, which is valid; None if it is sound."""
         wrench = snapshot.wrench
         if wrench.sequence == self._sequence:
             return None
         self._sequence = wrench.sequence
         if not self._tared:
-            trip = self._taring(snapshot, expectation)
+            trip = self._taring(snapshot, constraints)
             if trip is not None:
                 return trip
         count = self._count = self._count + 1
@@ -93,11 +93,11 @@ class NoiseWatch:
         self._recurring = 0
         return None
 
-    def _taring(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
+    def _taring(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
         """Collect samples until the task has its bias, then compare their deviation with the noise."""
         wrench, still = snapshot.wrench, self._still
         still.append((*wrench.force_N, *wrench.torque_Nm))
-        if expectation.bias is None:
+        if constraints.bias is None:
             return None
         self._tared = True
         if len(still) < _FEWEST:
@@ -106,7 +106,7 @@ class NoiseWatch:
         for name, found, noise in zip(CHANNELS, shown, self._noise, strict=True):
             if noise > 0.0 and not found <= self._most_ratio * noise:
                 ratio, limit = found / noise, self._most_ratio
-                text = f"{name} shows {ratio:.1f} times the sensor's own noise while nothing moves, limit {limit:g}"
+                text = f"{name} shows {ratio:.1f} times the sensor's rated noise at standstill, limit {limit:g}"
                 return Trip(TripReason.SENSOR_NOISE, snapshot.tick, text, "force")
         self._band = _bands([min(pair) for pair in zip(shown, self._noise, strict=True)])
         return None
@@ -114,7 +114,7 @@ class NoiseWatch:
     def _flat(self, tick: int, place: int) -> Trip:
         most = self._longest + 1
         name, unit = CHANNELS[place], "N" if place < _FORCES else "N m"
-        text = f"{name} stayed within {self._band[place]:.3g} {unit} for {most} new samples: it lacks its own noise"
+        text = f"{name} stayed within {self._band[place]:.3g} {unit} for {most} new samples: its noise is missing"
         return Trip(TripReason.CHANNEL_FLAT, tick, text, "force")
 
     def _recurs(self, tick: int, lag: int) -> Trip | None:
@@ -124,7 +124,7 @@ class NoiseWatch:
         found, most = self._recurring, self._most_recurring
         if found <= most:
             return None
-        text = f"{found} new force samples in a row came before in the same order, {lag} samples ago; limit {most}"
+        text = f"{found} consecutive new force samples repeat earlier ones, {lag} samples ago; limit {most}"
         return Trip(TripReason.SAMPLES_RECUR, tick, text, "force")
 
 

@@ -12,9 +12,9 @@ from typing import Annotated, Any, ClassVar, Final
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError, PolicyError, told
-from palpate.core.policy.base import Action, Decision, Hindsight, Observation, Transition
-from palpate.core.policy.learner import Learner, Reach
+from palpate.core.errors import ConfigurationError, PolicyError, describe
+from palpate.core.policy.base import Action, Decision, EpisodeOutcome, Observation, Transition
+from palpate.core.policy.learner import Learner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 LONGEST_CHOICE_NS: Final = 200_000_000
@@ -28,19 +28,19 @@ class PolicyContext:
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.
-        reach: Bounds of the tip, and duration of an action.
+        bounds: Bounds of the tip, and duration of an action.
     """
 
     states: tuple[str, ...]
     actions: tuple[Action, ...]
-    reach: Reach
+    bounds: TaskBounds
 
 
 @dataclass(frozen=True, slots=True)
-class ForeignEntry(Settings):
+class ThirdPartyEntry(Settings):
     """Record of a third-party policy in a policy file or a log."""
 
-    TABLE: ClassVar[str] = "foreign"
+    TABLE: ClassVar[str] = "third_party"
 
     code: str
     """Class or factory: ``package.module:Name``."""
@@ -56,7 +56,7 @@ class ForeignEntry(Settings):
     """Learned state from its ``get_state``; None if it has none."""
 
 
-class ForeignPolicy(Learner):
+class ThirdPartyPolicy(Learner):
     """A third-party policy, with or without a state.
 
     Args:
@@ -71,7 +71,7 @@ class ForeignPolicy(Learner):
         PolicyError: The policy refuses its state.
     """
 
-    def __init__(self, policy: Any, entry: ForeignEntry, context: PolicyContext, *, frozen: bool) -> None:
+    def __init__(self, policy: Any, entry: ThirdPartyEntry, context: PolicyContext, *, frozen: bool) -> None:
         self._policy, self._entry, self.context, self.frozen = policy, entry, context, frozen
         self.now_ns: Callable[[], int] = lambda: 0
         self._trials = entry.trials_learned
@@ -84,7 +84,7 @@ class ForeignPolicy(Learner):
             self.set_state({"trials_learned": entry.trials_learned, "state": entry.state})
 
     @property
-    def entry(self) -> ForeignEntry:
+    def entry(self) -> ThirdPartyEntry:
         """Return the record for a policy file."""
         return replace(self._entry, **self.get_state()) if self.learns else self._entry
 
@@ -140,12 +140,12 @@ class ForeignPolicy(Learner):
             self._policy.learn(transition)
 
     @override
-    def end_trial(self, hindsight: Hindsight) -> None:
+    def end_trial(self, episode: EpisodeOutcome) -> None:
         if self.frozen:
             return
         if self._has("end_trial"):
             with self._named("end_trial"):
-                self._policy.end_trial(hindsight)
+                self._policy.end_trial(episode)
         self._trials += 1
 
     @property
@@ -175,7 +175,7 @@ class ForeignPolicy(Learner):
         try:
             yield
         except (Exception, SystemExit) as error:
-            raise PolicyError(self._entry.code, f"{name} failed with {told(error)}") from error
+            raise PolicyError(self._entry.code, f"{name} failed with {describe(error)}") from error
 
 
 def _finite(value: Any) -> float | None:

@@ -11,17 +11,17 @@ from functools import cache
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, entries, from_here, imported
-from palpate.adapters.experiments.build import task_actions, task_reach
-from palpate.core.errors import ConfigurationError, told
+from palpate.adapters.experiments.build import task_actions, task_bounds
+from palpate.core.errors import ConfigurationError, describe
 from palpate.core.perception import Perception
-from palpate.core.policy import ForeignEntry, ForeignPolicy, PolicyContext
+from palpate.core.policy import PolicyContext, ThirdPartyEntry, ThirdPartyPolicy
 
 GROUP: Final = "palpate.policies"
 """Group of the entry points that name policies, each a class or function that creates one."""
 _PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
-def foreign_code(name: str) -> str:
+def third_party_code(name: str) -> str:
     """Return the code of the policy of that name, ``package.module:Name``; empty for other names."""
     if _PLACE.fullmatch(name):
         return name
@@ -29,7 +29,7 @@ def foreign_code(name: str) -> str:
     return "" if entry is None else entry.value
 
 
-def foreign_entry(code: str) -> ForeignEntry:
+def third_party_entry(code: str) -> ThirdPartyEntry:
     """Return the entry of a policy file for code as installed now, without learned state.
 
     Raises:
@@ -41,10 +41,12 @@ def foreign_entry(code: str) -> ForeignEntry:
     owner = next((entry.dist for entry in entries(GROUP).values() if entry.value == code), None)
     distribution = owner.name if owner is not None else next(iter(names), "")
     version = importlib.metadata.version(distribution) if distribution else ""
-    return ForeignEntry(code, distribution, version, _source_sha256(module), 0)
+    return ThirdPartyEntry(code, distribution, version, _source_sha256(module), 0)
 
 
-def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perception, *, frozen: bool) -> ForeignPolicy:
+def third_party_policy(
+    entry: ThirdPartyEntry, config: RunConfig, perception: Perception, *, frozen: bool
+) -> ThirdPartyPolicy:
     """Return a policy created by the code, with its learned state restored.
 
     Raises:
@@ -52,7 +54,7 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
         PolicyError: The policy refuses its state.
     """
     maker = _maker(entry.code)
-    context = PolicyContext(tuple(perception.states), task_actions(config), task_reach(config))
+    context = PolicyContext(tuple(perception.states), task_actions(config), task_bounds(config))
     try:
         # A class may have no parameter for the task.
         with from_here():
@@ -60,10 +62,10 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        accepted = f"code that makes a policy; it failed with {told(error)}"
+        accepted = f"code that makes a policy; it failed with {describe(error)}"
         raise ConfigurationError("policy", entry.code, accepted) from error
-    now = replace(foreign_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
-    return ForeignPolicy(made, now, context, frozen=frozen)
+    now = replace(third_party_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
+    return ThirdPartyPolicy(made, now, context, frozen=frozen)
 
 
 def _maker(code: str) -> Callable[..., Any]:

@@ -42,18 +42,18 @@ def ticks_to_trip(bench, readings, most=200, **more):
 def tared(config=None, scale=1.0):
     """A sensor of this share of its noise that was tared."""
     bench, readings = Bench(config, noisy=True), live(scale=scale)
-    clean(bench, readings, 40, expectation=UNTARED)
+    clean(bench, readings, 40, constraints=UNTARED)
     clean(bench, readings, 30)
     return bench, readings
 
 
-@pytest.mark.parametrize("expectation", [UNTARED, FREE, TOUCHING])
+@pytest.mark.parametrize("constraints", [UNTARED, FREE, TOUCHING])
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.06])
-def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(expectation, share):
-    bench, readings = (Bench(noisy=True), live()) if expectation is UNTARED else tared()
-    last = clean(bench, readings, 100, expectation=expectation)
+def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(constraints, share):
+    bench, readings = (Bench(noisy=True), live()) if constraints is UNTARED else tared()
+    last = clean(bench, readings, 100, constraints=constraints)
     dead = (last + noise for noise in live(1, share))
-    assert ticks_to_trip(bench, dead, expectation=expectation) <= 21
+    assert ticks_to_trip(bench, dead, constraints=constraints) <= 21
     reason = TripReason.CHANNEL_FLAT if share else TripReason.SAMPLE_FROZEN
     assert (bench.tripped.reason, bench.tripped.sample) == (reason, "force")
 
@@ -81,7 +81,7 @@ def test_a_recording_trips_whatever_its_length_and_gain(gain):
     assert ticks_to_trip(bench, (gain * shown for shown in stretch)) <= 9
     trip = bench.tripped
     assert (trip.reason, trip.sample) == (TripReason.SAMPLES_RECUR, "force")
-    assert trip.text == "6 new force samples in a row came before in the same order, 100 samples ago; limit 5"
+    assert trip.text == "6 consecutive new force samples repeat earlier ones, 100 samples ago; limit 5"
 
 
 @pytest.mark.parametrize(("scale", "trips"), [(1.0, False), (1.4, False), (2.0, True), (10.0, True), (100.0, True)])
@@ -90,7 +90,7 @@ def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale, trips):
     weak = {"max_force_N": 200.0, "max_torque_Nm": 10.0, "max_force_rate_N_s": 1e5}
     config = SupervisionConfig(**weak, weakened=tuple(weak))
     bench = Bench(config, noisy=True)
-    clean(bench, readings, 40, expectation=UNTARED)
+    clean(bench, readings, 40, constraints=UNTARED)
     tick(bench, next(readings))
     assert (bench.supervisor.trip is not None) is trips
     if bench.supervisor.trip is not None:

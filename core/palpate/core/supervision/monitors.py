@@ -19,13 +19,13 @@ from palpate.core.ports import (
     WrenchSample,
 )
 from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.trial import Expectation, Trip, TripReason, Workspace
+from palpate.core.trial import PhaseConstraints, Trip, TripReason, Workspace
 
 _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
 """Shortest time for a rate: between closer samples, noise would look like a rate."""
 
 
-class WrenchWatch:
+class WrenchMonitor:
     """Monitors force, torque, rate of the force, and unexpected contact.
 
     Args:
@@ -47,9 +47,9 @@ class WrenchWatch:
         self._last: Vector3
         self._last_ns: int
 
-    def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
+    def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
         """Return the trip for the wrench of this tick, which is valid; None if it is within limits."""
-        wrench, bias = snapshot.wrench, expectation.bias
+        wrench, bias = snapshot.wrench, constraints.bias
         force_N = wrench.force_N
         if self._first is None:
             self._first = (*force_N, *wrench.torque_Nm)
@@ -74,7 +74,7 @@ class WrenchWatch:
                 rate, limit = sqrt(change) / dt_ns * 1e9, self._rate_N_s
                 text = f"force changed at {rate:.0f} N/s, limit {limit:g} N/s"
                 return Trip(TripReason.FORCE_RATE, snapshot.tick, text)
-        if expectation.contact:
+        if constraints.contact:
             self._free = None
             return None
         return self._contact(snapshot, square, bias is not None)
@@ -88,7 +88,7 @@ class WrenchWatch:
         if square <= self._contact_square:
             return None
         force, limit = sqrt(square), self._contact_N
-        text = f"force {force:.2f} N where nothing may be touched, limit {limit:g} N"
+        text = f"force {force:.2f} N in a phase without permitted contact, limit {limit:g} N"
         return Trip(TripReason.UNEXPECTED_CONTACT, snapshot.tick, text)
 
 
@@ -102,7 +102,7 @@ def _square(vector: Vector3, zero: Sequence[float], scale: Sequence[float]) -> f
 def _exceeded(
     reason: TripReason, tick: int, what: str, value: float, limit: float, bias: object, unit: str = "N"
 ) -> Trip:
-    since = " more than at the start, before taring" if bias is None else ""
+    since = " above the start of the trial, before taring" if bias is None else ""
     return Trip(reason, tick, f"{what} {value:.2f} {unit}{since}, limit {limit:g} {unit}")
 
 
@@ -116,7 +116,7 @@ _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
 """Oldest command, four ticks, with which an older or repeated sample is compared."""
 
 
-class JointWatch:
+class JointMonitor:
     """Compares measured joint angles with the arm's limits and with the commands.
 
     Args:
@@ -196,7 +196,7 @@ class JointWatch:
         for number, (angle, samples, low, high) in enumerate(self._same, start=1):
             if samples >= _STUCK_SAMPLES and high - low > self._stuck_rad:
                 way = f"{(high - low) * 1e3:.2f} mrad"
-                text = f"joint {number} stays at {angle:.4f} rad while its commands go over {way}"
+                text = f"joint {number} reads {angle:.4f} rad while its commands span {way}"
                 return Trip(TripReason.TRACKING_ERROR, tick, text)
         return None
 
@@ -229,7 +229,7 @@ class JointWatch:
 _NS_PER_MS = 1e6
 
 
-class SampleWatch:
+class SampleMonitor:
     """Monitors validity, age and progress of both sensors' samples, and the time between ticks.
 
     Args:
@@ -300,11 +300,11 @@ class SampleWatch:
 
     def _frozen(self, tick: int) -> Trip:
         found, most = self._equal, self._most_equal
-        text = f"{found} new force samples in a row are equal to the one before in every bit, limit {most}"
+        text = f"{found} consecutive new force samples are identical, limit {most}"
         return Trip(TripReason.SAMPLE_FROZEN, tick, text, "force")
 
     def _not_as_agreed(self, tick: int, wrench: WrenchSample) -> Trip:
-        text = f"{_wrench_text(wrench)}, agreed were raw ones in {self._frame!r}"
+        text = f"{_wrench_text(wrench)}; expected raw wrenches in {self._frame!r}"
         return Trip(TripReason.WRENCH_CONTRACT, tick, text, "force")
 
     @staticmethod
@@ -319,11 +319,11 @@ def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
         DeviceError: The wrench has another kind or frame.
     """
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
-        raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task needs raw ones in {frame!r}")
+        raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task requires raw wrenches in {frame!r}")
 
 
 def _wrench_text(wrench: WrenchSample) -> str:
-    return f"wrenches are {wrench.kind.value} ones in the frame {wrench.frame!r}"
+    return f"{wrench.kind.value} wrenches in the frame {wrench.frame!r}"
 
 
 def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int, sample: str = "") -> Trip:
@@ -331,7 +331,7 @@ def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: in
     return Trip(reason, tick, f"{what} {found:.1f} ms, limit {limit:g} ms", sample)
 
 
-class WorkspaceWatch:
+class WorkspaceMonitor:
     """Compares the tip with the workspace, a box in the task frame, and with the exploration area."""
 
     def __init__(self, config: SupervisionConfig, workspace: Workspace) -> None:
@@ -341,7 +341,9 @@ class WorkspaceWatch:
         self._margin_m = config.area_margin_mm * 1e-3
         self._turns_rad = tuple(map(radians, workspace.turns_deg or (360.0, 360.0)))
 
-    def trip(self, tick: int, tip_m: Vector3, expectation: Expectation, turned_rad: tuple[float, float]) -> Trip | None:
+    def trip(
+        self, tick: int, tip_m: Vector3, constraints: PhaseConstraints, turned_rad: tuple[float, float]
+    ) -> Trip | None:
         """Return the trip for the position of the tip; None if it is inside.
 
         Args:
@@ -361,9 +363,9 @@ class WorkspaceWatch:
             found, limits = (
                 " and ".join(f"{degrees(each):.1f}" for each in pair) for pair in (turned_rad, self._turns_rad)
             )
-            text = f"tool leans and is turned by {found} degrees, the workspace ends at {limits}"
+            text = f"tool is tilted and turned by {found} degrees, limits {limits} degrees"
             return Trip(TripReason.WORKSPACE, tick, text)
-        area = expectation.area
+        area = constraints.area
         if area is None:
             return None
         (cx, cy), most = area.centre_m, area.half_width_m + self._margin_m
@@ -376,5 +378,5 @@ class WorkspaceWatch:
 
 def _left_workspace(tick: int, axis: str, place_m: float, low_m: float, high_m: float) -> Trip:
     value, limit = place_m * 1e3, (low_m if place_m < low_m else high_m) * 1e3
-    text = f"tip at {axis} = {value:.2f} mm in the task frame, the workspace ends at {limit:g} mm"
+    text = f"tip at {axis} = {value:.2f} mm in the task frame, workspace limit {limit:g} mm"
     return Trip(TripReason.WORKSPACE, tick, text)

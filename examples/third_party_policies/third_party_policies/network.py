@@ -1,7 +1,7 @@
 """An adapter for a network: a TorchScript or ONNX file that gives, for what is felt, a value for each action.
 
-    STRANGE_NETWORK=net.pt palpate run --rig rig.toml --policy strange_policies.network:Network
-    STRANGE_NETWORK=net.onnx palpate run --rig rig.toml --policy strange_policies.network:Network
+    POLICY_NETWORK=net.pt palpate run --rig rig.toml --policy third_party_policies.network:Network
+    POLICY_NETWORK=net.onnx palpate run --rig rig.toml --policy third_party_policies.network:Network
 
 The network takes (position x y z, reference x y z, force x y z, torque x y z) in mm, N and N mm as a float32 tensor of
 shape (12,), or (1, 12) where an ONNX file has it so, and gives a value for each action; the greatest is taken.
@@ -56,13 +56,13 @@ def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
 
 
 class Network(Policy):
-    """Chooses what the network of the file ``STRANGE_NETWORK`` values most; it does not learn."""
+    """Chooses what the network of the file ``POLICY_NETWORK`` values most; it does not learn."""
 
     temperature = None
 
     def __init__(self, context: PolicyContext) -> None:
         self._actions = context.actions
-        path = os.environ["STRANGE_NETWORK"]
+        path = os.environ["POLICY_NETWORK"]
         self._digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
         self._values = onnx(path) if path.endswith(".onnx") else torch_script(path)
         for _ in range(3):
@@ -91,4 +91,4 @@ class Network(Policy):
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         if state["sha256"] != self._digest:
-            raise ValueError("STRANGE_NETWORK names another network than the one of this log or policy file")
+            raise ValueError("POLICY_NETWORK names another network than the one of this log or policy file")

@@ -25,7 +25,7 @@ from palpate.adapters.mujoco import (
     metres_per_N,
     reference_N,
 )
-from palpate.adapters.visualisation.film.course import Course
+from palpate.adapters.visualisation.video.trajectory import Trajectory
 from palpate.core.policy import compass_actions
 
 _INSET: Final = 0.42
@@ -55,17 +55,17 @@ class Painter:
         UsageError: No graphics library works.
     """
 
-    def __init__(self, log: TrialLog, course: Course, size: tuple[int, int], camera: str) -> None:
+    def __init__(self, log: TrialLog, trajectory: Trajectory, size: tuple[int, int], camera: str) -> None:
         self._size, self._camera = size, camera
         self._cell = DrawnCell(log)
-        self._cell.pose(course.moments[0])
+        self._cell.pose(trajectory.moments[0])
         self._close, self._arm = self._cell.views()
-        self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in course.moments if m.force_N is not None)
+        self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in trajectory.moments if m.force_N is not None)
         self._outcome = outcome_of(log)
-        self._last = course.moments[-1].tick
+        self._last = trajectory.moments[-1].tick
         part = "contour" if self._cell.contour else "hole"
         known = self._cell.hole_known
-        notes = notes_of(tared=course.tared, hole_known=known, world=log.start.world, part=part)
+        notes = notes_of(tared=trajectory.tared, hole_known=known, world=log.start.world, part=part)
         self._notes = [title_of(log), *notes]
         self._to_task: Array = self._cell.goal_in_base.rotation.T
         self._stage = Stage(self._cell, size)

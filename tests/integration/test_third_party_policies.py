@@ -15,12 +15,12 @@ from palpate.adapters.replay.rebuild import Rebuilder
 from tests.command_line import CommandLine, shared_folder
 from tests.support.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
-PACKAGE = Path(__file__).parents[2] / "examples" / "strange_policies"
-DRIFT = "strange_policies.drift:Drift"
+PACKAGE = Path(__file__).parents[2] / "examples" / "third_party_policies"
+DRIFT = "third_party_policies.drift:Drift"
 
 
 def forget():
-    for name in [name for name in sys.modules if name.startswith(("strange_policies", "badly_made", "ill_made"))]:
+    for name in [name for name in sys.modules if name.startswith(("third_party_policies", "badly_made", "ill_made"))]:
         del sys.modules[name]
     importlib.invalidate_caches()
 
@@ -61,8 +61,8 @@ def replayed(messages, folder):
 @pytest.mark.usefixtures("installed")
 def test_it_is_trained_run_shown_and_compared(palpate, trained):
     document = load_policy(trained / "policy.json")
-    assert document.foreign.trials_learned == 2
-    assert document.foreign.state["holes"] == 2
+    assert document.third_party.trials_learned == 2
+    assert document.third_party.state["holes"] == 2
     assert f"made by {DRIFT}, 2 trials learned" in palpate.succeed("show", trained / "policy.json")
     palpate.succeed("run", "--policy", trained / "policy.json", "--trials", 1, "--out", "learned")
     start = read_log("learned/logs/trial-00000.mcap").start
@@ -74,7 +74,7 @@ def test_it_is_trained_run_shown_and_compared(palpate, trained):
     palpate.succeed("report", "learned")
     palpate.succeed("train", "--policy", DRIFT, "--trials", 1, "--out", "resumed")
     palpate.succeed("train", "--resume", "--out", "resumed", "--trials", 2)
-    learned = [load_policy(folder / "policy.json").foreign for folder in (Path("resumed"), trained)]
+    learned = [load_policy(folder / "policy.json").third_party for folder in (Path("resumed"), trained)]
     assert learned[0] == learned[1]
 
 
@@ -82,10 +82,10 @@ def test_trials_replay_with_its_code_and_without_it(palpate, trained, monkeypatc
     without = palpate.succeed("replay", trained)
     assert "2 of 2 equal in every bit" in without
     assert "of 2 of them the decisions were taken from the log" in without
-    assert "No module named 'strange_policies'" in without
+    assert "No module named 'third_party_policies'" in without
     assert "install what made it" in palpate("replay", trained, "--set", "task.max_force_N=20").stdout
     refused = palpate.refusal("run", "--policy", trained / "policy.json", "--out", "run")
-    assert "No module named 'strange_policies'" in refused
+    assert "No module named 'third_party_policies'" in refused
     monkeypatch.syspath_prepend(str(PACKAGE))
     with_code = palpate.succeed("replay", trained)
     assert "2 of 2 equal in every bit" in with_code
@@ -99,7 +99,7 @@ def turned(values, place):
 
 
 ALTERED = [
-    ("/tick", lambda made: one_ulp("asked_rad", 2)(made)),
+    ("/tick", lambda made: one_ulp("requested_rad", 2)(made)),
     ("/tick", lambda made: turned(made.wrench.force_N, 2)),
     ("/decision", one_ulp("displacement_m", 0)),
     ("/decision", lambda made: setattr(made, "source", "drifu")),
@@ -212,8 +212,17 @@ def test_a_network_of_torchscript_is_run_and_replayed(palpate, monkeypatch, tmp_
         layer.weight.copy_(torch.linspace(-1.0, 1.0, 96).reshape(8, 12))
     torch.jit.trace(layer, torch.zeros(12)).save(str(tmp_path / "net.pt"))
     monkeypatch.syspath_prepend(str(PACKAGE))
-    monkeypatch.setenv("STRANGE_NETWORK", str(tmp_path / "net.pt"))
-    words = ("--policy", "strange_policies.network:Network", "--trials", 1, "--task.time-limit-s", 1, "--out", "net")
+    monkeypatch.setenv("POLICY_NETWORK", str(tmp_path / "net.pt"))
+    words = (
+        "--policy",
+        "third_party_policies.network:Network",
+        "--trials",
+        1,
+        "--task.time-limit-s",
+        1,
+        "--out",
+        "net",
+    )
     palpate.succeed("run", *words, "--cell.hole-uncertainty-mm", 3, "--seed", 3)
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
     with torch.no_grad():
@@ -250,9 +259,9 @@ def onnx_file(weights):
 def onnx_network(monkeypatch, tmp_path):
     (tmp_path / "net.onnx").write_bytes(onnx_file([k / 96 - 0.5 for k in range(96)]))
     monkeypatch.syspath_prepend(str(PACKAGE))
-    monkeypatch.setenv("STRANGE_NETWORK", str(tmp_path / "net.onnx"))
+    monkeypatch.setenv("POLICY_NETWORK", str(tmp_path / "net.onnx"))
     quick = ("--trials", 1, "--task.time-limit-s", 1, "--cell.hole-uncertainty-mm", 3, "--seed", 3)
-    return ("run", "--policy", "strange_policies.network:Network", *quick, "--out", "net")
+    return ("run", "--policy", "third_party_policies.network:Network", *quick, "--out", "net")
 
 
 def test_a_network_of_onnx_is_run_and_replayed(palpate, onnx_network):

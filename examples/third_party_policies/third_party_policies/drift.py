@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.core.policy import Action, Decision, Hindsight, Observation, Policy, PolicyContext, Transition
+from palpate.core.policy import Action, Decision, EpisodeOutcome, Observation, Policy, PolicyContext, Transition
 
 FELT_Nm = 0.005
 """A torque below this is taken for none."""
@@ -50,9 +50,9 @@ class Drift(Policy):
     def learn(self, transition: Transition) -> None:
         """It is called for actions of the set only; this policy learns from hindsight."""
 
-    def end_trial(self, hindsight: Hindsight) -> None:
-        if hindsight.inserted:
-            self._sum_m = [self._sum_m[0] + hindsight.tip_m[0], self._sum_m[1] + hindsight.tip_m[1]]
+    def end_trial(self, episode: EpisodeOutcome) -> None:
+        if episode.inserted:
+            self._sum_m = [self._sum_m[0] + episode.tip_m[0], self._sum_m[1] + episode.tip_m[1]]
             self._holes += 1
 
     def get_state(self) -> dict[str, Any]:

@@ -17,12 +17,12 @@ class TripReason(enum.Enum):
     UNEXPECTED_CONTACT = "unexpected contact"
     SAMPLE_INVALID = "sample not valid"
     SAMPLE_STALE = "sample too old"
-    SAMPLE_REPEATED = "no new sample"
-    SAMPLE_FROZEN = "sample does not change"
-    SAMPLES_RECUR = "samples recur"
-    CHANNEL_FLAT = "channel without its noise"
-    SENSOR_NOISE = "noise above the sensor's own"
-    WRENCH_CONTRACT = "wrench of another frame or kind"
+    SAMPLE_REPEATED = "repeated sample"
+    SAMPLE_FROZEN = "frozen sample"
+    SAMPLES_RECUR = "recurring samples"
+    CHANNEL_FLAT = "flat channel"
+    SENSOR_NOISE = "too much sensor noise"
+    WRENCH_CONTRACT = "unexpected frame or kind of wrench"
     LATE_CYCLE = "late cycle"
     JOINT_POSITION = "joint outside its limits"
     JOINT_VELOCITY = "joint too fast"
@@ -30,11 +30,11 @@ class TripReason(enum.Enum):
     WORKSPACE = "tip outside the workspace"
     EXPLORATION_AREA = "tip outside the exploration area"
     COMMAND_NOT_FINITE = "command not finite"
-    COMMAND_JUMP = "command jumps"
-    PLATE_NOT_FELT = "deeper than the plate can be, with nothing felt"
-    CONTACT_MISMATCH = "force does not respond as the gripper's spring does"
-    TORQUE_WITHOUT_FORCE = "torque does not fit the force over the tool's lever"
-    PULLED = "pulled where the tool can only be pushed"
+    COMMAND_JUMP = "command jump"
+    PLATE_NOT_FOUND = "no contact at the depth of the plate"
+    CONTACT_MISMATCH = "force response does not match the gripper"
+    TORQUE_WITHOUT_FORCE = "torque does not match the force"
+    PULLED = "implausible pull"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,40 +56,40 @@ class Trip:
 
 
 @dataclass(frozen=True, slots=True)
-class Expectation:
+class PhaseConstraints:
     """Constraints on contact and position in the present phase of the task; one object serves a whole phase.
 
     Attributes:
         bias: Wrench at zero load, (6,), N and N m, as the sensor reads it; None before taring.
         area: The area that the tip must not leave; None outside exploration.
-        doubt: Mismatch of force and position found by the task's contact verification; None if there is none.
+        mismatch: Mismatch of force and position found by the task's contact verification; None if there is none.
     """
 
     contact: bool
     bias: tuple[float, float, float, float, float, float] | None = None
     area: ExplorationArea | None = None
-    doubt: Trip | None = None
+    mismatch: Trip | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Intervention:
+class CommandOverride:
     """A command that the supervisor changed.
 
     Attributes:
         reason: A joint limit for a clamped command, the trip's reason after a trip.
-        asked_rad: The command of the task, (n,); after a trip the position held.
+        requested_rad: The command of the task, (n,); after a trip the position held.
         command_rad: The command sent to the arm, (n,).
         trip: The latched cause; None for a clamped command.
     """
 
     reason: CommandReason | TripReason
-    asked_rad: JointVector
+    requested_rad: JointVector
     command_rad: JointVector
     trip: Trip | None = None
 
     def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
         """Return the arm's applied command, with the reason of the clamp if the arm itself changed nothing."""
-        if by_arm.reason is not CommandReason.AS_ASKED or not isinstance(self.reason, CommandReason):
+        if by_arm.reason is not CommandReason.AS_REQUESTED or not isinstance(self.reason, CommandReason):
             return by_arm
         return AppliedCommand(by_arm.position_rad, self.reason)
 
@@ -98,8 +98,8 @@ class Supervised(NamedTuple):
     """The command to the arm.
 
     Attributes:
-        intervention: The change of the task's command and its reason; None if unchanged.
+        command_override: The change of the task's command and its reason; None if unchanged.
     """
 
     command: JointCommand
-    intervention: Intervention | None = None
+    command_override: CommandOverride | None = None

@@ -13,7 +13,7 @@ _MS: Final = 1_000_000
 _REMEDY: Final = "find out why, then acknowledge"
 _HOST_UNHEARD: Final = 0x8130
 """Heartbeat error (CiA 301)."""
-_KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise [arm] patience, then acknowledge"
+_KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise [arm] timeout_scale, then acknowledge"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class AxisView:
     mode: int | None = None
 
 
-def trouble(
+def fault_of(
     views: Sequence[AxisView], settings: ArmSettings, now_ns: int, allowed: Sequence[DriveState] | None
 ) -> DriverError | None:
     """Return the most significant problem, or None.

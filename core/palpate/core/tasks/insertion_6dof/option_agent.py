@@ -1,4 +1,4 @@
-"""Programmed skills for a learner: options, each with its initiation set and termination."""
+"""Programmed options for a learner, each with its initiation set and termination."""
 
 from dataclasses import replace
 from math import copysign, hypot, radians
@@ -8,69 +8,75 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.perception import Perception
-from palpate.core.policy import Action, Decision, Law, Observation, Policy, Reinforcement, Spatial
+from palpate.core.policy import Action, ControllerKind, Decision, Observation, Policy, Reinforcement, Spatial
 from palpate.core.tasks.insertion import Agent
 from palpate.core.tasks.insertion_6dof.corner import UPRIGHT_RAD, Corner
 from palpate.core.tasks.insertion_6dof.corner_first import DRIVEN_ACTIONS, QUIET_ACTIONS, STAND_SHARE
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
-_LEAN, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("lean", "push", "drive", "stand", "insert", "withdraw")
+_TILT, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("tilt", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
 """Largest distance of a pushed tool from the centre, over the area's half-width."""
-_LEANS: Final = (1.0, 1.2)
+_TILTS: Final = (1.0, 1.2)
 """Shares of the tilt. With less, one corner in three or four slips out; with more, it becomes a lever between its
 walls."""
 _PUSHES: Final = (0.67, 1.0, 1.33)
 _STANDS: Final = (1.0, 1.6)
 _UNIT: Final = SpatialOptions()
-"""Options with the tilt and the push for which skills are listed."""
-_LEAN_RAD: Final = radians(_UNIT.lean_deg)
-_STAND_RAD: Final = STAND_SHARE * _LEAN_RAD
+"""Options with the tilt and the push for which the options are listed."""
+_TILT_RAD: Final = radians(_UNIT.tilt_deg)
+_STAND_RAD: Final = STAND_SHARE * _TILT_RAD
 
 
-SKILLS: Final = tuple(
+OPTIONS: Final = tuple(
     Action(name, (0.0, 0.0), spatial)
     for name, spatial in (
-        *((f"{_LEAN} {each:g}", Spatial(Law.LIFT, turn_rad=(0.0, -each * _LEAN_RAD, 0.0))) for each in _LEANS),
-        *((f"{_PUSH} {each:g}", Spatial(Law.PUSH, push_N=(each * _UNIT.push_N, 0.0))) for each in _PUSHES),
-        (_DRIVE, Spatial(Law.PUSH, turn_rad=(0.0, 0.0, _LEAN_RAD))),
-        *((f"{_STAND} {each:g}", Spatial(Law.PUSH, turn_rad=(0.0, each * _STAND_RAD, 0.0))) for each in _STANDS),
-        (_INSERT, Spatial(Law.INSERT)),
-        (_WITHDRAW, Spatial(Law.WITHDRAW)),
+        *(
+            (f"{_TILT} {each:g}", Spatial(ControllerKind.LIFT, turn_rad=(0.0, -each * _TILT_RAD, 0.0)))
+            for each in _TILTS
+        ),
+        *((f"{_PUSH} {each:g}", Spatial(ControllerKind.PUSH, push_N=(each * _UNIT.push_N, 0.0))) for each in _PUSHES),
+        (_DRIVE, Spatial(ControllerKind.PUSH, turn_rad=(0.0, 0.0, _TILT_RAD))),
+        *(
+            (f"{_STAND} {each:g}", Spatial(ControllerKind.PUSH, turn_rad=(0.0, each * _STAND_RAD, 0.0)))
+            for each in _STANDS
+        ),
+        (_INSERT, Spatial(ControllerKind.INSERT)),
+        (_WITHDRAW, Spatial(ControllerKind.WITHDRAW)),
     )
 )
-"""Numbers of each skill, the same for all shapes, for a corner in the direction of x; scaled by the options."""
+"""Parameters of each option, the same for all shapes, for a corner in the direction of x; scaled by the options."""
 
-_ANYWHERE: Final = ("upright", "leaning", "corner")
-_BEGINS: Final = {
-    _LEAN: _ANYWHERE, _PUSH: ("leaning", "corner"), _DRIVE: ("corner",), _STAND: ("leaning", "corner"),
+_ANYWHERE: Final = ("upright", "tilted", "corner")
+_INITIATION: Final = {
+    _TILT: _ANYWHERE, _PUSH: ("tilted", "corner"), _DRIVE: ("corner",), _STAND: ("tilted", "corner"),
     _INSERT: ("upright in the hole",), _WITHDRAW: ("upright in the hole", "corner"),
 }  # fmt: skip
-"""Initiation sets, as prefixes of the names of the situations; elsewhere a skill is useless or harmful."""
+"""Initiation sets, as prefixes of the names of the situations; elsewhere an option is useless or harmful."""
 
 
 _BY_RULE: Final = {
-    ("corner caught", _PUSH): _STAND, ("corner caught", _DRIVE): _STAND, ("corner wedged", _PUSH): _DRIVE,
+    ("corner seated", _PUSH): _STAND, ("corner seated", _DRIVE): _STAND, ("corner wedged", _PUSH): _DRIVE,
     ("corner turning", _DRIVE): _PUSH, ("upright in the hole", _INSERT): _WITHDRAW,
 }  # fmt: skip
-"""Next skill of the policy corner-first in special cases, by situation and previous skill."""
+"""Next option of the policy corner-first in special cases, by situation and previous option."""
 
 
-def may_begin(skill: str, state: str) -> bool:
-    """Return True if the initiation set of a skill contains a state, both by name."""
-    return state.startswith(_BEGINS[skill.partition(" ")[0]])
+def can_start(option: str, state: str) -> bool:
+    """Return True if the initiation set of an option contains a state, both by name."""
+    return state.startswith(_INITIATION[option.partition(" ")[0]])
 
 
-def by_rule(skill: str, state: str) -> bool:
-    """Return True if a skill, of any size, is the one that corner-first takes in a state, both by name."""
+def by_rule(option: str, state: str) -> bool:
+    """Return True if an option, of any size, is the one that corner-first takes in a state, both by name."""
     situation, _, before = state.removesuffix(" at first").partition(" after ")
-    upright = _INSERT if situation == "upright in the hole" else _LEAN
-    otherwise = upright if situation.startswith("upright") else _PUSH if before == _LEAN else _LEAN
-    return skill.partition(" ")[0] == _BY_RULE.get((situation, before), otherwise)
+    upright = _INSERT if situation == "upright in the hole" else _TILT
+    otherwise = upright if situation.startswith("upright") else _PUSH if before == _TILT else _TILT
+    return option.partition(" ")[0] == _BY_RULE.get((situation, before), otherwise)
 
 
-class Skills:
-    """Runs a skill action by action.
+class OptionRunner:
+    """Runs an option action by action.
 
     Args:
         options: Corners and weight of the peg.
@@ -84,30 +90,30 @@ class Skills:
         """Reset the tried corners."""
         self._corner, self._kind, self._tried = Corner(self._options), "", False
 
-    def begin(self, skill: Action, observation: Observation) -> None:
-        """Start this skill."""
-        corner, spatial = self._corner, skill.spatial or Spatial()
-        self._kind, self._spatial = skill.name.partition(" ")[0], spatial
+    def begin(self, option: Action, observation: Observation) -> None:
+        """Start this option."""
+        corner, spatial = self._corner, option.spatial or Spatial()
+        self._kind, self._spatial = option.name.partition(" ")[0], spatial
         self._done = self._quiet = 0
-        if self._kind == _LEAN:
+        if self._kind == _TILT:
             corner.take(corner.number + 1 if self._tried else 0)
-            corner.lean_rad, self._tried = radians(self._options.lean_deg) * -spatial.turn_rad[1] / _LEAN_RAD, True
+            corner.tilt_rad, self._tried = radians(self._options.tilt_deg) * -spatial.turn_rad[1] / _TILT_RAD, True
         elif self._kind == _PUSH:
             corner.push_N = self._options.push_N * spatial.push_N[0] / _UNIT.push_N
         elif self._kind == _DRIVE:
             self._side = copysign(1.0, observation.turn_rad[2])
 
-    def over(self, observation: Observation) -> bool:
-        """Return True if the running skill has terminated."""
-        corner, lean_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
+    def terminated(self, observation: Observation) -> bool:
+        """Return True if the running option has terminated."""
+        corner, tilt_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
         self._done += 1
         if kind == _INSERT or self._done >= corner.longest_push:
             # Also after as many actions as the longest push, without success.
             return True
-        if kind == _LEAN:
+        if kind == _TILT:
             return corner.over(observation)
         if kind == _STAND:
-            return lean_rad < UPRIGHT_RAD
+            return tilt_rad < UPRIGHT_RAD
         if kind == _WITHDRAW:
             return corner.clear(observation)
         _, depth, tip, wall, torque = corner.facts(observation)
@@ -118,12 +124,12 @@ class Skills:
         return self._quiet >= QUIET_ACTIONS or slipped
 
     def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """Return the next action of the skill: its displacement in m, (2,), and its other parameters."""
+        """Return the next action of the option: its displacement in m, (2,), and its other parameters."""
         corner, kind, none = self._corner, self._kind, (0.0, 0.0)
-        if kind == _LEAN:
+        if kind == _TILT:
             # A tool in the hole is withdrawn first; a lift would pull against the walls.
-            held = not corner.leaned and corner.facts(observation)[1] > 1.0
-            return (none, corner.withdrawing(observation)) if held else corner.leaning(observation)
+            held = not corner.tilted and corner.facts(observation)[1] > 1.0
+            return (none, corner.withdrawing(observation)) if held else corner.tilting(observation)
         if kind == _PUSH:
             return self._pushed(observation)
         if kind == _DRIVE and corner.facts(observation)[2] <= 1.0:
@@ -132,9 +138,9 @@ class Skills:
         if kind == _DRIVE:
             return self._pushed(observation)
         if kind == _STAND:
-            lean_rad = max(hypot(*observation.turn_rad[:2]), 1e-9)
-            stand_rad = radians(self._options.lean_deg) * self._spatial.turn_rad[1] / _LEAN_RAD
-            return none, self._pushed(observation, min(1.0, stand_rad / lean_rad))[1]
+            tilt_rad = max(hypot(*observation.turn_rad[:2]), 1e-9)
+            stand_rad = radians(self._options.tilt_deg) * self._spatial.turn_rad[1] / _TILT_RAD
+            return none, self._pushed(observation, min(1.0, stand_rad / tilt_rad))[1]
         if kind == _WITHDRAW:
             return none, corner.withdrawing(observation)
         return none, self._spatial
@@ -153,29 +159,29 @@ class Skills:
         return self._corner.lead_m, spatial
 
 
-class SkillAgent(Agent):
-    """Runs the chosen skill action by action; symbols, states and learning refer to whole skills.
+class OptionAgent(Agent):
+    """Runs the chosen option action by action; symbols, states and learning refer to whole options.
 
     Args:
-        skills: Runs the skills.
+        runner: Runs the options.
     """
 
     def __init__(
-        self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float, skills: Skills
+        self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float, runner: OptionRunner
     ) -> None:
         super().__init__(perception, policy, reinforcement, tick_s)
-        self._skills = skills
+        self._runner = runner
         self._began: int
 
     @override
     def begin(self, trial: int, rng: np.random.Generator) -> None:
         super().begin(trial, rng)
-        self._skills.begin_trial()
+        self._runner.begin_trial()
         self._running: Decision | None = None
 
     def _learn_from(self, tick: int, seen: Observation) -> int:
-        self._of_the_task = self._skills.facts(seen)
-        if self._running is not None and not self._skills.over(seen):
+        self._of_the_task = self._runner.facts(seen)
+        if self._running is not None and not self._runner.terminated(seen):
             return seen.state
         if self._pending is not None:
             # A stuck insertion took time although no action ran.
@@ -189,6 +195,6 @@ class SkillAgent(Agent):
             if chosen.index is None:
                 return chosen
             self._running, self.goes_on = chosen, True
-            self._skills.begin(chosen.action, observation)
-        displacement_m, spatial = self._skills.step(observation)
+            self._runner.begin(chosen.action, observation)
+        displacement_m, spatial = self._runner.step(observation)
         return replace(chosen, action=Action(chosen.action.name, displacement_m, spatial))

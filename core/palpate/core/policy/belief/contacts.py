@@ -9,7 +9,7 @@ from typing import Any, Final, TypeGuard
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import Hindsight, Observation
+from palpate.core.policy.base import EpisodeOutcome, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
@@ -24,7 +24,7 @@ _LEAST_N: Final = 1.0
 _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
-_MOST_TOUCHES: Final = 120
+_MAX_CONTACTS: Final = 120
 """Number of contacts stored per trial, the last ones; a blind search has many similar ones."""
 
 
@@ -35,7 +35,7 @@ def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
+class ContactObservation:
     """One wrench observation while the peg presses on the plate.
 
     Attributes:
@@ -49,7 +49,7 @@ class Touch:
     press: int
 
     @classmethod
-    def of(cls, observation: Observation) -> Touch:
+    def of(cls, observation: Observation) -> ContactObservation:
         """Extract it from an observation."""
         x, y, _ = observation.reference_m
         tx, ty, _ = observation.torque_Nm
@@ -77,7 +77,7 @@ class Touch:
 
 
 @dataclass(frozen=True, slots=True)
-class TouchedTrial:
+class ContactTrial:
     """A trial that ended in the hole.
 
     Attributes:
@@ -85,7 +85,7 @@ class TouchedTrial:
     """
 
     hole: tuple[int, int]
-    touches: tuple[Touch, ...]
+    contacts: tuple[ContactObservation, ...]
 
     @property
     def hole_m(self) -> tuple[float, float]:
@@ -93,18 +93,18 @@ class TouchedTrial:
         return self.hole[0] * LENGTH_M, self.hole[1] * LENGTH_M
 
     @classmethod
-    def of(cls, hindsight: Hindsight, touches: Sequence[Touch]) -> TouchedTrial:
+    def of(cls, episode: EpisodeOutcome, contacts: Sequence[ContactObservation]) -> ContactTrial:
         """Create it from the outcome of a trial that ended in the hole, with its last contacts."""
-        x, y, _ = hindsight.tip_m
-        return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(touches[-_MOST_TOUCHES:]))
+        x, y, _ = episode.tip_m
+        return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(contacts[-_MAX_CONTACTS:]))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON integers; each contact is x and y of position and torque, and the pressing force."""
-        touches = [[*touch.place, *touch.torque, touch.press] for touch in self.touches]
-        return {"hole": list(self.hole), "touches": touches}
+        contacts = [[*contact.place, *contact.torque, contact.press] for contact in self.contacts]
+        return {"hole": list(self.hole), "contacts": contacts}
 
     @classmethod
-    def from_dict(cls, where: str, data: Any) -> TouchedTrial:
+    def from_dict(cls, where: str, data: Any) -> ContactTrial:
         """Read the result of :meth:`to_dict`.
 
         Raises:
@@ -114,15 +114,19 @@ class TouchedTrial:
             "the hole as two whole numbers, each touch as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
             " 100 N m, the pressing force in mN up to 1 kN"
         )
-        if not isinstance(data, Mapping) or set(data) != {"hole", "touches"}:
+        if not isinstance(data, Mapping) or set(data) != {"hole", "contacts"}:
             raise ConfigurationError(where, data, accepted)
-        hole, touches = data["hole"], data["touches"]
-        if not isinstance(touches, Sequence) or not _within(hole, _GREATEST[:2]) or not all(map(_is_touch, touches)):
+        hole, contacts = data["hole"], data["contacts"]
+        if (
+            not isinstance(contacts, Sequence)
+            or not _within(hole, _GREATEST[:2])
+            or not all(map(_is_contact, contacts))
+        ):
             raise ConfigurationError(where, data, accepted)
-        return cls((hole[0], hole[1]), tuple(Touch((a, b), (c, d), e) for a, b, c, d, e in touches))
+        return cls((hole[0], hole[1]), tuple(ContactObservation((a, b), (c, d), e) for a, b, c, d, e in contacts))
 
 
-def _is_touch(row: object) -> bool:
+def _is_contact(row: object) -> bool:
     return _within(row, _GREATEST) and row[4] > 0
 
 
@@ -154,17 +158,17 @@ class Examples:
     trial: np.ndarray
 
     @classmethod
-    def of(cls, trials: Sequence[TouchedTrial]) -> Examples:
+    def of(cls, trials: Sequence[ContactTrial]) -> Examples:
         """Collect all contacts of these trials."""
         rows, numbers = [], []
-        for number, trial in enumerate(trial for trial in trials if trial.touches):
+        for number, trial in enumerate(trial for trial in trials if trial.contacts):
             before = None
-            for touch in trial.touches:
-                x, y = touch.place
+            for contact in trial.contacts:
+                x, y = contact.place
                 px, py = (x, y) if before is None else before.place
-                rows.append((*touch.torque, trial.hole[0] - x, trial.hole[1] - y, x - px, y - py, touch.load))
+                rows.append((*contact.torque, trial.hole[0] - x, trial.hole[1] - y, x - px, y - py, contact.load))
                 numbers.append(number)
-                before = touch
+                before = contact
         table = np.array(rows, dtype=np.float64).reshape(len(rows), 7)
         torque_Nm, to_hole_m, step_m = table[:, :2] * TORQUE_NM, table[:, 2:4] * LENGTH_M, table[:, 4:6] * LENGTH_M
         return cls(torque_Nm, table[:, 6].copy(), to_hole_m, step_m, np.array(numbers, dtype=int))

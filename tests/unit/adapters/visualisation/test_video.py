@@ -8,9 +8,9 @@ import pytest
 
 from palpate.adapters.log import DecisionEntry, EventEntry, read_log
 from palpate.adapters.mujoco import Moment
-from palpate.adapters.visualisation.film import require_video
-from palpate.adapters.visualisation.film.course import FORCE_TICKS, course_of
-from palpate.adapters.visualisation.film.picture import now_text
+from palpate.adapters.visualisation.video import require_video
+from palpate.adapters.visualisation.video.picture import now_text
+from palpate.adapters.visualisation.video.trajectory import FORCE_TICKS, trajectory_of
 from palpate.core.errors import UsageError
 from palpate.core.ports import JointSample, Validity, WrenchSample
 from tests.support.graphics import INSERTION
@@ -27,8 +27,8 @@ def test_picture_shows_time_phase_symbol_state_action_and_force():
     ]  # fmt: skip
 
 
-def course(path, ticks, *others):
-    return course_of(read_log(write_log(path / "a.mcap", ticks, others=others)))
+def trajectory(path, ticks, *others):
+    return trajectory_of(read_log(write_log(path / "a.mcap", ticks, others=others)))
 
 
 def decision(at, action):
@@ -36,7 +36,7 @@ def decision(at, action):
 
 
 def test_phases_and_actions_run_until_the_next(tmp_path):
-    trial = course(
+    trial = trajectory(
         tmp_path,
         [tick(k) for k in range(40)],
         EventEntry(tick=5, name="phase", detail="approach"),
@@ -54,7 +54,7 @@ def test_phases_and_actions_run_until_the_next(tmp_path):
 
 def test_forces_are_tared_means_over_the_last_ticks(tmp_path):
     tare = EventEntry(tick=0, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 0.03 N m, sensor frame")
-    trial = course(tmp_path, [tick(k) for k in range(20)], tare)
+    trial = trajectory(tmp_path, [tick(k) for k in range(20)], tare)
     assert trial.tared
     assert trial.moments[0].force_N == pytest.approx((-0.5, 0.0, 0.5))
     mean = np.mean([0.1 * k for k in range(20 - FORCE_TICKS, 20)])
@@ -68,7 +68,7 @@ def test_invalid_samples_are_not_drawn(tmp_path):
     bad_joints = JointSample((nan,) * 6, 0, 0, 5, Validity.INVALID)
     ticks = [tick(k) for k in range(10)]
     ticks[5] = replace(ticks[5], wrench=bad_wrench, joints=bad_joints)
-    trial = course(tmp_path, ticks)
+    trial = trajectory(tmp_path, ticks)
     assert trial.moments[5].force_N is None
     assert trial.moments[5].joints_rad == trial.moments[4].joints_rad
     # No mean over the gap.
@@ -77,7 +77,7 @@ def test_invalid_samples_are_not_drawn(tmp_path):
 
 @pytest.fixture(scope="module")
 def recorded():
-    return course_of(read_log(INSERTION))
+    return trajectory_of(read_log(INSERTION))
 
 
 def test_film_shows_each_time_the_newest_tick(recorded):

@@ -35,7 +35,7 @@ _LEGS: Final = 4
 """Parts of a motion, each with a new reference force, because the weight turns with the tool."""
 
 
-class Felt(NamedTuple):
+class Sample(NamedTuple):
     """One tick of a motion: joint angles, (n,) rad, and the wrench as measured, (6,) N and N m."""
 
     fresh: bool
@@ -43,7 +43,7 @@ class Felt(NamedTuple):
     wrench: tuple[float, ...]
 
 
-class CarefulArm:
+class GuardedMoves:
     """An arm that is moved slowly by the ports."""
 
     def __init__(
@@ -54,7 +54,7 @@ class CarefulArm:
     ) -> None:
         self._rig, self._ports, self.kinematics, self._loop = rig, rig.ports, kinematics, loop
         self._inverse = InverseKinematics(kinematics, PERIOD_S)
-        self._asked: JointVector = ()
+        self._requested: JointVector = ()
         self._start_ns = self._slot = 0
         self._sequence = -1
         self._first_N: Vector3 = (0.0, 0.0, 0.0)
@@ -68,7 +68,7 @@ class CarefulArm:
                 arm.deactivate()
             arm.activate()
             try:
-                self._asked = self._ports.joint_encoder.read().position_rad
+                self._requested = self._ports.joint_encoder.read().position_rad
                 self._start_ns, self._slot = clock.now_ns(), 0
                 self._mark()
                 yield
@@ -81,13 +81,13 @@ class CarefulArm:
         return self.kinematics.tip_in_base
 
     @property
-    def asked_rad(self) -> JointVector:
+    def requested_rad(self) -> JointVector:
         """The last commanded joint angles, (n,)."""
-        return self._asked
+        return self._requested
 
     def joint_line(self, target_rad: JointVector | Array) -> None:
         """Move straight in joint space within the speed limit of the tool, and wait until the arm has settled."""
-        begin, target = np.array(self._asked), np.asarray(target_rad)
+        begin, target = np.array(self._requested), np.asarray(target_rad)
         ticks = ceil(self._duration_s(begin, target) * CONTROL_RATE_HZ)
         for tick in range(1, ticks + 1):
             if (tick - 1) % max(ticks // _LEGS, 1) == 0:
@@ -95,14 +95,14 @@ class CarefulArm:
             self.tick(tuple((begin + (target - begin) * (tick / ticks)).tolist()))
         self.hold(_SETTLE_TICKS)
 
-    def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Felt]:
+    def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Sample]:
         """Move the tip straight at constant orientation and yield each tick; the motion ends when iteration ends."""
-        begin = self.place(self._asked)
+        begin = self.place(self._requested)
         way = target_in_base.translation - begin.translation
         ticks = max(1, ceil(float(np.linalg.norm(way)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
         for tick in range(1, ticks + 1):
             target = pin.SE3(begin.rotation, begin.translation + way * (tick / ticks))
-            q_rad, limited = self._inverse.step(self._asked, target)
+            q_rad, limited = self._inverse.step(self._requested, target)
             if limited:
                 raise DeviceError("rig", "the arm cannot move its tool straight from here: bring it elsewhere by hand")
             yield self.tick(q_rad)
@@ -112,13 +112,13 @@ class CarefulArm:
         for _ in self.tip_line(target_in_base):
             pass
 
-    def hold(self, ticks: int) -> list[Felt]:
+    def hold(self, ticks: int) -> list[Sample]:
         """Hold the pose and return the measurements; the last force becomes the reference for later ones."""
-        felt = [self.tick(self._asked) for _ in range(ticks)]
+        readings = [self.tick(self._requested) for _ in range(ticks)]
         self._mark()
-        return felt
+        return readings
 
-    def tick(self, q_rad: JointVector) -> Felt:
+    def tick(self, q_rad: JointVector) -> Sample:
         """Execute one control tick."""
         clock, ports = self._ports.clock, self._ports
         for _ in range(_BLIND_TICKS):
@@ -129,8 +129,8 @@ class CarefulArm:
             if seeing and dist(wrench.force_N, self._first_N) > FORCE_N:
                 raise DeviceError("rig", f"the force has changed by more than {FORCE_N:g} N: the arm was stopped")
             # Without valid sensor data the arm is commanded to hold its pose.
-            asked = q_rad if seeing else self._asked
-            applied = ports.arm.send(JointCommand(asked))
+            requested = q_rad if seeing else self._requested
+            applied = ports.arm.send(JointCommand(requested))
             self._slot = next_slot(self._start_ns, self._slot, now_ns)
             if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
                 # By then the fault that stopped the arm is known.
@@ -138,10 +138,10 @@ class CarefulArm:
                 cause = self._rig.stopped_by()
                 raise DeviceError("rig", f"the arm was held back: {applied.reason.value}{cause and f', {cause}'}")
             if seeing:
-                self._asked = asked
+                self._requested = requested
                 fresh, self._sequence = wrench.sequence != self._sequence, wrench.sequence
                 values = (*wrench.force_N, *wrench.torque_Nm)
-                return Felt(fresh, joints.position_rad, values)
+                return Sample(fresh, joints.position_rad, values)
         raise DeviceError("rig", f"joint sample {joints.validity.value}, force sample {wrench.validity.value}")
 
     def _mark(self) -> None:
@@ -162,6 +162,6 @@ class CarefulArm:
         return max(longest_m * parts / SPEED_M_S, turn_s, PERIOD_S)
 
 
-def fresh_wrenches(felt: Sequence[Felt]) -> Array:
+def fresh_wrenches(readings: Sequence[Sample]) -> Array:
     """Return the wrenches of new samples, (n, 6)."""
-    return np.array([each.wrench for each in felt if each.fresh])
+    return np.array([each.wrench for each in readings if each.fresh])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from palpate.core.policy.belief.touches import LENGTH_M, TORQUE_NM, Touch, TouchedTrial
+from palpate.core.policy.belief.contacts import LENGTH_M, TORQUE_NM, ContactObservation, ContactTrial
 
 CUE_NM = 0.02
 OFFSET_NM = (0.004, -0.002)
@@ -17,17 +17,17 @@ def touch_at(place_m, hole_m, rng, noise_Nm=0.003):
 def touch_of(place_m, torque_Nm):
     a, b = np.rint(place_m / LENGTH_M).astype(int).tolist()
     c, d = np.rint(torque_Nm / TORQUE_NM).astype(int).tolist()
-    return Touch((a, b), (c, d), 4900)
+    return ContactObservation((a, b), (c, d), 4900)
 
 
-def trials(count, touches=8, seed=3, noise_Nm=0.003):
+def trials(count, contacts=8, seed=3, noise_Nm=0.003):
     rng = np.random.default_rng(seed)
     made = []
     for _ in range(count):
         hole = rng.uniform(-0.003, 0.003, 2)
-        felt = tuple(touch_at(rng.uniform(-0.0035, 0.0035, 2), hole, rng, noise_Nm) for _ in range(touches))
+        felt = tuple(touch_at(rng.uniform(-0.0035, 0.0035, 2), hole, rng, noise_Nm) for _ in range(contacts))
         x, y = np.rint(hole / LENGTH_M).astype(int).tolist()
-        made.append(TouchedTrial((x, y), felt))
+        made.append(ContactTrial((x, y), felt))
     return made
 
 
@@ -43,14 +43,14 @@ def expected_Nm(way_m, lean_Nm):
     return seen - CUE_NM * across
 
 
-def leaning_trials(leans_Nm, touches=12, seed=5):
+def leaning_trials(leans_Nm, contacts=12, seed=5):
     """Trials with a lean each."""
     rng, made = np.random.default_rng(seed), []
-    for lean in leans_Nm:
+    for tilt in leans_Nm:
         felt = []
-        for _ in range(touches):
+        for _ in range(contacts):
             place = rng.uniform(-0.0025, 0.0025, 2)
-            torque = expected_Nm(-place, np.array(lean)) + 0.003 * rng.standard_normal(2)
+            torque = expected_Nm(-place, np.array(tilt)) + 0.003 * rng.standard_normal(2)
             felt.append(touch_of(place, torque))
-        made.append(TouchedTrial((0, 0), tuple(felt)))
+        made.append(ContactTrial((0, 0), tuple(felt)))
     return made

@@ -19,7 +19,7 @@ _SAME_S: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Course:
+class Trajectory:
     """All moments of a trial, in order, and whether their forces are tared."""
 
     moments: tuple[Moment, ...]
@@ -54,7 +54,7 @@ class Course:
         return [self.moments[max(int(row), 0)] for row in rows]
 
 
-def course_of(log: TrialLog) -> Course:
+def trajectory_of(log: TrialLog) -> Trajectory:
     """Return the moments of a trial, from the first tick with a time and joint angles.
 
     Raises:
@@ -87,7 +87,7 @@ def course_of(log: TrialLog) -> Course:
         )
     if not moments:
         raise LogError(log.path, "", "has no tick with a time and joint angles", "there is nothing to draw")
-    return Course(tuple(moments), any(series.tare.bias))
+    return Trajectory(tuple(moments), any(series.tare.bias))
 
 
 def _decisions(log: TrialLog) -> tuple[list[int], list[DecisionEntry | None]]:

@@ -7,8 +7,8 @@ from typing import Final, Protocol
 
 from typing_extensions import override
 
-from palpate.core.motion import ControlLaw, TipMotion
-from palpate.core.ports import STILL, Vector3
+from palpate.core.motion import Controller, TipMotion
+from palpate.core.ports import ZERO_VELOCITY, Vector3
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import Measurement, TaskConfig
 
@@ -37,22 +37,22 @@ class RunningPhase(Protocol):
 class Lift(RunningPhase):
     """Moves straight up to the ready height."""
 
-    def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw) -> None:
-        self._motion, self._law = motion, law
+    def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller) -> None:
+        self._motion, self._controller = motion, controller
         self._ready_z_m = -task.ready_height_mm * 1e-3
 
     def step(self) -> Vector3:
         """Move up; if the tool is already there, the tick belongs to the next phase."""
         x, y, z = self._motion.reference_m
         self.over = z <= self._ready_z_m + 1e-6
-        return self._law.velocity_m_s((x, y, z), (x, y, self._ready_z_m), _NO_FORCE)
+        return self._controller.velocity_m_s((x, y, z), (x, y, self._ready_z_m), _NO_FORCE)
 
 
 class Transfer(RunningPhase):
     """Moves at the ready height to the start of the trial; a turned tool is turned upright meanwhile."""
 
-    def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw, state: TrialState) -> None:
-        self._motion, self._law, self._state = motion, law, state
+    def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller, state: TrialState) -> None:
+        self._motion, self._controller, self._state = motion, controller, state
         self._ready_z_m = -task.ready_height_mm * 1e-3
 
     @override
@@ -63,7 +63,7 @@ class Transfer(RunningPhase):
         if not upright:
             self._motion.right(_RIGHTING_RAD_S)
         self.over = upright and max(map(abs, map(sub, reference, target))) < 1e-6
-        return self._law.velocity_m_s(reference, target, _NO_FORCE)
+        return self._controller.velocity_m_s(reference, target, _NO_FORCE)
 
 
 class Settle(RunningPhase):
@@ -105,4 +105,4 @@ class Settle(RunningPhase):
             )
             self._state.event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
             self.over = True
-        return STILL
+        return ZERO_VELOCITY

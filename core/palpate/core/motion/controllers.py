@@ -8,7 +8,7 @@ from palpate.core.errors import ConfigurationError, require_in
 from palpate.core.ports import Vector3
 
 
-class ControlLaw(Protocol):
+class Controller(Protocol):
     """Computes the velocity of the tip's reference until the next control tick."""
 
     @abstractmethod
@@ -37,7 +37,7 @@ def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
     return x * shrink, y * shrink, z * shrink
 
 
-class HybridControl(ControlLaw):
+class HybridControl(Controller):
     """One controller across the tool axis (x and y), another along it (z).
 
     The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the insertion
@@ -45,7 +45,7 @@ class HybridControl(ControlLaw):
     combination is stable if each of them is.
     """
 
-    def __init__(self, across: ControlLaw, along: ControlLaw) -> None:
+    def __init__(self, across: Controller, along: Controller) -> None:
         self._across, self._along = across, along
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
@@ -63,7 +63,7 @@ class HybridControl(ControlLaw):
         self._along.reset()
 
 
-class DampingControl(ControlLaw):
+class DampingControl(Controller):
     """v = (F - F_nominal) / B (generalised damping; source paper, section 5.4 and its reference 4).
 
     In free space the tool moves at -F_nominal / B; in contact it stops where the reaction force is F_nominal.
@@ -104,7 +104,7 @@ class DampingControl(ControlLaw):
         return limited((m * (fx - x), m * (fy - y), m * (fz - z)), self._speed)
 
 
-class PositionControl(ControlLaw):
+class PositionControl(Controller):
     """Moves towards the target with limited speed: v = K (target - reference).
 
     Stability: with control period T the error is multiplied by 1 - K T each tick, so 0 < K T < 2 is required; K T must
@@ -126,7 +126,7 @@ class PositionControl(ControlLaw):
         return limited((k * (tx - x), k * (ty - y), k * (tz - z)), self._speed)
 
 
-class ForceControl(ControlLaw):
+class ForceControl(Controller):
     """Proportional and integral force control in velocity form: v = k_i e + k_p de/dt, e = F - F_target.
 
     The tip's displacement is the integral of v. Therefore k_i is the integral gain and k_p the proportional gain of a

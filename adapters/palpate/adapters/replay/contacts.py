@@ -16,7 +16,7 @@ from palpate.core.errors import ConfigurationError, LogError, one_line
 from palpate.core.perception import perception_from_dict
 from palpate.core.policy import (
     Decision,
-    Hindsight,
+    EpisodeOutcome,
     LearnerEntry,
     Observation,
     Policy,
@@ -24,15 +24,15 @@ from palpate.core.policy import (
     Transition,
     document_of,
 )
-from palpate.core.policy.belief import FEWEST_TOUCHES, Touch, TouchedTrial
+from palpate.core.policy.belief import MIN_CONTACTS, ContactObservation, ContactTrial
 
 
-class TouchWatch(Policy):
+class ContactCollector(Policy):
     """Wraps a policy and keeps the contacts of each trial that ends in the hole."""
 
-    def __init__(self, policy: Policy, trials: list[TouchedTrial]) -> None:
+    def __init__(self, policy: Policy, trials: list[ContactTrial]) -> None:
         self._policy, self._trials = policy, trials
-        self._touches: list[Touch] = []
+        self._contacts: list[ContactObservation] = []
 
     @property
     @override
@@ -45,12 +45,12 @@ class TouchWatch(Policy):
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        self._touches = []
+        self._contacts = []
         self._policy.begin_trial(trial, rng)
 
     @override
     def choose(self, observation: Observation) -> Decision:
-        self._touches.append(Touch.of(observation))
+        self._contacts.append(ContactObservation.of(observation))
         return self._policy.choose(observation)
 
     @override
@@ -58,14 +58,14 @@ class TouchWatch(Policy):
         self._policy.learn(transition)
 
     @override
-    def end_trial(self, hindsight: Hindsight) -> None:
-        if hindsight.inserted:
-            self._trials.append(TouchedTrial.of(hindsight, self._touches))
-        self._policy.end_trial(hindsight)
+    def end_trial(self, episode: EpisodeOutcome) -> None:
+        if episode.inserted:
+            self._trials.append(ContactTrial.of(episode, self._contacts))
+        self._policy.end_trial(episode)
 
 
 @dataclass(frozen=True)
-class FoundTouches:
+class FoundContacts:
     """Contacts in recorded trials: settings of the first, and the policy file of a belief that learned from all."""
 
     config: RunConfig
@@ -74,7 +74,7 @@ class FoundTouches:
     left_out: tuple[str, ...]
 
 
-def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundTouches:
+def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundContacts:
     """Return the contacts in the logs of one tool, in the order of learning.
 
     The core is replayed over each log, so any policy may have acted.
@@ -83,8 +83,8 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
         ConfigurationError: The logs are of different tools, or contain too few contacts.
         LogError: The first log cannot be read.
     """
-    trials: list[TouchedTrial] = []
-    rebuilder = Rebuilder(around=lambda policy: TouchWatch(policy, trials))
+    trials: list[ContactTrial] = []
+    rebuilder = Rebuilder(around=lambda policy: ContactCollector(policy, trials))
     first = read_log(paths[0])
     recorded, left_out = config_of(first), list[str]()
     for path in paths:
@@ -101,10 +101,10 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
                 del trials[before:]
                 left_out.append(f"{path}: does not replay: {came_to.first}")
         gone_through()
-    found = sum(len(trial.touches) for trial in trials)
-    if found < FEWEST_TOUCHES:
+    found = sum(len(trial.contacts) for trial in trials)
+    if found < MIN_CONTACTS:
         told = f"{found} in {len(trials)} trials that ended in the hole, of {len(paths)} logs"
-        raise ConfigurationError("touches", told, f"at least {FEWEST_TOUCHES}")
+        raise ConfigurationError("contacts", told, f"at least {MIN_CONTACTS}")
     config = recorded
     if config.learner != "belief":
         config = overlay(replace(recorded, learner="belief"), LEARNERS["belief"])
@@ -120,7 +120,7 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
         created_with=made_with(),
         perception=perception_settings(config, perception),
     )
-    return FoundTouches(config, replace(document, learner=belief), len(trials), tuple(left_out))
+    return FoundContacts(config, replace(document, learner=belief), len(trials), tuple(left_out))
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:

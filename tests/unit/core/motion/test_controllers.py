@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion.laws import DampingControl, ForceControl, PositionControl, limited
+from palpate.core.motion.controllers import DampingControl, ForceControl, PositionControl, limited
 
 PERIOD_S = 1.0 / 140
 ORIGIN = (0.0, 0.0, 0.0)
@@ -29,10 +29,10 @@ def force(integral=1e-3, proportional=0.0, target=ORIGIN, speed=1.0, k=1e4):
     return ForceControl(integral, proportional, target, speed, k, PERIOD_S)
 
 
-def refuse(field, law, **gains):
+def refuse(field, controller, **gains):
     """The words with which a law refuses a gain, by its name."""
     with pytest.raises(ConfigurationError) as caught:
-        law(**gains)
+        controller(**gains)
     assert caught.value.field == f"control.{field}"
     assert caught.value.value in gains.values() or nan in gains.values()
     return str(caught.value)
@@ -53,15 +53,15 @@ def test_a_velocity_is_shortened_and_keeps_its_direction(velocity, limit):
 
 
 @pytest.mark.parametrize(
-    ("law", "target", "force_N"),
+    ("controller", "target", "force_N"),
     [
         (position(speed=0.01), (0.3, 0.0, -0.4), ORIGIN),
         (damping(100.0, ORIGIN, 0.01), ORIGIN, (3.0, 0.0, -4.0)),
         (force(speed=0.01), ORIGIN, (30.0, 0.0, -40.0)),
     ],
 )
-def test_every_law_keeps_it(law, target, force_N):
-    assert law.velocity_m_s(ORIGIN, target, force_N) == pytest.approx((0.006, 0.0, -0.008))
+def test_every_law_keeps_it(controller, target, force_N):
+    assert controller.velocity_m_s(ORIGIN, target, force_N) == pytest.approx((0.006, 0.0, -0.008))
 
 
 # Position control goes to the target and never past it.
@@ -70,10 +70,10 @@ def test_every_law_keeps_it(law, target, force_N):
 @settings(deadline=None)
 @given(gain=st.floats(1.0, 140.0), speed=st.floats(1e-3, 0.1), distance=st.floats(-5e-3, 5e-3))
 def test_it_arrives_without_overshoot_for_every_accepted_gain(gain, speed, distance):
-    law = position(gain, speed)
+    controller = position(gain, speed)
     x = 0.0
     for _ in range(4000):
-        vx, _, _ = law.velocity_m_s((x, 0.0, 0.0), (distance, 0.0, 0.0), ORIGIN)
+        vx, _, _ = controller.velocity_m_s((x, 0.0, 0.0), (distance, 0.0, 0.0), ORIGIN)
         before = abs(distance - x)
         x += vx * PERIOD_S
         assert abs(distance - x) <= before
@@ -89,13 +89,13 @@ margins = st.floats(1.0, 20.0)  # damping in units of the lowest one accepted
 
 def pressed(stiffness, margin, delay, speed, ticks):
     """Force along z, tick by tick, while the law presses on a spring; the force arrives some ticks late."""
-    law = damping(2 * stiffness * PERIOD_S * margin, speed=speed, k=stiffness)
+    controller = damping(2 * stiffness * PERIOD_S * margin, speed=speed, k=stiffness)
     z, forces = 0.0, []
     sensed = deque([0.0] * delay, maxlen=delay + 1)
     for _ in range(ticks):
         forces.append(-stiffness * max(z, 0.0))
         sensed.append(forces[-1])
-        _, _, vz = law.velocity_m_s(ORIGIN, ORIGIN, (0.0, 0.0, sensed[0]))
+        _, _, vz = controller.velocity_m_s(ORIGIN, ORIGIN, (0.0, 0.0, sensed[0]))
         z += vz * PERIOD_S
     return forces
 
@@ -118,14 +118,14 @@ def highest_integral(stiffness, proportional):
     return (1.0 - stiffness * proportional) / (stiffness * PERIOD_S)
 
 
-def on_a_spring(law, stiffness, ticks, delay=0):
+def on_a_spring(controller, stiffness, ticks, delay=0):
     """Force along x, tick by tick, of a tip that starts 7 N away from the target."""
     x, forces = 5.0 / stiffness, []
     sensed = deque([-5.0] * delay, maxlen=delay + 1)
     for _ in range(ticks):
         forces.append(-stiffness * x)
         sensed.append(forces[-1])
-        vx, _, _ = law.velocity_m_s(ORIGIN, ORIGIN, (sensed[0], 0.0, 0.0))
+        vx, _, _ = controller.velocity_m_s(ORIGIN, ORIGIN, (sensed[0], 0.0, 0.0))
         x += vx * PERIOD_S
     return forces
 
@@ -135,8 +135,8 @@ def on_a_spring(law, stiffness, ticks, delay=0):
 def test_the_force_settles_for_every_accepted_gain(stiffness, p, i):
     proportional = 0.5 * p / stiffness
     integral = i * highest_integral(stiffness, proportional)
-    law = force(integral, proportional, TARGET, k=stiffness)
-    forces = on_a_spring(law, stiffness, 900)
+    controller = force(integral, proportional, TARGET, k=stiffness)
+    forces = on_a_spring(controller, stiffness, 900)
     assert max(abs(f - 2.0) for f in forces[-20:]) < 1e-3
     assert max(abs(f - 2.0) for f in forces) <= 7.0 * (1 + 1e-9)  # never farther than at first
 
@@ -150,11 +150,11 @@ def test_too_much_integral_gain_is_refused_by_name(stiffness, p, excess):
 
 
 @pytest.mark.parametrize(
-    ("law", "gains", "field", "said"),
+    ("controller", "gains", "field", "said"),
     [
         *(
-            (law, {"speed": speed}, "speed_limit_m_s", "")
-            for law in (position, damping, force)
+            (controller, {"speed": speed}, "speed_limit_m_s", "")
+            for controller in (position, damping, force)
             for speed in (0.0, 1.1, nan)
         ),
         *((position, {"gain": gain}, "position_gain_per_s", "from 0.001 to 140") for gain in (140.1, 0.0, nan)),
@@ -169,15 +169,15 @@ def test_too_much_integral_gain_is_refused_by_name(stiffness, p, excess):
         ),
     ],
 )
-def test_gain_that_is_unstable_or_none_is_refused_by_name(law, gains, field, said):
-    assert said in refuse(field, law, **gains)
+def test_gain_that_is_unstable_or_none_is_refused_by_name(controller, gains, field, said):
+    assert said in refuse(field, controller, **gains)
 
 
 def test_a_new_contact_does_not_begin_with_a_kick():
-    law = force(1e-5, 1e-5)
-    fresh = law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0))
+    controller = force(1e-5, 1e-5)
+    fresh = controller.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0))
     assert fresh == pytest.approx((1e-4, 0.0, 0.0))
-    kicked = law.velocity_m_s(ORIGIN, ORIGIN, (-10.0, 0.0, 0.0))
+    kicked = controller.velocity_m_s(ORIGIN, ORIGIN, (-10.0, 0.0, 0.0))
     assert abs(kicked[0]) > 100 * abs(fresh[0])
-    law.reset()
-    assert law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0)) == fresh
+    controller.reset()
+    assert controller.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0)) == fresh
