@@ -19,6 +19,7 @@ LONG = "x" * 300
 """A name longer than any file system takes."""
 COMMANDS = "train, run, compare, study, plan, show, explore, infer, replay, report, log, render, emulate, rig, settings"
 STUDIES = {"reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]", "small": "[study]\ntrials = 1\n"}
+STUDIES["slip"] = "[study]\npolicies = ['qlearning']\n"
 TEXTS = {
     "zebra.toml": rig_text("zebra-nmc", "jr3-can", "zebra-zero"),
     "deep.json": "[" * 100_000,
@@ -56,6 +57,12 @@ def desk(palpate, trained, tmp_path):
         ("frobnicate", COMMANDS),
         ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
         ("run", "a policy file, or one of oracle"),
+        ("run --policy a_study", "a policy file, such as a_study/policy.json"),
+        ("run --policy torque --policy random", "--policy is given twice; give it once, followed by all its values"),
+        ("run --policy torque --cell.peg.shape hexagon", "did you mean --part.shape?"),
+        ("compare --seeds 3", "palpate study compares policies over several seeds"),
+        ("train --learner mine:Mine", "palpate train --policy trains code of your own"),
+        ("study slip.toml", "; did you mean q-learning?"),
         ("run --policy magic", "policy = 'magic' is refused: a policy file, or one of oracle"),
         ("replay sound.mcap --set task.max_force=5", "did you mean task.max_force_N"),
         # What does not go together.

@@ -129,6 +129,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     if any(word in ("-h", "--help") for word in words):
         sys.stdout.write(help_text(kind, command))
         raise SystemExit(0)
+    _require_once(kind, words)
     own, rest = _own(kind, command, words)
     if not isinstance(own, RunSettings):
         if rest:
@@ -151,6 +152,15 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     return cast("T", own.with_run(_composed(own, table, bool(facts), given)))
 
 
+def _require_once(kind: type, words: Sequence[str]) -> None:
+    """Refuse an option of a command that is given twice, because one of its values would be lost."""
+    given = [word.partition("=")[0].replace("_", "-") for word in words]
+    for name, annotation in kinds_of(kind).items():
+        flag = f"--{name.replace('_', '-')}"
+        if given.count(flag) > 1 and tyro.conf.UseAppendAction not in get_args(annotation):
+            raise UsageError(f"{flag} is given twice; give it once, followed by all its values")
+
+
 def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[str]]:
     """Return the command's own options, and all other words."""
     output = io.StringIO()
@@ -165,7 +175,9 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
                 config=(tyro.conf.HelptextFromCommentsOff,),
             )
     except SystemExit:
-        raise UsageError(_one_line(output.getvalue())) from None
+        message = _one_line(output.getvalue())
+        own = "; palpate train --policy trains code of your own" if re.match("learner = '.*:", message) else ""
+        raise UsageError(message + own) from None
 
 
 def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: Mapping[str, Any]) -> RunConfig:
@@ -238,9 +250,14 @@ def flags_of(kind: type) -> set[str]:
 
 def _unknown(kind: type, command: str, word: str) -> UsageError:
     word = word.split("=", 1)[0].replace("_", "-")
-    near = difflib.get_close_matches(word, sorted(flags_of(kind)), n=1, cutoff=0.6)
+    flags, last = sorted(flags_of(kind)), word.rpartition(".")[2]
+    # The same name in another table is nearer than a similar one.
+    near = sorted((flag for flag in flags if "." in word and flag.endswith(f".{last}")), key=len)
+    near = near or difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
     others = [name for name, found in COMMANDS.items() if found.module and word in flags_of(options_of(name))]
     others = others if word.startswith("--") else []
     belongs = f", but of palpate {', '.join(others)}" if others else ""
+    if word == "--seeds":
+        belongs += "; palpate study compares policies over several seeds"
     hint = f"; did you mean {near[0]}?" if near else "" if others else "; see --help"
     return UsageError(f"{word} is not an option of palpate {command}{belongs}{hint}")

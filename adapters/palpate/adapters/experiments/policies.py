@@ -204,6 +204,8 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
     Raises:
         ConfigurationError: There is neither, or the file cannot be read.
     """
+    if os.path.isdir(name):
+        raise ConfigurationError("policy", name, f"a policy file, such as {os.path.join(name, 'policy.json')}")
     if os.path.exists(name):
         return load_policy(Path(name)), ""
     if not (code := third_party_code(name)):

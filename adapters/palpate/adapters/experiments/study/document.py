@@ -150,7 +150,7 @@ class _Head(Settings):
     def check(self) -> None:
         for name in self.policies:
             known = name in (*LEARNERS, *BASELINES) or policy_file(name) or third_party_code(name)
-            self.require("policies", bool(known), _POLICIES)
+            self.require("policies", bool(known), _POLICIES + did_you_mean(name, (*LEARNERS, *BASELINES)))
 
 
 @dataclass(frozen=True)
