@@ -101,10 +101,7 @@ def turned(values, place):
 ALTERED = [
     ("/tick", lambda made: one_ulp("requested_rad", 2)(made)),
     ("/tick", lambda made: turned(made.wrench.force_N, 2)),
-    ("/decision", one_ulp("displacement_m", 0)),
     ("/decision", lambda made: setattr(made, "source", "drifu")),
-    ("/reinforcement", one_ulp("reinforcement")),
-    ("/event", lambda made: setattr(made, "tick", made.tick ^ 1)),
     ("/end", one_ulp("depth_m")),
 ]
 """A bit of a message of this channel is turned over."""

@@ -89,9 +89,8 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
             assert server.host in arm.fault
 
 
-@pytest.mark.parametrize("way", ["no set-points", "the client is killed"])
 @pytest.mark.usefixtures("real_time")
-def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(way):
+def test_controller_stops_the_arm_of_a_client_that_is_killed():
     with served() as server:
         link = UrLink(server.host, 500.0)
         link.open(5.0)
@@ -100,12 +99,10 @@ def test_without_set_points_or_without_the_client_the_controller_stops_the_arm(w
         with server.exclusive() as controller:
             pass
         wait_for(lambda: not controller.stationary)
-        if way == "the client is killed":
-            link._process.kill()
+        link._process.kill()
         since_s = time.monotonic()
         wait_for(lambda: controller.stationary)
         require_within(1.0, since_s)
-        if way == "the client is killed":
-            with pytest.raises(DriverError, match="is broken"):
-                wait_for(lambda: link.state() is None)
+        with pytest.raises(DriverError, match="is broken"):
+            wait_for(lambda: link.state() is None)
         link.close()

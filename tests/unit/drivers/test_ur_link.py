@@ -100,7 +100,8 @@ def test_link_leads_the_client_and_shows_its_state(link, client):
 
 
 def test_stopped_program_is_not_stopped_again_at_the_end(link, client):
-    link.open(LIMIT_S)
+    client.answers["getSerialNumber"] = RuntimeError("unknown command")
+    assert link.open(LIMIT_S).serial == ""
     assert link.call("stop", LIMIT_S, 15.0)
     link.call("control", LIMIT_S, 0.0)
     link.servo(POSE, 0.007, 0.03, 1000.0)
@@ -119,11 +120,6 @@ def test_refused_request_is_named_and_the_link_stays(link, client, error, said):
         link.call("remote", LIMIT_S)
     client.answers["isInRemoteControl"] = False
     assert link.call("remote", LIMIT_S) is False
-
-
-def test_robot_without_a_serial_number_has_a_version(link, client):
-    client.answers["getSerialNumber"] = RuntimeError("unknown command")
-    assert link.open(LIMIT_S).serial == ""
 
 
 def test_program_that_does_not_start_is_named(link, client, monkeypatch):

@@ -101,21 +101,6 @@ def test_relations_are_refused_with_the_bound_and_what_to_do(table, fields, told
     assert told in str(caught.value)
 
 
-@pytest.mark.parametrize("table", STATED)
-def test_what_no_default_is_safe_for_must_be_stated(table):
-    job = deepcopy(JOBS["paper-peg"])
-    del job[table]
-    with pytest.raises(ConfigurationError, match=", ".join(f"{table}.{field}" for field in STATED[table])):
-        read_job(job)
-
-
-def test_another_table_is_refused_with_the_nearest_name():
-    with pytest.raises(ConfigurationError, match="did you mean part"):
-        read_job({**JOBS["paper-peg"], "parts": {}})
-    with pytest.raises(ConfigurationError, match="other settings belong in --config"):
-        read_job({**JOBS["paper-peg"], "task": {"step_mm": 0.5}})
-
-
 PAGE = Path(__file__).parents[4] / "docs" / "job-file.md"
 BEGIN, END = "<!-- fields -->\n", "<!-- end of fields -->\n"
 

@@ -55,7 +55,6 @@ def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path):
     [
         ("format = 1\n" + RIG, "format = 1 is refused: 2, which this palpate reads"),
         (RIG + URDF.replace("flange", "flansch"), "missing flange"),
-        (RIG + "[calibration]\nmounting_deg = 400.0\n", r"calibration\.mounting_deg = 400.0 is refused"),
     ],
 )
 def test_rig_file_that_is_wrong_is_refused(path, text, refused):

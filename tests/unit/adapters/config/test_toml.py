@@ -41,12 +41,6 @@ def test_any_text_comes_back(name, action):
     assert overlay(LearningConfig(), loads(to_toml(learning))) == learning
 
 
-@pytest.mark.parametrize("table", [{"task": 3}, {"task": {"goal": [1.0]}}])
-def test_a_value_where_a_table_belongs_is_named(table):
-    with pytest.raises(ConfigurationError, match=r"^task(\.goal)? = .* is refused: a table$"):
-        overlay(RunConfig(), table)
-
-
 @pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'", b"a = " + b"[" * 2000 + b"]" * 2000])
 def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
     path = tmp_path / "run.toml"

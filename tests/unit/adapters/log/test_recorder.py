@@ -83,13 +83,15 @@ def ticks_of(log):
     return [record.tick for record in log.records()]
 
 
-def test_tick_holds_what_passed_the_ports():
+def test_tick_holds_what_passed_the_ports_and_messages_are_numbered():
     bench = Bench.running(3)
     record = list(bench.log().records())[2]
     now, command = bench.clock.now_ns(), bench.command(2)
     assert record == TickRecord(
         2, now, now, bench.sensor.read(), bench.encoder.read(), command, AppliedCommand(command)
     )
+    messages, _ = read_messages("x.mcap", bench.sink.logs[-1])
+    assert [message.sequence for message in messages] == list(range(len(messages)))
 
 
 @pytest.mark.parametrize(

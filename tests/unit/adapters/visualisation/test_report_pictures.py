@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from matplotlib.image import imread
 
-from palpate.adapters.visualisation.report.page import success_of
 from palpate.adapters.visualisation.report.pictures import learning_picture, sweep_picture
 from palpate.adapters.visualisation.report.policy_picture import policy_picture
 from palpate.core.policy import (
@@ -78,7 +77,3 @@ def test_of_many_states_the_most_visited_are_drawn():
     picture = policy_picture(policy(*table, row("never", "-x", visits=0)))
     assert "The 48 most visited of 61 states" in picture.caption
     assert "never" not in picture.alt
-
-
-def test_success_has_its_exact_interval():
-    assert success_of(rows(1.0, 1.0, wins=[True, False])) == "50.0% [1.3%, 98.7%]"

@@ -14,7 +14,6 @@ from palpate.core.automata.machine import Kind, Machine, shown_names, shown_outp
 from palpate.core.automata.minimise import difference, equivalent_states, minimised
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, machines, words
-from tests.unit.core.json_changes import put, require_refused
 
 PARITY = dfa([[1, 0], [0, 1]], [0])
 TWO_OUTPUTS = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
@@ -118,12 +117,6 @@ FILE = """\
  ]
 }
 """
-CONTRADICTIONS = [
-    (put("alphabet", ["a", "c"]), "states[0].next"),
-    (put("start", "none"), "start"),
-    (put("states", 0, "output", "x"), "states[0].output"),
-    (put("states", 0, "next", "a", "gone"), "states[0].next.a"),
-]
 
 
 class TestFile:
@@ -148,15 +141,6 @@ class TestFile:
         assert text.isascii()
         assert from_json_text(text) == machine
         assert to_json_text(from_json_text(text)) == text
-
-    @pytest.mark.parametrize(
-        ("machine", "change", "field"),
-        [(NAMED, *bad) for bad in CONTRADICTIONS] + [(MOORE, put("states", 0, "output", ["x", 1]), "states[0].output")],
-    )
-    def test_contradiction_is_named_by_its_place(self, machine, change, field):
-        made = json.loads(to_json_text(machine))
-        change(made)
-        require_refused(from_json_text, made, field)
 
     @given(st.data())
     def test_damaged_file_is_either_refused_or_a_machine(self, data):

@@ -16,11 +16,6 @@ def command(address, code, data=b""):
     return b"\xaa" + body + bytes([sum(body) % 256])
 
 
-def trajectory(control, *fields):
-    """Data of LOAD_TRAJ with fields of four bytes each."""
-    return bytes([control]) + b"".join(struct.pack("<I", field % (1 << 32)) for field in fields)
-
-
 def address_all(exchange, modules=6):
     for number in range(1, modules + 1):
         assert len(exchange(command(0, 0x1, bytes([number, ALL])))) == 2
@@ -35,9 +30,9 @@ class Answer:
 class Bench:
     """A bus in simulated time."""
 
-    def __init__(self, modules=6, plant=None):
-        self.plant = IdealPlant()  # what most tests push and jam
-        self.bus = NmcChain(plant or self.plant, modules)
+    def __init__(self, modules=6):
+        self.plant = IdealPlant()
+        self.bus = NmcChain(self.plant, modules)
         self.now_ns = 0
         self.bus.advance(0)
 
@@ -62,15 +57,8 @@ class Bench:
         assert sum(reply[:-1]) % 256 == reply[-1]
         return Answer(reply[0], reply[1:-1])
 
-    def notify(self, address, code, data=b""):
-        assert self.raw(command(address, code, data)) == b""
-
     def read(self, address, mask):
         return self.ask(address, 0x3, bytes([mask])).items
-
-    def position(self, address):
-        (counts,) = struct.unpack("<i", self.read(address, 0x01))
-        return int(counts)
 
     def status(self, address):
         return self.ask(address, 0xE).status
@@ -81,10 +69,3 @@ class Bench:
     def wait(self, ticks):
         self.now_ns += ticks * TICK_NS
         self.bus.advance(self.now_ns)
-
-    def ticks_until(self, done, limit=20_000):
-        for ticks in range(limit):
-            if done():
-                return ticks
-            self.wait(1)
-        raise AssertionError("it never happened")

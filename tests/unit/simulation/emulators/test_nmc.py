@@ -8,11 +8,10 @@ from hypothesis import strategies as st
 
 from palpate.simulation.emulators.nmc.motion import ONE_COUNT, Profile
 from tests.support import nmc_vectors as golden
-from tests.unit.simulation.emulators.nmc_host import TICK_NS, Bench, command, trajectory
+from tests.unit.simulation.emulators.nmc_host import Bench, command
 
-MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1 = 0x01, 0x04, 0x08, 0x10, 0x20
-WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN = 0x02, 0x04, 0x08, 0x10, 0x20
-VELOCITY, ACCELERATION = 1_025_348, 5_250  # 1 rad/s and 10 rad/s^2 on joint 1
+MOVE_DONE, POWER, POSITION_ERROR = 0x01, 0x08, 0x10
+SERVO_ON = 0x04
 
 
 def test_golden_commands_have_golden_replies():
@@ -77,35 +76,6 @@ def test_command_of_another_shape_or_kind_changes_nothing(code, data):
 
 def bench_of_one():
     return Bench(modules=1).running()
-
-
-def moving(bench, target=30_558):
-    bench.ask(1, 0x4, trajectory(0x97, target, VELOCITY, ACCELERATION))
-    bench.wait(200)
-    return bench
-
-
-def test_trapezoid_tells_its_phases():
-    bench = bench_of_one()
-    assert bench.status(1) == MOVE_DONE | POWER
-    bench.ask(1, 0x4, trajectory(0x97, 30_558, VELOCITY, ACCELERATION))
-    assert bench.status(1) == POWER
-    bench.wait(100)
-    assert bench.auxiliary(1) & (SERVO_ON | ACCELERATED | SLEWED) == SERVO_ON
-    bench.wait(300)
-    assert bench.auxiliary(1) & (ACCELERATED | SLEWED) == ACCELERATED
-    assert struct.unpack("<h", bench.read(1, 0x04))[0] in (15, 16)
-    assert bench.read(1, 0x40) == b"\x00\x00"
-    ticks = 400 + bench.ticks_until(lambda: bool(bench.status(1) & MOVE_DONE))
-    # 1 rad at 1 rad/s with ramps of 0.1 s
-    assert ticks * TICK_NS * 1e-9 == pytest.approx(1.1, abs=0.005)
-    assert bench.position(1) == bench.plant.motor_counts(0) == 30_558
-    assert bench.auxiliary(1) & (ACCELERATED | SLEWED) == ACCELERATED | SLEWED
-    bench.ask(1, 0x4, trajectory(0x91, -250))  # fields that are not sent keep their values
-    bench.wait(3_000)
-    assert bench.position(1) == -250
-    bench.ask(1, 0x0)
-    assert (bench.position(1), bench.plant.motor_counts(0)) == (0, -250)
 
 
 def test_position_error_trips_at_the_limit_and_stays_until_cleared():

@@ -2,14 +2,13 @@
 
 import struct
 from itertools import chain, count, pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.simulation.emulators.ur import RtdeSession, ToolForce, UrController, UrServer, server
+from palpate.simulation.emulators.ur import RtdeSession, ToolForce, UrController, UrServer
 from palpate.simulation.emulators.ur.controller import CYCLE_NS
 from tests.virtual_ur import HOME
 
@@ -95,8 +94,7 @@ def test_cycles_that_are_made_up_for_are_as_long_as_others(monkeypatch):
 
     # Held up for nine cycles once, and then as quick as can be.
     now_ns = chain([0, 0, 0], count(9 * CYCLE_NS, 1000))
-    monkeypatch.setattr(server, "time", SimpleNamespace(monotonic_ns=lambda: next(now_ns)))
-    emulator = UrServer(Recording((0.0,) * 6, lambda now_ns: (0.0,) * 6))
+    emulator = UrServer(Recording((0.0,) * 6, lambda now_ns: (0.0,) * 6), lambda: next(now_ns))
     monkeypatch.setattr(emulator, "_talk", lambda wait_s: None)
     emulator._serve()
     assert {later - sooner for sooner, later in pairwise(times_ns)} == {CYCLE_NS}

@@ -11,7 +11,6 @@ from palpate.adapters.experiments.grid import Panel, Score, learn, learning_figu
 from palpate.adapters.experiments.grid.learning import Bounds, bounds_of, grid_named, states_named
 from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import QLearning, Sarsa
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
 
@@ -50,11 +49,6 @@ def test_where_the_belief_state_optimum_takes_too_long_there_is_none(monkeypatch
 
 GRID = GridMap.from_text("AB·")
 MACHINE = Machine(Kind.MOORE, ("A", "B"), ((0, 1), (0, 1)), ("after A", "after B"))
-
-
-def test_symbols_and_the_last_few():
-    assert states_named("symbols", GRID) == IdentityState(("A", "B"))
-    assert states_named("last-3", GRID) == LastSymbols(("A", "B"), 3)
 
 
 @pytest.mark.parametrize("cells", ["ABC·", "AC·"])
