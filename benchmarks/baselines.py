@@ -25,9 +25,8 @@ import numpy as np
 
 from benchmarks.common import FAILED_S, Make, Trials, table
 from palpate.adapters.config import RunConfig, overlay, scenario
-from palpate.adapters.experiments import baseline, loaded_policy, task_actions
+from palpate.adapters.experiments import baseline, load_policy, loaded_policy, task_actions
 from palpate.adapters.experiments.baselines import Oracle
-from palpate.adapters.files import load_policy
 from palpate.core.control_loop import LoopObserver
 from palpate.core.policy import Decision, FixedPolicy, Observation
 from palpate.core.ports import CONTROL_RATE_HZ, WrenchSample

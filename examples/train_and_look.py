@@ -15,8 +15,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from palpate.adapters.experiments import Run, ScoredTrial, render_table
-from palpate.adapters.files import load_policy
+from palpate.adapters.experiments import Run, ScoredTrial, load_policy, render_table
 from palpate.adapters.log import read_log, timeline
 from palpate.core.errors import PalpateError, require_whole
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from palpate.adapters.files import load_automaton
+from palpate.adapters.experiments import load_automaton
 from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
 from tests.command_line import QUICK, files_in

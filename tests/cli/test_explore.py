@@ -6,8 +6,9 @@ import json
 import pytest
 
 from palpate.adapters.cli import explore
+from palpate.adapters.experiments import load_policy
 from palpate.adapters.experiments.grid import states_named
-from palpate.adapters.files import load_policy, read_strings
+from palpate.adapters.log import read_strings
 from palpate.core.automata import Kind, Machine, to_json_text
 from palpate.core.policy import policy_from
 from palpate.simulation.grid.maps import grid_actions

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config import scenario
-from palpate.adapters.experiments import Run
-from palpate.adapters.files import load_policy
+from palpate.adapters.experiments import Run, load_policy
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.simulation.work_cell import HiddenValues
 

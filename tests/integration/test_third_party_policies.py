@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.files import load_policy
+from palpate.adapters.experiments import load_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Verdict

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from palpate.adapters.cli.options import ExploreOptions
 from palpate.adapters.cli.progress import progress
+from palpate.adapters.experiments import save_policy
 from palpate.adapters.experiments.grid import (
     LearningRun,
     Panel,
@@ -22,14 +23,8 @@ from palpate.adapters.experiments.grid import (
     summary,
     trials_csv,
 )
-from palpate.adapters.files import (
-    new_file,
-    new_folder,
-    require_free_folder,
-    require_no_file,
-    save_policy,
-    write_strings,
-)
+from palpate.adapters.files import new_file, new_folder, require_free_folder, require_no_file
+from palpate.adapters.log import write_strings
 from palpate.core.errors import UsageError
 from palpate.core.perception import StateIdentifier, stage_to_dict
 from palpate.core.policy import document_of

@@ -10,7 +10,8 @@ from typing import Annotated, Any
 import tyro
 
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.files import load_automaton, new_file, new_folder, require_free_folder, require_no_file
+from palpate.adapters.experiments import load_automaton
+from palpate.adapters.files import new_file, new_folder, require_free_folder, require_no_file
 from palpate.adapters.log import aligned, strings_from
 from palpate.core import automata
 from palpate.core.errors import ConfigurationError, UsageError

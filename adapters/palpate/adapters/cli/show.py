@@ -19,8 +19,7 @@ class ShowOptions(Settings):
 
 def show(options: ShowOptions) -> int:
     """Print the table of a policy file; returns the exit code."""
-    from palpate.adapters.experiments import render_table
-    from palpate.adapters.files import load_policy
+    from palpate.adapters.experiments import load_policy, render_table
 
     sys.stdout.write(render_table(load_policy(options.file)))
     return 0

@@ -13,7 +13,8 @@ from palpate.adapters.cli import notices
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.files import new_folder, require_free_folder, save_policy
+from palpate.adapters.experiments import save_policy
+from palpate.adapters.files import new_folder, require_free_folder
 from palpate.core.errors import UsageError
 
 

@@ -11,6 +11,10 @@ from .build import supervisor_of as supervisor_of
 from .build import task_actions as task_actions
 from .comparison import Comparison as Comparison
 from .comparison import compare as compare
+from .documents import load_automaton as load_automaton
+from .documents import load_examples as load_examples
+from .documents import load_policy as load_policy
+from .documents import save_policy as save_policy
 from .dry import dry_run as dry_run
 from .dry import dry_trial as dry_trial
 from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL

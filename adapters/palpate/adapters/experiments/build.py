@@ -18,7 +18,7 @@ from palpate.adapters.config import (
     simulated_noise,
     task_kind,
 )
-from palpate.adapters.files import load_automaton
+from palpate.adapters.experiments.documents import load_automaton
 from palpate.adapters.hardware import FaultFile, HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.automata import AutomatonState

@@ -8,12 +8,12 @@ from typing import Any, Final
 from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments import policies
 from palpate.adapters.experiments.build import plain_perception
+from palpate.adapters.experiments.documents import save_policy
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import Claim, policy_summary
 from palpate.adapters.experiments.trials import Trials
-from palpate.adapters.files import save_policy
 from palpate.adapters.log import core_sha256, made_with, processor
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError

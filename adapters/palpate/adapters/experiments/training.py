@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from palpate.adapters.config import LEARNERS, RUN_FORMAT, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
+from palpate.adapters.experiments.documents import save_policy
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import (
@@ -23,7 +24,7 @@ from palpate.adapters.experiments.statistics import training_summary
 from palpate.adapters.experiments.third_party import third_party_entry
 from palpate.adapters.experiments.trial import OVERLOADS, ScoredTrial, require_sound, rest_reinforcement
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
-from palpate.adapters.files import json_of_file, save_policy
+from palpate.adapters.files import json_of_file
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import ConfigurationError, OutputError

@@ -50,7 +50,9 @@ from .sink import FileSink as FileSink
 from .sink import LogMessage as LogMessage
 from .sink import Sink as Sink
 from .sink import packed as packed
+from .symbol_strings import read_strings as read_strings
 from .symbol_strings import strings_from as strings_from
+from .symbol_strings import write_strings as write_strings
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text
 from .trial_recorder import LOG_FOLDER as LOG_FOLDER

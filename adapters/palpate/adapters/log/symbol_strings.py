@@ -1,10 +1,11 @@
-"""Symbol strings from text files, or from the symbols of recorded insertion trials."""
+"""Symbol strings: text files with one string per line, of letters or words, and the symbols of recorded trials."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.files import read_strings
+from palpate.adapters.files import read_text, write_whole
 from palpate.adapters.log.find import find_logs
 from palpate.adapters.log.json_text import json_in
 from palpate.adapters.log.reader import TrialLog, read_log
@@ -15,6 +16,10 @@ from palpate.core.trial import Outcome
 
 _LOG: Final = ".mcap"
 _FIELD: Final = "strings"
+_COMMENT: Final = "#"
+_ALPHABET: Final = "# alphabet:"
+_BLANK: Final = "~"
+_LABELS: Final = {"1": True, "0": False}
 
 
 def strings_from(paths: Sequence[str]) -> Strings:
@@ -59,3 +64,108 @@ def _strings_of_logs(files: Sequence[Path]) -> Strings:
 
 def _alphabet(log: TrialLog) -> tuple[str, ...]:
     return perception_from_dict(json_in(log, "start.perception_json", log.start.perception_json)).symbols
+
+
+def read_strings(path: str | os.PathLike[str]) -> Strings:
+    """Read a file of strings.
+
+    Raises:
+        ConfigurationError: The file does not exist, a line cannot be read, a symbol is not in the file's alphabet, or
+            the strings are not usable (see :class:`~palpate.core.automata.strings.Strings`).
+    """
+    return strings_of(read_text(Path(path), "strings.file"))
+
+
+def strings_of(text: str) -> Strings:
+    """Read strings from the text of a file; see :func:`read_strings`."""
+    lines = {place: line.rstrip("\r") for place, line in enumerate(text.split("\n"), start=1)}
+    alphabet = _alphabet_of(lines)
+    content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
+    if not any("\t" in line for line in content.values()):
+        bodies = {place: line.strip() for place, line in content.items()}
+        return Strings.of(_words(bodies, alphabet, labelled=False).values(), [], alphabet=alphabet)
+    parted = {place: _parted(place, line) for place, line in content.items()}
+    bodies = {place: body for place, (_, body) in parted.items()}
+    labels = [label for label, _ in parted.values()]
+    return Strings.of(_words(bodies, alphabet, labelled=True).values(), labels, alphabet=alphabet)
+
+
+def _alphabet_of(lines: Mapping[int, str]) -> tuple[str, ...] | None:
+    """Return the names of the symbols, if the file lists them."""
+    found: tuple[str, ...] | None = None
+    for place, line in lines.items():
+        if line.startswith(_ALPHABET):
+            names = tuple(map(_name, line.removeprefix(_ALPHABET).split()))
+            if found is not None and found != names:
+                accepted = f"the same as above, {' '.join(found)}: one alphabet a file"
+                raise ConfigurationError(f"strings.line[{place}]", line, accepted)
+            found = names
+    return found
+
+
+def _parted(place: int, line: str) -> tuple[bool, str]:
+    """Return the label and the string of a line."""
+    label, _, body = line.partition("\t")
+    if label.strip() not in _LABELS or "\t" in body:
+        raise ConfigurationError(f"strings.line[{place}]", line, "1 or 0, a tab, and the string")
+    return _LABELS[label.strip()], body.strip()
+
+
+def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, labelled: bool) -> dict[int, list[str]]:
+    """Return the symbols of each line: words if there is a blank or a name of several letters, otherwise letters."""
+    apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
+    words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
+    if apart and not labelled and alphabet is None:
+        _require_plain(bodies, words)
+    if alphabet is not None:
+        _require_known(words, alphabet)
+    return words
+
+
+def _require_known(words: Mapping[int, list[str]], alphabet: tuple[str, ...]) -> None:
+    for place, word in words.items():
+        for name in word:
+            if name not in alphabet:
+                accepted = f"symbols of the alphabet {' '.join(alphabet)}"
+                raise ConfigurationError(f"strings.line[{place}]", name, accepted)
+
+
+def _require_plain(bodies: Mapping[int, str], words: Mapping[int, list[str]]) -> None:
+    """Refuse first words that look like labels but are not separated by a tab."""
+    if all(word[0] in _LABELS for word in words.values()):
+        place = min(words)
+        accepted = "a tab, not a blank, between label and string, or '# alphabet: 0 1' if it is no label"
+        raise ConfigurationError(f"strings.line[{place}]", bodies[place], accepted)
+
+
+def text_of(strings: Strings) -> str:
+    """Write strings as the text of a file.
+
+    Raises:
+        ConfigurationError: A symbol's name contains ``#``, ``~``, or white space other than single blanks, and cannot
+            be written.
+    """
+    for name in strings.alphabet:
+        if _COMMENT in name or _BLANK in name or " ".join(name.split()) != name:
+            raise ConfigurationError("strings.alphabet", name, "names without # and ~, and with single blanks only")
+    names = [name.replace(" ", _BLANK) for name in strings.alphabet]
+    between = " " if any(len(name) > 1 for name in names) else ""
+    lines = [f"{_ALPHABET} {' '.join(names)}"]
+    for place, word in enumerate(strings.words):
+        body = between.join(names[symbol] for symbol in word)
+        lines.append(f"{int(strings.labels[place])}\t{body}" if strings.labels else body)
+    return "\n".join(lines) + "\n"
+
+
+def write_strings(strings: Strings, path: str | os.PathLike[str]) -> None:
+    """Write a file from which :func:`read_strings` restores the strings; an existing file is replaced.
+
+    Raises:
+        ConfigurationError: A symbol's name cannot be written.
+        OutputError: The file cannot be written.
+    """
+    write_whole(Path(path), text_of(strings))
+
+
+def _name(word: str) -> str:
+    return word.replace(_BLANK, " ")

@@ -8,14 +8,13 @@ import pytest
 
 from palpate.adapters.config import compose, read_job
 from palpate.adapters.config.run import PerceptionConfig
-from palpate.adapters.experiments import trials
+from palpate.adapters.experiments import load_policy, trials
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
 from palpate.adapters.experiments.planning import drawn_world, run_series, simulate
 from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial
-from palpate.adapters.files import load_policy
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.perception import perception_to_dict
 from tests.unit.adapters.samples import QUICK, ready_pose, run_policy

@@ -10,7 +10,8 @@ from typing import Any, Final
 
 from palpate.adapters import experiments
 from palpate.adapters.config import read_toml, run_facts
-from palpate.adapters.files import load_policy, read_text
+from palpate.adapters.experiments import load_policy
+from palpate.adapters.files import read_text
 from palpate.adapters.log import LOG_FOLDER, read_log, score_of, timeline
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, success_of
 from palpate.adapters.visualisation.report.pictures import mean_s

@@ -9,17 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.adapters.files import (
-    load_automaton,
-    load_examples,
-    load_policy,
-    new_file,
-    new_folder,
-    require_free_folder,
-    whole_text,
-    write_whole,
-)
-from palpate.adapters.files.strings import read_strings, strings_of, text_of, write_strings
+from palpate.adapters.experiments import load_automaton, load_examples, load_policy
+from palpate.adapters.files import new_file, new_folder, require_free_folder, whole_text, write_whole
+from palpate.adapters.log.symbol_strings import read_strings, strings_of, text_of, write_strings
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from tests.unit.core.policy.bench import EIGHT, refuse

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from palpate.adapters.files.whole import whole_text, write_whole
+from palpate.adapters.files import whole_text, write_whole
 from palpate.core.automata import Machine, from_json_text
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Action, PolicyDocument, check_known
