@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.contracts import CONTEXT, LearnerContract, third_party
 from palpate.adapters.experiments import load_policy
 from palpate.adapters.log import read_log
 from palpate.adapters.replay.batch import replay_file
@@ -50,6 +51,12 @@ def trained(tmp_path_factory):
         forget()
 
     return shared_folder(tmp_path_factory, "strange", make)
+
+
+@pytest.mark.usefixtures("installed")
+class TestTable(LearnerContract):
+    def make(self, *, frozen=False):
+        return third_party(importlib.import_module("third_party_policies.table").Table(CONTEXT), frozen=frozen)
 
 
 def replayed(messages, folder):

@@ -81,6 +81,8 @@ class TaskConfig(Settings):
     """Depth to reach."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """Largest shortfall of the estimated depth; includes errors of encoders, force noise and contact height."""
+    release_s: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """Time without a press after which an inserted peg must still be where it was; 0 ends the trial pressed."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """Largest error of the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0

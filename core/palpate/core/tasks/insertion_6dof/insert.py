@@ -55,7 +55,7 @@ class SpatialInsert(Insert):
         if self._state.report.outcome is None and not self.over and not self._found:
             if stalled > _STUCK_TICKS or tilted:
                 self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
-        if self._stage not in (Stage.LOOK, Stage.RELEASE):
+        if self._stage not in (Stage.LOOK, Stage.RELEASE, Stage.LET_GO):
             self._comply(wobble=self._flat_ticks > 0 or self._stage is Stage.SEAT or stalled > _CIRCLE_TICKS)
         return velocity
 

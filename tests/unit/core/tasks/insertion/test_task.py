@@ -230,6 +230,22 @@ def test_a_policy_that_lies_about_the_end_is_not_believed():
     assert trial.report.depth_m < 1e-4
 
 
+@pytest.mark.parametrize(("springs", "outcome"), [(False, Outcome.INSERTED), (True, Outcome.UNCERTAIN_DEPTH)])
+def test_a_success_is_confirmed_without_the_press(springs, outcome):
+    world, policy = FakeWorld(HOLE), FollowTorque()
+    task = build_task(policy, TaskConfig(release_s=0.4))
+
+    def spring_back(tick, snapshot):
+        if springs and any(event.detail.startswith("depth") for event in task.report.events):
+            world.pits = (replace(HOLE, depth_m=HOLE.depth_m - 0.5e-3),)
+            world._inside = world.pits[0]
+        return snapshot
+
+    trial = Trial(world, policy, task=task, on_step=spring_back)
+    assert trial.report.outcome is outcome
+    assert abs(trial.forces[-1][2]) < 0.2
+
+
 @pytest.mark.parametrize("when", [119, 130, 131, 132, 133, 146])
 def test_an_interrupt_lets_the_running_action_end(when, good):
     (contact,) = good.events("contact")

@@ -54,6 +54,7 @@ class Stage(Enum):
     LOOK = "look"
     SEAT = "seat"
     RELEASE = "release"
+    LET_GO = "let go"
 
 
 class Insert(RunningPhase):
@@ -70,9 +71,12 @@ class Insert(RunningPhase):
         damping = control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
         self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ
-        self._pull_N = _RELEASE_SHARE * press_N
+        self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
         pull = (0.0, 0.0, self._pull_N)
-        self._pull = DampingControl(damping, pull, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
+        self._pull, self._free = (
+            DampingControl(damping, force_N, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
+            for force_N in (pull, (0.0, 0.0, 0.0))
+        )
 
     def enter(self) -> None:
         """Begin where the plate's reaction force was lost."""
@@ -96,6 +100,8 @@ class Insert(RunningPhase):
             return self._seat()
         if self._stage is Stage.RELEASE:
             return self._release()
+        if self._stage is Stage.LET_GO:
+            return self._let_go()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
         # A tool that must not press further cannot detect a floor: it searches for a wall until that responds.
         rests = self._pressed and not self._monitor.spent and depth_m >= self._full_m - unsure_m
@@ -217,7 +223,11 @@ class Insert(RunningPhase):
         returned = self._released and self._seated_m is not None and depth_m > self._seated_m - same_m
         if short_m <= 0.0 or returned:
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
-            state.end_inserted(depth_m)
+            self._seated_m, self._same_m = depth_m, same_m
+            if self._let_go_ticks:
+                self._begin(Stage.LET_GO)
+            else:
+                state.end_inserted(depth_m)
         elif self._released:
             state.end(Outcome.UNCERTAIN_DEPTH, text)
         elif self._seated_m is None or depth_m > self._seated_m + same_m:
@@ -249,6 +259,18 @@ class Insert(RunningPhase):
             else:
                 self._begin(Stage.SINK)
         return vx + monitor.push_dither_m_s(), vy, vz + self._harder_m_s + monitor.dither_m_s()
+
+    def _let_go(self) -> Vector3:
+        """Stop pressing: an inserted peg stays where it is, one that only the press held rises."""
+        self._ticks += 1
+        if self._ticks > self._let_go_ticks and self._seated_m is not None:
+            risen_m = self._seated_m - self._depth_m
+            if risen_m < self._same_m:
+                self._state.end_inserted(self._seated_m)
+            else:
+                self._state.end(Outcome.UNCERTAIN_DEPTH, f"it rose by {risen_m * 1e3:.3f} mm without the press")
+        reference_m = self._motion.reference_m
+        return 0.0, 0.0, self._free.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _release(self) -> Vector3:
         """Pull gently: a peg on the floor is released, a wedged one is not. Then press and check again."""
