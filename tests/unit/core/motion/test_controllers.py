@@ -8,7 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion.controllers import DampingControl, ForceControl, PositionControl, limited
+from palpate.core.motion.controllers import (
+    Controller,
+    DampingControl,
+    ForceControl,
+    HybridControl,
+    PositionControl,
+    limited,
+)
 
 PERIOD_S = 1.0 / 140
 ORIGIN = (0.0, 0.0, 0.0)
@@ -181,3 +188,18 @@ def test_a_new_contact_does_not_begin_with_a_kick():
     assert abs(kicked[0]) > 100 * abs(fresh[0])
     controller.reset()
     assert controller.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0)) == fresh
+
+
+def test_each_of_two_controllers_sees_its_own_axes_only():
+    seen = []
+
+    class Seen(Controller):
+        def velocity_m_s(self, *vectors):
+            seen.append(vectors)
+            return 1.0, 2.0, 3.0
+
+    both = HybridControl(Seen(), Seen())
+    assert both.velocity_m_s((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0)) == (1.0, 2.0, 3.0)
+    across, along = seen
+    assert across == ((1.0, 2.0, 0.0), (4.0, 5.0, 0.0), (7.0, 8.0, 0.0))
+    assert along == ((0.0, 0.0, 3.0), (0.0, 0.0, 6.0), (0.0, 0.0, 9.0))
