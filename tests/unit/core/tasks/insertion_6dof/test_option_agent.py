@@ -54,7 +54,8 @@ def length(skills, observation, *, moves=False):
         # What is held in the hole is drawn, not lifted, however long that takes.
         ("tilt 1", seen(turn=LEANED, depth_m=1e-3), 43),
         ("push 1", seen(WALLS, NONE, LEANED, 1e-3), 2),
-        ("push 1", seen(turn=LEANED, depth_m=-1.7e-3), 3),
+        ("push 1", seen(WALLS, (0.0, 0.0, 0.03), LEANED, -1.5e-3), 3),
+        ("push 1", seen(WALLS, (0.0, 0.0, 0.03), LEANED, -1e-3), 43),
         ("push 1", seen(WALLS, (0.0, 0.0, 0.03), LEANED, 1e-3), 43),
         # Pushed past the place where the corner came down.
         ("push 1", seen(WALLS, (0.0, 0.0, 0.03), LEANED, at=(5e-3, 5e-3, 0.0)), 1),
