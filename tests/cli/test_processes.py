@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.command_line import QUICK, TIMEOUT_S, finished_trials, results_in, wait_until
 
 HEAVY = ("matplotlib", "pyarrow", "pinocchio", "mujoco", "scipy", "sklearn", "torch", "pandas")
@@ -49,6 +51,7 @@ def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained, start):
     assert process.wait(timeout=TIMEOUT_S) == 1
 
 
+@pytest.mark.nightly
 def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(palpate, tmp_path, trained, start):
     # The space, and a policy to begin from, are traps for the command that is printed.
     out = tmp_path / "a run"

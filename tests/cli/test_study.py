@@ -1,23 +1,9 @@
 """``palpate study``: conditions like runs of their own, interrupted, failed, continued."""
 
-import os
 import signal
-from pathlib import Path
-
-import pytest
 
 from palpate.simulation.work_cell.cell import WorkCell
-from tests.command_line import RESULTS, STUDY, TIMEOUT_S, CommandLine, Done, files_in, results_in, wait_until
-
-ENDLESS = """
-[study]
-trials = 3
-seeds = 200
-policies = ["random"]
-[base]
-task.time_limit_s = 0.3
-"""
-"""More conditions than are run while a test watches."""
+from tests.command_line import RESULTS, STUDY, CommandLine, files_in, results_in
 
 
 def run(text, out, *words):
@@ -103,21 +89,6 @@ def test_a_full_disk_ends_the_study_in_one_line_and_what_is_finished_stays(tmp_p
     assert len((out / "summary.csv").read_text().splitlines()) == 2
 
 
-def _told(path):
-    """What the system says of a process or a thread; nothing once that is gone."""
-    try:
-        return path.read_bytes()
-    except (FileNotFoundError, ProcessLookupError):
-        return b""
-
-
-def workers_of(pid):
-    """The worker processes of a study."""
-    tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    children = {int(child) for task in tasks for child in _told(task).split()}
-    return {child for child in children if b"resource_tracker" not in _told(Path(f"/proc/{child}/cmdline"))}
-
-
 def require_ended_in_order(done, out):
     assert done.code == 130
     assert "Traceback" not in done.stderr
@@ -139,17 +110,3 @@ def test_ctrl_c_in_a_condition_keeps_what_is_finished(tmp_path, monkeypatch):
     monkeypatch.setattr(WorkCell, "advance", interrupted)
     require_ended_in_order(run(STUDY, out, "--jobs", 1), out)
     assert len(finished_in(out)) == 1
-
-
-@pytest.mark.nightly
-def test_study_that_is_interrupted_ends_its_workers_first(tmp_path, start):
-    out = tmp_path / "out"
-    (tmp_path / "out.toml").write_text(ENDLESS)
-    process = start("study", tmp_path / "out.toml", "--out", out, "--jobs", 2)
-    wait_until(lambda: bool(finished_in(out) and begun_in(out)), process)
-    workers = workers_of(process.pid)
-    assert workers
-    process.send_signal(signal.SIGINT)
-    printed, complaint = process.communicate(timeout=TIMEOUT_S)
-    require_ended_in_order(Done(process.returncode, printed, complaint), out)
-    assert [worker for worker in workers if os.path.exists(f"/proc/{worker}")] == []

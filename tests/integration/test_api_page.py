@@ -15,6 +15,7 @@ EXAMPLES = [re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0] for text in P
 TABLE = [re.findall(r"`(palpate[\w.]+)`: (.*)", line) for line in PAGE.splitlines() if line.startswith("|")]
 
 
+@pytest.mark.nightly
 def test_the_examples_run_one_after_the_other(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("examples").symlink_to(ROOT / "examples")

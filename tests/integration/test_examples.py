@@ -84,6 +84,7 @@ def test_train_and_look(example, tmp_path):
     assert "already holds a run" in example.complaint("train_and_look", "--quick", "--out", out)
 
 
+@pytest.mark.nightly
 def test_own_policy(example, tmp_path):
     printed = example.printed("own_policy", tmp_path / "out")
     assert re.search(r"^torque: \d of 3 inserted, median \d+\.\d\d s$", printed, re.MULTILINE)
@@ -91,6 +92,7 @@ def test_own_policy(example, tmp_path):
     assert int(inserted) >= 2
 
 
+@pytest.mark.nightly
 def test_clearance_study(example, tmp_path):
     printed = example.printed("clearance_study", tmp_path / "out")
     assert "2 of 2 conditions are finished" in printed

@@ -3,6 +3,7 @@
 import importlib
 import struct
 import sys
+from base64 import b64decode
 from pathlib import Path
 
 import pytest
@@ -235,33 +236,18 @@ def test_a_network_of_torchscript_is_run_and_replayed(palpate, monkeypatch, tmp_
     assert "another network than the one of this log" in palpate("replay", "net").stdout
 
 
-def field(number, value):
-    """A field of a Protocol Buffers message, with numbers and lengths below 128 in one byte, others in two."""
-    if isinstance(value, int):
-        return bytes([number << 3, value])
-    content = value.encode() if isinstance(value, str) else value
-    size = len(content)
-    return bytes([number << 3 | 2, *([size] if size < 128 else [size & 127 | 128, size >> 7])]) + content
-
-
-def onnx_file(weights):
-    """A network of twelve inputs and eight outputs, one matrix, as an ONNX file; no package for that is installed."""
-
-    def vector(size):
-        shape = b"".join(field(1, field(1, length)) for length in (1, size))
-        return field(2, field(1, field(1, 1) + field(2, shape)))
-
-    node = field(1, "felt") + field(1, "matrix") + field(2, "values") + field(4, "MatMul")
-    raw = struct.pack("<96f", *weights)
-    matrix = field(1, 12) + field(1, 8) + field(2, 1) + field(8, "matrix") + field(9, raw)
-    ends = field(11, field(1, "felt") + vector(12)) + field(12, field(1, "values") + vector(8))
-    graph = field(1, node) + field(2, "network") + field(5, matrix) + ends
-    return field(1, 8) + field(7, graph) + field(8, field(2, 13))
+ONNX = (
+    "CAg67wMKHgoEZmVsdAoGbWF0cml4EgZ2YWx1ZXMiBk1hdE11bBIHbmV0d29yayqRAwgMCAgQAUIGbWF0cml4SoAD",
+    "WhYKBGZlbHQSDgoMCAESCAoCCAEKAggMYhgKBnZhbHVlcxIOCgwIARIICgIIAQoCCAhCAhAN",
+)
+"""A network of twelve inputs and eight outputs in ONNX: a product with a matrix, whose weights stand between these."""
 
 
 @pytest.fixture
 def onnx_network(monkeypatch, tmp_path):
-    (tmp_path / "net.onnx").write_bytes(onnx_file([k / 96 - 0.5 for k in range(96)]))
+    before, after = map(b64decode, ONNX)
+    weights = struct.pack("<96f", *(k / 96 - 0.5 for k in range(96)))
+    (tmp_path / "net.onnx").write_bytes(before + weights + after)
     monkeypatch.syspath_prepend(str(PACKAGE))
     monkeypatch.setenv("POLICY_NETWORK", str(tmp_path / "net.onnx"))
     quick = ("--trials", 1, "--task.time-limit-s", 1, "--cell.hole-uncertainty-mm", 3, "--seed", 3)

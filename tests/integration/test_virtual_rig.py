@@ -69,8 +69,14 @@ def struck(arm, force, strike, at_ns=200_000_000):
         ("ur-rtde", "ati-netft", "sensor-silent", r"^rig: trial 0: .*stale \(ATI Net F/T: nothing new for 5. ms"),
         ("ur-rtde", "ati-netft", "sensor-cable", "transducer unplugged"),
         ("zebra-nmc", "jr3-can", "emergency-stop", "motor supply is off; check emergency stop and motor supply"),
-        ("zebra-nmc", "jr3-can", "sensor-silent", "check power, wiring"),
-        ("zebra-nmc", "jr3-can", "sensor-cable", "that the sensor is plugged into its board"),
+        pytest.param("zebra-nmc", "jr3-can", "sensor-silent", "check power, wiring", marks=pytest.mark.nightly),
+        pytest.param(
+            "zebra-nmc",
+            "jr3-can",
+            "sensor-cable",
+            "that the sensor is plugged into its board",
+            marks=pytest.mark.nightly,
+        ),
     ],
 )
 def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):

@@ -1,12 +1,10 @@
 """A rig of devices, here fake ones in virtual time: what is wired around them by default."""
 
-import os
-import threading
 from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig, SensorFactsTable, overlay
+from palpate.adapters.config import DeviceEntry, RigFile, RunConfig, SensorFactsTable, overlay
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, FaultFile, HardwareRig, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
@@ -121,21 +119,6 @@ def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_
         rig.prepare(0)
     assert [one.by for one in rig.latch.acknowledgements] == ["Ada"]
     FaultFile(path)
-
-
-def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of):
-    loops_cpu = max(os.sched_getaffinity(0))
-    _, devices = rig_of(WatchdogTable(), NO_KEYS, RunConfig(real_time=RealTimeConfig(cpu=loops_cpu)))
-    seen = []
-
-    def adapters_thread():
-        devices.context.set_priority()
-        seen.append(os.sched_getaffinity(0))
-
-    thread = threading.Thread(target=adapters_thread)
-    thread.start()
-    thread.join()
-    assert seen == [{loops_cpu}]
 
 
 def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of):

@@ -99,6 +99,7 @@ def test_it_says_what_it_is(wheel):
     assert f"version: {version('palpate')}\n" in (ROOT / "CITATION.cff").read_text()
 
 
+@pytest.mark.nightly
 def test_slim_installed_it_is_on_its_own_trains_and_says_what_it_needs(site, tmp_path):
     (tmp_path / "strings.txt").write_text("a b a\nb a\na a b b\n" * 4)
     train = ["train", "--trials", "1", "--task.time-limit-s", "0.3", "--out", "run"]
