@@ -24,7 +24,7 @@ from palpate.adapters.config import GridLearning
 from palpate.adapters.experiments.grid import Bounds, LearningRun, bounds_of, grid_named, learn, states_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import TabularLearner
-from palpate.core.policy.hmm import PATIENCE, HmmLearner
+from palpate.core.policy.hmm import GREEDY_ACTIONS, HmmLearner
 from palpate.simulation.grid import GOAL, SCENARIOS, WALL, GridMap, Walk, grid_actions, walks_from_all_cells
 
 LETTERS = "ABCDEFGH"
@@ -73,7 +73,7 @@ def frozen_walks(grid: GridMap, run: LearningRun, walks: int) -> tuple[list[Walk
         return walks_from_all_cells(grid, run.identifier, run.learner, walks=walks, seed=1), False
     policy = HmmLearner(grid.symbols, grid_actions(), run.learner.parameters, frozen=True)
     policy.set_state(run.learner.get_state())
-    sure = walks_from_all_cells(grid, run.identifier, policy, step_limit=PATIENCE, seed=1)
+    sure = walks_from_all_cells(grid, run.identifier, policy, step_limit=GREEDY_ACTIONS, seed=1)
     if all(walk.reached for walk in sure):
         return sure, True
     return walks_from_all_cells(grid, run.identifier, policy, walks=walks, seed=1), False

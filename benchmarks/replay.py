@@ -23,6 +23,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import palpate.core
 from palpate.adapters.log.container import RawMessage
@@ -32,8 +33,9 @@ from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot
-from tests.support.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
+from tests.support.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
+Change = Callable[[Any], None]
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 
 

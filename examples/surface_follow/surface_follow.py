@@ -20,7 +20,7 @@ from typing import Annotated, Any, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.motion import ArmDescription, DampingControl, PositionControl, TipMotion, ToolGeometry
-from palpate.core.ports import PERIOD_S, STILL, GroundTruth, Range, Settings, Vector3
+from palpate.core.ports import PERIOD_S, ZERO_VELOCITY, GroundTruth, Range, Settings, Vector3
 from palpate.core.tasks.contact import ContactTask, Monitor, RunningPhase, TrialState
 from palpate.core.trial import (
     N_PER_KGF,
@@ -188,10 +188,10 @@ class Follow(RunningPhase):
         state.report.exploration_time_s = (state.tick - self._begun) * PERIOD_S
         if not -self._relief_m <= depth_m <= self._relief_m:
             state.mismatch(self._astray(depth_m))
-            return STILL
+            return ZERO_VELOCITY
         if state.report.exploration_time_s >= self._time_limit_s:
             state.end(Outcome.TIME_LIMIT, f"{self._time_limit_s:g} s, {self._gone_m:.3f} m on the way")
-            return STILL
+            return ZERO_VELOCITY
         if not self._verified:
             return self._verify(pressed_N)
         # Along a stroke the force counts as verified; how far the surface may be is bounded by its relief.
