@@ -24,8 +24,8 @@ from tests.support.fault_list import Fault, device_faults, sensor_faults
 from tests.support.faults import FaultyArm, faulty
 from tests.support.tool import TOOL
 
-HARDWARE_LIMIT_N = 60.0
-"""A true force above this counts as damage: the paper's sensor saturates there."""
+DAMAGE = 2.0
+"""A true force above this multiple of the job's limit counts as damage; the paper's sensor saturates there."""
 PHASES = tuple(phase.value for phase in (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT))
 """Phases in which a fault can strike in every trial of an insertion."""
 _LATE_TICKS = 3
@@ -65,6 +65,7 @@ class FaultRun:
     latched: bool
     safe_stop: bool
     peak_force_N: float
+    damage_N: float
     verdict: Verdict
 
 
@@ -117,7 +118,8 @@ class Bench:
         except PalpateError as caught:
             error = caught
         report, truth = task.report, self._rig.truth()
-        damage = truth.peak_force_N > HARDWARE_LIMIT_N or trajectory.left_limits
+        damage_N = DAMAGE * self.config.task.max_force_N
+        damage = truth.peak_force_N > damage_N or trajectory.left_limits
         stop = _stop_tick(trajectory.tick, supervisor, report.outcome, error)
         ticks = None if stop is None or not struck else max(stop - struck[0], 0)
         safe_stop = isinstance(ports.arm, FaultyArm) and ports.arm.stopped
@@ -142,6 +144,7 @@ class Bench:
             latched=supervisor is not None and bool(supervisor.latch.cause),
             safe_stop=safe_stop,
             peak_force_N=truth.peak_force_N,
+            damage_N=damage_N,
             verdict=verdict,
         )
 
