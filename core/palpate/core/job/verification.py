@@ -33,8 +33,8 @@ NARROW: Final = 0.25
 FAIR: Final = 0.5
 """Largest half-width of the interval over the stiffness, for a result that ends the trial and for continuing. Both
 distinguish half and twice the stiffness."""
-_FEWEST: Final = 12
-"""Samples of the shortest window: two periods of the dither, so that friction averages out."""
+_FEWEST: Final = 18
+"""Samples of the shortest window: three periods of a dither. Two are matched by chance within a second."""
 MOST_SAMPLES: Final = 56
 """Samples of the longest window, 0.4 s: a sensor that needs more is too noisy for this press."""
 ATTENUATED: Final = 0.7

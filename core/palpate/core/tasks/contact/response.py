@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, MOST_SAMPLES, NARROW, Spring
+from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS, MOST_SAMPLES, NARROW, Spring
 from palpate.core.ports import PERIOD_S
 
 _OUTLIER: Final = 1.5
@@ -183,4 +183,20 @@ class Response:
         share = total(weighted * y) / square
         rest = y - share * x
         variance = np.maximum(total(weights * rest * rest) / (samples - 2.0), max(self._noise_N**2, _LEAST))
-        return share, DEVIATIONS_95 * np.sqrt(variance / square)
+        return share, DEVIATIONS_95 * np.sqrt(variance * _repetition(x, rest) / square)
+
+
+def _repetition(x: Array, rest: Array) -> Any:
+    """Return samples per independent sample, for each column of two series that are correlated in time.
+
+    A late or recorded force swings as the dither does, and few samples of it match the dither by chance. The variance
+    of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
+    autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
+    """
+    both = np.concatenate((x, rest), axis=1)
+    products = 1.0 / np.maximum(np.add.reduce(both * both), _LEAST)
+    columns, repeated = x.shape[1], np.ones(x.shape[1])
+    for lag in range(1, HALF_PERIOD_TICKS[1] - 1):
+        correlated = np.add.reduce(both[lag:] * both[:-lag]) * products
+        repeated += 2.0 * correlated[:columns] * correlated[columns:]
+    return np.maximum(repeated, 1.0)
