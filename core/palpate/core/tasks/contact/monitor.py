@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot
+from math import hypot, pi
 from operator import sub
 from typing import Final
 
-from palpate.core.job import AXIAL, FAIR, NARROW, Spring
+from palpate.core.job import AXIAL, DITHER_SHARE, HALF_PERIOD, Spring
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
 from palpate.core.tasks.contact.response import Response, Verdict
@@ -38,14 +38,12 @@ _PUSH_SHARE: Final = 0.25
 growth until it is measured, the bend stays below the budget."""
 _FOLLOWED: Final = 2.0
 """Largest command over that bend: servos that follow by less than half also lag and would oscillate."""
-_AIMED: Final = 0.85
-"""Cosine of the largest angle between a push and a wall's force: 0.7 of the wall's stiffness responds."""
 _SIMILAR: Final = 0.5
 """Cosine of the largest angle between similar pushes, such as those against two walls of a corner."""
-_ANGULAR_PER_S: Final = 90.0
-"""Angular frequency of a dither with half-periods of five ticks."""
-_TOUCH_SHARE: Final = 0.15
-"""A force below this share of the press is not a contact; it is half the dither's amplitude."""
+_ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
+"""Angular frequency of a dither with half-periods of mean length."""
+_TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
+"""A force below this share of the press, half the dither's amplitude, is not a contact."""
 _PULL_SHARE: Final = 0.5
 """A pull above this share of the press, plus friction, is implausible; a rebounding peg pulls less."""
 _SAMPLES: Final = 4
@@ -104,8 +102,6 @@ class Monitor:
         self.timeout_ticks = _TIMEOUT_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
         self.air = Response(Spring(0.0, 0.0, mass_kg, *AXIAL)) if in_air else None
-        # With more responses to choose from, each needs a narrower interval.
-        self._fair = NARROW if in_air else FAIR
         self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
         self._unloaded = tuple(response for response in (self.air, self.loose) if response is not None)
         speed_m_s = task.travel_speed_mm_s * 1e-3
@@ -294,24 +290,23 @@ class Monitor:
 
         A push along a wall causes no response.
         """
-        (fx, fy), (ux, uy) = force_N, self.direction or (0.0, 0.0)
-        size_N = hypot(fx, fy)
-        if -(fx * ux + fy * uy) < _AIMED * size_N and (not self._aimed or self.across.share is not None):
+        if not self._aimed or self.across.share is not None:
+            size_N = hypot(*force_N)
+            self.push((-force_N[0] / size_N, -force_N[1] / size_N))
             self._aimed = True
-            self.push((-fx / size_N, -fy / size_N))
 
     @property
     def verified(self) -> bool:
         """Return True if the force responds along the axis or along a push."""
         along = self.axial.verdict()
-        live = self.walled or (self.loose is not None and self.loose.verdict(self._fair) is Verdict.VERIFIED)
+        live = self.walled or (self.loose is not None and self.loose.verdict() is Verdict.VERIFIED)
         live = live or (self.air is not None and self.air.verdict() is Verdict.VERIFIED)
         return along is Verdict.VERIFIED or (live and not (self.contradicted and self._sunk_ticks > self.axial.window))
 
     @property
     def walled(self) -> bool:
         """Return True if a wall responds to a push."""
-        return self.direction is not None and self.across.verdict(self._fair) is Verdict.VERIFIED
+        return self.direction is not None and self.across.verdict() is Verdict.VERIFIED
 
     @property
     def supported(self) -> bool:
