@@ -52,11 +52,11 @@ from palpate.core.policy import (
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
-from palpate.core.trial import LEAST_PLAY_MM, N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
+from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
 
 NONE: Final = "none"
-_BENT_MM: Final = 0.2
-"""Deflection of the gripper at both walls, beyond the play, before a push meets resistance."""
+_EDGE_MM: Final = 0.2
+"""Broken edge of a hole without a chamfer; ISO 13715 allows 0.05 to 0.3 mm."""
 OPTIONS: Final = "options"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
@@ -156,12 +156,11 @@ def ready_pose(config: RunConfig) -> ReadyPose:
     return task_kind(config.task.name).ready(config.arm, config.tool.geometry, config.task)
 
 
-def play_mm(config: RunConfig) -> float:
-    """Return the distance within which the walls of the hole are searched, from the play in the drawing."""
-    said_mm, peg = config.task.play_mm, config.cell.peg
-    if said_mm:
-        return max(said_mm, 2.0 * peg.clearance_mm + _BENT_MM)
-    return max(LEAST_PLAY_MM, peg.play_mm(config.cell.worn_clearance_mm) + _BENT_MM)
+def clearances_mm(config: RunConfig) -> tuple[float, float]:
+    """Return the play of the peg in the hole, and that of its mouth in addition, from the drawing unless stated."""
+    peg, task = config.cell.peg, config.task
+    play_mm = task.play_mm or peg.play_mm(config.cell.worn_clearance_mm)
+    return play_mm, task.chamfer_mm or max(peg.chamfer_mm, _EDGE_MM)
 
 
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
@@ -178,7 +177,8 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     kinematics = Kinematics(arm, config.tool.geometry)
     measurement = Measurement(kinematics, goal, signal, axial_N_per_m, control.damping_s(axial_N_per_m))
     motion = TipMotion(Kinematics(arm, config.tool.geometry), goal, ready.tip_rotation, PERIOD_S)
-    task = replace(config.task, play_mm=play_mm(config))
+    play_mm, chamfer_mm = clearances_mm(config)
+    task = replace(config.task, play_mm=play_mm, chamfer_mm=chamfer_mm)
     earned = build_reinforcement(config)
     parts = TaskParts(task, control, measurement, motion, perception, policy, earned)
     return task_kind(config.task.name).make(parts)

@@ -32,8 +32,8 @@ from .verdict import require_measurable as require_measurable
 from .verification import ATTENUATED as ATTENUATED
 from .verification import AXIAL as AXIAL
 from .verification import DEVIATIONS_95 as DEVIATIONS_95
-from .verification import FAIR as FAIR
 from .verification import DITHER_SHARE as DITHER_SHARE
+from .verification import FAIR as FAIR
 from .verification import HALF_PERIOD as HALF_PERIOD
 from .verification import HALF_PERIOD_TICKS as HALF_PERIOD_TICKS
 from .verification import MOST_SAMPLES as MOST_SAMPLES

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import cos, hypot, pi, radians
+from math import cos, hypot, radians
 from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
@@ -76,15 +76,6 @@ class PartConfig(Settings):
     def floor_mm(self) -> float:
         """Return the depth of the hole's floor."""
         return self.hole_depth_mm or self.depth_mm
-
-    @property
-    def play_mm(self) -> float:
-        """Return the largest distance between two positions of the peg's axis in the hole's mouth."""
-        sides, across_mm = SIDES.get(self.shape, 0), 2.0 * self.clearance_mm
-        if sides:
-            # With an odd number of corners, a corner is opposite a side.
-            across_mm *= cos(0.5 * pi / sides * (sides % 2)) / cos(pi / sides)
-        return across_mm + self.chamfer_mm
 
     def describe(self) -> str:
         """Return sizes and fit in one line, as on a drawing."""

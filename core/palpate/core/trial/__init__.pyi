@@ -1,4 +1,3 @@
-from .config import LEAST_PLAY_MM as LEAST_PLAY_MM
 from .config import N_PER_KGF as N_PER_KGF
 from .config import ControlConfig as ControlConfig
 from .config import GoalConfig as GoalConfig

@@ -11,8 +11,6 @@ from palpate.core.ports import PERIOD_S, OneOf, Range, Settings
 N_PER_KGF: Final = 9.80665
 _IN_TIME: Final = 0.95
 """Share of the highest speed at which the tip keeps up with successive steps."""
-LEAST_PLAY_MM: Final = 0.6
-"""Smallest play of a hole whose play is not stated."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +84,9 @@ class TaskConfig(Settings):
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """Largest error of the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
-    """Sideways play of the peg in the hole plus 0.2 mm for the gripper; limits the search for a wall. 0 computes it
-    from the shapes of peg and hole with chamfer and wear, at least 0.6."""
+    """Sideways play of the peg in the hole; 0 computes it from the shapes and the wear."""
+    chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """Additional play in the mouth of the hole, by chamfers or broken edges; 0 computes it, at least 0.2."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """A measured force above this ends the trial at once; a true peak above it is no success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
@@ -106,11 +105,6 @@ class TaskConfig(Settings):
     def longest_step_m(self) -> float:
         """Return the longest step on the plate that the tip completes in one action."""
         return _IN_TIME * self.slide_speed_mm_s * 1e-3 * self.motion_duty * self.ticks_per_action * PERIOD_S
-
-    @property
-    def reach_m(self) -> float:
-        """Return the distance within which a wall of the hole is searched for."""
-        return (self.play_mm or LEAST_PLAY_MM) * 1e-3
 
     @override
     def check(self) -> None:

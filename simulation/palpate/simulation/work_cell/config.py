@@ -72,7 +72,7 @@ class PegConfig(Settings):
         if sides:
             # With an odd number of corners, a corner is opposite a side.
             across_mm *= cos(0.5 * pi / sides * (sides % 2)) / cos(pi / sides)
-        return across_mm + self.chamfer_mm
+        return across_mm
 
     @property
     def is_hull(self) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.experiments import true_hole_m
-from palpate.adapters.experiments.build import build_perception, build_task, identifier, play_mm, supervisor_of
+from palpate.adapters.experiments.build import build_perception, build_task, clearances_mm, identifier, supervisor_of
 from palpate.adapters.experiments.policies import baseline
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
@@ -81,24 +81,21 @@ def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_t
 
 
 @pytest.mark.parametrize(
-    ("peg", "wear_mm", "said_mm", "expected_mm"),
+    ("peg", "wear_mm", "stated", "expected_mm"),
     [
-        ({}, 0.0, 0.0, 0.6),
-        ({"clearance_mm": 0.5}, 0.0, 0.0, 1.2),
-        ({"clearance_mm": 0.5, "cross_section": "square"}, 0.0, 0.0, 1.6142),
-        ({"clearance_mm": 0.5, "cross_section": "triangle"}, 0.0, 0.0, 1.9321),
-        ({"clearance_mm": 0.5, "cross_section": "keyed"}, 0.0, 0.0, 1.2),
-        ({"clearance_mm": 0.5, "chamfer_mm": 0.5}, 0.0, 0.0, 1.7),
-        ({"clearance_mm": 0.5}, 0.25, 0.0, 1.7),
-        # Older records name what nobody had said, and mean it.
-        ({"clearance_mm": 0.075, "chamfer_mm": 2.0}, 0.0, 0.6, 0.6),
-        ({"clearance_mm": 0.5, "cross_section": "square"}, 0.0, 0.6, 1.2),
+        ({}, 0.0, {}, (0.15, 0.2)),
+        ({"clearance_mm": 0.5, "cross_section": "square"}, 0.0, {}, (1.4142, 0.2)),
+        ({"clearance_mm": 0.5, "cross_section": "triangle"}, 0.0, {}, (1.7321, 0.2)),
+        ({"clearance_mm": 0.5, "cross_section": "keyed"}, 0.0, {}, (1.0, 0.2)),
+        ({"clearance_mm": 0.5, "chamfer_mm": 0.5}, 0.0, {}, (1.0, 0.5)),
+        ({"clearance_mm": 0.5}, 0.25, {}, (1.5, 0.2)),
+        ({"chamfer_mm": 2.0}, 0.0, {"play_mm": 0.6, "chamfer_mm": 1.0}, (0.6, 1.0)),
     ],
 )
-def test_walls_are_looked_for_as_far_as_the_shapes_of_peg_and_hole_leave_play(peg, wear_mm, said_mm, expected_mm):
+def test_walls_are_looked_for_as_far_as_the_shapes_of_peg_and_hole_leave_play(peg, wear_mm, stated, expected_mm):
     cell = {"peg": peg, "conditions": {"wear_mm": wear_mm}}
-    config = overlay(RunConfig(), {"task": {"play_mm": said_mm}, "cell": cell})
-    assert play_mm(config) == pytest.approx(expected_mm, abs=1e-4)
+    config = overlay(RunConfig(), {"task": stated, "cell": cell})
+    assert clearances_mm(config) == pytest.approx(expected_mm, abs=1e-4)
 
 
 def test_a_peg_that_its_chamfer_let_in_far_aside_is_found_in_the_hole():

@@ -109,7 +109,7 @@ def test_shapes_are_inserted_corner_first_unless_their_corners_are_too_near():
 
 def test_a_force_limit_too_low_for_the_noise_is_refused():
     (reason,) = verdict(PartConfig(depth_tolerance_mm=1.0), SensorFacts(0.6, 0.01), force_N=3.0).reasons
-    assert "raise limits.force_N to 3.8 or" in reason
+    assert "raise limits.force_N to 4 or" in reason
 
 
 def test_a_shape_whose_turn_is_not_known_is_not_pushed_straight_in():

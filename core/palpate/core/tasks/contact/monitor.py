@@ -150,6 +150,8 @@ class Monitor:
     def free(self) -> None:
         """Restart the budget: the force has responded, or the tool is where it cannot touch anything."""
         self._from_m: Vector3 | None = None
+        # There is no play towards a wall that has just responded.
+        self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
         self.spent_N, self.spent, self._waited_ticks, self._aimed = 0.0, False, 0, False
         self._spent_at_N = 0.0
         for response in self._unloaded:
@@ -159,8 +161,8 @@ class Monitor:
         """Return the bend of the gripper at this reference if the tip has not moved since the last response."""
         if self._from_m is None:
             self._from_m = reference_m
-        x, y, z = map(sub, reference_m, self._from_m)
-        across_N = max(hypot(x, y) - self.play_m, 0.0) * self.lateral_N_per_m
+        (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
+        across_N = max(hypot(x, y) - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
         return hypot(across_N, z * self.axial_N_per_m)
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:

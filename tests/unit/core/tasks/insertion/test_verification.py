@@ -131,9 +131,9 @@ def test_a_heavy_tool_starts_and_ends_its_search(moving_mass_kg):
     config = overlay(scenario("blind"), {"cell": {"compliance": {"moving_mass_kg": moving_mass_kg}}})
     ready, chosen = ready_pose(config), ChosenPolicy("torque", config)
     with SimulatedRig(config, ready) as rig:
-        rig.prepare(0)
+        rig.prepare(1)
         task = build_trial_task(config, ready, chosen.perception, chosen.on(rig))
-        assert run_trial(task, rig.ports, trial_setup(config, 0)).outcome is Outcome.INSERTED
+        assert run_trial(task, rig.ports, trial_setup(config, 1)).outcome is Outcome.INSERTED
 
 
 # Faulty sensors.
@@ -204,6 +204,6 @@ def test_a_peg_on_the_floor_comes_up_and_counts():
 
 def test_contact_that_is_lost_with_the_budget_spent_is_verified_by_a_wall():
     """A stiff gripper spends it in one step: nothing was pressed on any more, and every such trial tripped."""
-    flags = {"tool": {"lateral_N_per_mm": 150.0}, "limits": {"lag_ms": 45.0}}
+    flags = {"tool": {"lateral_N_per_mm": 100.0}, "limits": {"lag_ms": 45.0}}
     config = configured("examples/jobs/dowel-12-h7.toml", arm="ur10e", flags=flags)
     assert Run(config).trial("spiral-5", 37).report.outcome is Outcome.INSERTED

@@ -19,6 +19,8 @@ _WEDGED_SHARE: Final = 1.5
 Friction there may carry the peg, so that neither loss of contact nor depth reveals it."""
 _LAG_S: Final = 3.0 * PERIOD_S
 """Additional time to stop: the lag that the supervisor allows, supervision.tracking_lag_ticks."""
+_MOUTH_M: Final = 1.2e-3
+"""Least distance from a place to the mouth of the hole for a peg that rests beside it, besides play and chamfer."""
 _SURFACE_M: Final = 1e-4
 """A height that differs from the surface by more than this is not the surface."""
 
@@ -177,5 +179,6 @@ class Explore(RunningPhase):
         It is not higher than where the peg rested next to the hole's mouth.
         """
         x, y, _ = self._motion.reference_m
-        aside = any(hypot(x - at_x, y - at_y) > 2.0 * self._task.reach_m for at_x, at_y in self._rests_m)
+        mouth_m = _MOUTH_M + 1e-3 * (self._task.play_mm + self._task.chamfer_mm)
+        aside = any(hypot(x - at_x, y - at_y) > mouth_m for at_x, at_y in self._rests_m)
         return 0.0 if aside else max(self._state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)

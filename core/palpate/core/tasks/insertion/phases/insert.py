@@ -20,8 +20,8 @@ _DUE_SHARE: Final = 0.5
 """Share of the budget after which the search is repeated."""
 _PUSH_M_S: Final = 2e-3
 """Speed of a push. The force at contact with a wall is below the push: 40 N/mm times ten ticks of servo lag is 6 N."""
-_BEND_M: Final = 1e-4
-"""Bend of the gripper under the push, in addition to the play."""
+_BEND_SHARE: Final = 0.5
+"""Bend of the gripper in the search for a wall, over the budget: a push bends it by a quarter, to either side."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
 """Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
@@ -66,8 +66,11 @@ class Insert(RunningPhase):
         self._motion, self._controller = equipment.motion, equipment.controllers.inserting
         self._full_m, self._tolerance_m = task.insertion_depth_mm * 1e-3, task.depth_tolerance_mm * 1e-3
         self._press_N = press_N = task.insertion_press_N
-        budget_m = (task.max_force_N - press_N) / monitor.axial_N_per_m
-        self._wall_m, self._reach_m = min(_WALL_M, 0.5 * self._full_m, _WALL_SHARE * budget_m), task.reach_m + _BEND_M
+        budget_N = task.max_force_N - press_N
+        self._wall_m = min(_WALL_M, 0.5 * self._full_m, _WALL_SHARE * budget_N / monitor.axial_N_per_m)
+        self._play_m, self._chamfer_m = task.play_mm * 1e-3, task.chamfer_mm * 1e-3
+        self._bend_m = _BEND_SHARE * budget_N / monitor.lateral_N_per_m
+        self._reach_m = self._play_m + self._chamfer_m + self._bend_m
         damping = control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
         self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ
@@ -87,7 +90,7 @@ class Insert(RunningPhase):
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
         self._monitor.push(None)
-        self._monitor.presses(self._press_N, self._reach_m)
+        self._monitor.presses(self._press_N, self._play_m + min(self._chamfer_m, self._bend_m))
         self._controller.reset()
 
     @override
@@ -128,6 +131,8 @@ class Insert(RunningPhase):
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
             self._walled = True
             monitor.push(None)
+            if self._depth_m > self._chamfer_m:
+                monitor.play_m = self._play_m
         due = not self._walled or monitor.spent_N > _DUE_SHARE * monitor.budget_N
         # Contact that is lost with the budget spent leaves nothing to press on: only a wall can respond.
         lost = monitor.spent and not self._pressed
