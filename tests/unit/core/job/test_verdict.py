@@ -66,13 +66,13 @@ def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_t
     soft = Job(PartConfig(depth_tolerance_mm=2.0), replace(ToolConfig(), axial_N_per_mm=1.0))
     (reason,) = judge(soft, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
     assert reason == (
-        "a contact cannot be verified: that takes 0.99 s, the longest window is 0.4 s, with a dither of 0.36 N in a"
-        " noise of 0.5 N: raise limits.speed_mm_s to 34 or use a force sensor with at most 0.29 N of noise or use a"
-        " gripper of at least 1.7 N/mm"
+        "a contact cannot be verified: that takes 1 s, the longest window is 0.4 s, with a dither of 0.36 N in a"
+        " noise of 0.5 N: raise limits.speed_mm_s to 38 or use a force sensor with at most 0.27 N of noise or use a"
+        " gripper of at least 1.9 N/mm"
     )
     for changed in (
-        replace(soft, limits=LimitsConfig(speed_mm_s=34.0)),
-        replace(soft, tool=replace(soft.tool, axial_N_per_mm=1.7)),
+        replace(soft, limits=LimitsConfig(speed_mm_s=38.0)),
+        replace(soft, tool=replace(soft.tool, axial_N_per_mm=1.9)),
     ):
         assert not judge(changed, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
     assert not judge(soft, SensorFacts(0.29, 0.004), step_mm=0.005).reasons
