@@ -72,7 +72,7 @@ SENSOR_FAULTS = {
     "fault-dead-6dof": FaultScenario("safety trip, CONTACT_MISMATCH", dead(60), square(), policy="corner-first"),
     "fault-scaled": FaultScenario("safety trip, CONTACT_MISMATCH", (force("unit", 245, factor=0.5),), _LONG),
     "fault-inverted": FaultScenario("safety trip, PULLED", (force("unit", 120, factor=-1.0),), _LONG),
-    "fault-swapped": FaultScenario("safety trip, CONTACT_MISMATCH", (force("swap", 120, channels=(0, 2)),), _LONG),
+    "fault-swapped": FaultScenario("safety trip, TORQUE_WITHOUT_FORCE", (force("swap", 120, channels=(0, 2)),), _LONG),
     "fault-torque-scaled": FaultScenario(
         "safety trip, TORQUE_WITHOUT_FORCE", (force("unit", EXPLORING, factor=5.0, channels=(3, 4)),), _LONG
     ),

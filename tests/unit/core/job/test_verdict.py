@@ -75,7 +75,7 @@ def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_t
         replace(soft, tool=replace(soft.tool, axial_N_per_mm=1.9)),
     ):
         assert not judge(changed, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
-    assert not judge(soft, SensorFacts(0.29, 0.004), step_mm=0.005).reasons
+    assert not judge(soft, SensorFacts(0.27, 0.004), step_mm=0.005).reasons
 
 
 def test_a_gripper_too_stiff_for_the_encoders_is_refused_also_before_a_run():
