@@ -111,7 +111,7 @@ def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys):
     guide = (Path(__file__).parents[2] / "docs/how-to/use-gymnasium.md").read_text(encoding="utf-8")
     section = guide.partition("## palpate/PegInsertion6Dof-v0")[2]
     exec(section.split("```python\n")[1].partition("```")[0], {})
-    assert re.fullmatch(r"inserted lean 1, push 1, stand 1(, insert)?\n", capsys.readouterr().out)
+    assert re.fullmatch(r"inserted tilt 1, push 1, stand 1(, insert)?\n", capsys.readouterr().out)
 
 
 def learn_outside(env, policy, seed, trials, notify):

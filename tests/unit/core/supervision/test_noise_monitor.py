@@ -118,8 +118,8 @@ def test_channel_without_declared_noise_may_be_constant():
 
 def test_noise_is_that_of_the_samples_of_its_own_trial():
     bench, readings = Bench(noisy=True), live()
-    clean(bench, readings, 40, expectation=UNTARED)
+    clean(bench, readings, 40, constraints=UNTARED)
     bench.supervisor.begin()
     bench.snapshots.clear()
-    clean(bench, (shown + 2.0 for shown in readings), 20, expectation=UNTARED)
+    clean(bench, (shown + 2.0 for shown in readings), 20, constraints=UNTARED)
     clean(bench, (shown + 2.0 for shown in readings), 5)
