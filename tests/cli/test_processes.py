@@ -1,6 +1,7 @@
 """What only a process of its own can show: the installed script, start-up imports, a closed pipe, Ctrl-C."""
 
 import json
+import os
 import shlex
 import signal
 import subprocess
@@ -23,6 +24,13 @@ def test_the_installed_script_prints_and_refuses(palpate):
     assert done.stdout == palpate.succeed("--version")
     done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
+
+
+def test_libraries_of_drawing_that_are_absent_stop_nothing_else(palpate):
+    script, names = Path(sys.executable).with_name("palpate"), {"MPLBACKEND": "module://absent", "MUJOCO_GL": "osmesa"}
+    words = ["run", "--policy", "torque", "--trials", "1", *map(str, QUICK), "--out", "drawn"]
+    subprocess.run([script, *words], env={**os.environ, **names}, capture_output=True, timeout=TIMEOUT_S, check=True)
+    assert Path("drawn/trials.png").exists()
 
 
 def test_help_and_info_import_nothing_heavy(trained):
