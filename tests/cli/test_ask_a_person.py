@@ -40,7 +40,7 @@ def test_keys_choose_the_actions_and_the_trials_replay(palpate, typed):
     assert "x+ y0    examples  -x" in palpate.succeed("show", "shown/policy.json")
 
 
-def test_the_end_of_the_input_ends_the_run(palpate, monkeypatch):
+def test_end_of_the_input_ends_the_run(palpate, monkeypatch):
     with open(os.devnull) as nothing:
         monkeypatch.setattr("sys.stdin", nothing)
         assert palpate("run", *CELL, *ASK, "--trials", 2, "--out", "asked").code == 130

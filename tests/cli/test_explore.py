@@ -26,7 +26,7 @@ def last_symbol(folder, symbols=SYMBOLS):
     return path
 
 
-def test_a_run_prints_what_is_possible_and_leaves_everything(palpate, tmp_path):
+def test_run_prints_what_is_possible_and_leaves_everything(palpate, tmp_path):
     out = tmp_path / "deep" / "out"
     done = palpate("explore", "--map", 2, "--state", "last-2", *QUICK, "--seed", 5, "--out", out)
     assert done.code == 0, done.stderr
@@ -50,7 +50,7 @@ def test_a_run_prints_what_is_possible_and_leaves_everything(palpate, tmp_path):
     assert "20 states, 8 actions; q-learning, 30 trials learned" in palpate.succeed("show", out / "policy-5.json")
 
 
-def test_the_figure_of_the_paper(palpate, tmp_path, monkeypatch):
+def test_figure_of_the_paper(palpate, tmp_path, monkeypatch):
     def at_once(grid, *_):
         return states_named(str(last_symbol(tmp_path, grid.symbols)), grid)
 

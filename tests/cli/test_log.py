@@ -32,7 +32,7 @@ def desk(tmp_path, logs):
     return tmp_path
 
 
-def test_a_folder_stands_for_the_logs_in_it(palpate, logs):
+def test_folder_stands_for_the_logs_in_it(palpate, logs):
     assert palpate.succeed("log", "info", logs[0].parents[1]) == palpate.succeed("log", "info", *logs)
     assert "3 trials as CSV" in palpate.succeed("log", "export", logs[0].parent, "--to", "csv", "--out", "csv")
     Path("none").mkdir()
@@ -53,7 +53,7 @@ def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate, logs):
         assert (info["ticks"]["missing"], info["dropped_messages"]) == (0, 0)
 
 
-def test_a_bad_log_does_not_hide_the_others(palpate, desk):
+def test_bad_log_does_not_hide_the_others(palpate, desk):
     done = palpate("log", "info", "sound.mcap", "torn.mcap", "damaged.mcap", "empty.mcap")
     assert done.code == 2
     assert done.stderr == "palpate: empty.mcap: is empty; nothing was recorded; delete it\n"
@@ -72,7 +72,7 @@ def test_plot_beside_the_log_or_where_asked(palpate, desk):
     assert (desk / "sound.png").read_bytes() == beside
 
 
-def test_a_torn_and_a_damaged_log_are_used_up_to_the_damage(palpate, desk):
+def test_torn_and_a_damaged_log_are_used_up_to_the_damage(palpate, desk):
     whole = read_log(desk / "sound.mcap")
     for name in ("torn", "damaged"):
         log = read_log(desk / f"{name}.mcap")

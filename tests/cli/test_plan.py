@@ -18,7 +18,7 @@ def changed(path, *changes):
     return path
 
 
-def test_a_feasible_job_is_printed_with_its_settings_regime_and_command(palpate):
+def test_feasible_job_is_printed_with_its_settings_regime_and_command(palpate):
     done = palpate("plan", DOWEL)
     assert (done.code, done.stderr) == (0, "")
     assert "peg 12.000 mm, hole 12.018 mm, radial clearance 0.009 mm, depth 20 mm" in done.stdout
@@ -36,14 +36,14 @@ def test_another_arm_may_be_named_and_has_to_reach_the_hole(palpate):
     assert "move the hole nearer to the arm" in done.stdout
 
 
-def test_a_job_that_jams_has_exit_code_1_and_a_remedy(palpate, tmp_path):
+def test_job_that_jams_has_exit_code_1_and_a_remedy(palpate, tmp_path):
     job = changed(tmp_path / "tilted.toml", ("tilt_uncertainty_mrad = 2.0", "tilt_uncertainty_mrad = 6.0"))
     done = palpate("plan", job)
     assert done.code == 1
     assert "jams at 3.2 mm (J = 4.1): press with at least 20 N" in done.stdout
 
 
-def test_a_run_refuses_what_the_plan_refuses(palpate, tmp_path):
+def test_run_refuses_what_the_plan_refuses(palpate, tmp_path):
     job = changed(tmp_path / "job.toml", ("depth_tolerance_mm = 0.3", "depth_tolerance_mm = 0.05"))
     done = palpate("plan", job)
     assert done.code == 1
@@ -65,7 +65,7 @@ def test_settings_by_hand_that_contradict_the_job_are_refused(palpate, tmp_path,
     assert told in palpate.refusal(*words)
 
 
-def test_a_job_is_simulated_over_its_uncertainties(palpate):
+def test_job_is_simulated_over_its_uncertainties(palpate):
     printed = palpate.succeed("plan", DOWEL, "--trials", 3, "--seed", 1)
     # The first trial of a learner is its training.
     assert "inserted         2 of 2 (95 % interval 15.8% to 100.0%)" in printed

@@ -37,7 +37,7 @@ def _forget_modules():
         ("ArmChecks", (), "4 passed, 9 skipped"),
     ],
 )
-def test_the_example_keeps_its_contract(example, name, flags, counts):
+def test_example_keeps_its_contract(example, name, flags, counts):
     assert counts in example.succeed("rig", "check", f"third_party_rig.checks:{name}", *flags)
 
 

@@ -18,7 +18,7 @@ from tests.support.rig_files import zebra_rig
     ("arm", "force", "model"),
     [("zebra-nmc", "jr3-can", "zebra-zero"), ("cia402", "ati-netft", "zebra-zero"), ("ur-rtde", "ur-rtde", "ur5e")],
 )
-def test_a_new_rig_file_can_be_examined(palpate, arm, force, model):
+def test_new_rig_file_can_be_examined(palpate, arm, force, model):
     Path("rig.toml").write_text(palpate.succeed("rig", "new", "--arm", arm, "--force", force, "--model", model))
     Path("job.toml").write_text(palpate.succeed("rig", "new", "--job"))
     file = RigFile.load(Path("rig.toml"))
@@ -40,7 +40,7 @@ def examined():
     return path
 
 
-def test_what_only_the_driver_refuses_is_a_finding(palpate, tmp_path):
+def test_refusal_of_the_driver_alone_is_a_finding(palpate, tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text(
         '[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\nport = "/dev/nowhere"\nbaud = 19200\ndivider = 1\n'
@@ -54,7 +54,7 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_end_from_outside_is_one_line(palpate, monkeypatch, number):
+def test_end_from_outside_is_one_line(palpate, monkeypatch, number):
     def interrupted(examination):
         signal.raise_signal(number)
         yield DeviceReport("never")

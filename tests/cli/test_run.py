@@ -14,7 +14,7 @@ from palpate.simulation.work_cell.cell import WorkCell
 from tests.command_line import QUICK, finished_trials
 
 
-def test_a_trained_policy_runs_and_does_not_learn(palpate, trained, tmp_path):
+def test_trained_policy_runs_and_does_not_learn(palpate, trained, tmp_path):
     out, policy = tmp_path / "run", trained / "policy.json"
     assert "2 trials" in palpate.succeed("run", *QUICK, "--policy", policy, "--trials", 2, "--out", out)
     assert {path.name for path in out.iterdir()} == {
@@ -28,7 +28,7 @@ def test_a_trained_policy_runs_and_does_not_learn(palpate, trained, tmp_path):
     assert "2 of 2 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 
-def test_a_claim_is_judged_and_trials_are_the_same_in_one_process_and_in_two_and_replay(palpate):
+def test_claim_is_judged_and_trials_are_the_same_in_one_process_and_in_two_and_replay(palpate):
     words = ("run", "--task.ready-height-mm", 1, *QUICK, "--policy", "oracle", "--trials", BLOCK + 2)
     # Workers keep the folder in which they were begun.
     printed = palpate.succeed(*words, "--out", "two", "--jobs", 2, "--claim", "success >= 0.7")
@@ -127,7 +127,7 @@ def test_results_are_never_written_over(palpate, words):
 
 
 @pytest.mark.parametrize("name", ["run", "train", "compare"])
-def test_a_policy_of_another_state_space_is_refused(palpate, trained, name):
+def test_policy_of_another_state_space_is_refused(palpate, trained, name):
     words = ("--policy", trained / "policy.json", "--trials", 1, "--out", "out")
     line = palpate.refusal(name, "--perception.symbols", "grid", *words)
     assert "states" in line

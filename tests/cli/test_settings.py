@@ -5,7 +5,7 @@ import pytest
 from palpate.adapters.config import RunConfig, described
 
 
-def test_the_groups_and_what_is_in_them(palpate):
+def test_groups_and_what_is_in_them(palpate):
     groups = palpate.succeed("settings")
     for group in ("run", "task", "cell", "learning", "arm.ur-rtde", "force_sensor.facts", "watchdog"):
         assert f"\n  {group} " in groups
@@ -17,7 +17,7 @@ def test_the_groups_and_what_is_in_them(palpate):
 
 
 @pytest.mark.parametrize(("name", "near"), [("taks", "did you mean task?"), ("task.nothing", "did you mean task?")])
-def test_a_group_that_is_not_there(palpate, name, near):
+def test_group_that_is_not_there(palpate, name, near):
     assert near in palpate.refusal("settings", name)
 
 

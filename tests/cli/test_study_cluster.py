@@ -110,7 +110,7 @@ def test_worker_with_several_threads_is_refused():
         ("nowhere", "tls:// with certificates"),
     ],
 )
-def test_a_scheduler_that_cannot_be_used_is_refused(palpate, monkeypatch, address, told):
+def test_scheduler_that_cannot_be_used_is_refused(palpate, monkeypatch, address, told):
     monkeypatch.setattr(cluster, "_TIMEOUT_S", 0.5)
     Path("study.toml").write_text(STUDY)
     assert told in palpate.refusal("study", "study.toml", "--scheduler", address)

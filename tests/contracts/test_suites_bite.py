@@ -54,7 +54,7 @@ def test_nothing_is_sent_to_an_arm_that_may_not_be_commanded():
     assert failed(suite) == {}
 
 
-def test_a_violation_says_what_was_seen_and_what_is_wanted():
+def test_violation_says_what_was_seen_and_what_is_wanted():
     suite = FORCE.trying(Mirrors)
     with pytest.raises(ContractViolation) as caught:
         suite.test_load_has_its_sign_axis_and_unit()
@@ -63,14 +63,14 @@ def test_a_violation_says_what_was_seen_and_what_is_wanted():
     )
 
 
-def test_a_missing_knob_is_not_a_pass():
+def test_missing_knob_is_not_a_pass():
     suite = FORCE.trying(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
     with pytest.raises(ClauseNotApplicable, match="this rig has no go_silent"):
         suite.test_silence_is_marked()
     assert failed(suite) == {}
 
 
-def test_a_sensor_slower_than_the_loop_keeps_the_contract():
+def test_sensor_slower_than_the_loop_keeps_the_contract():
     def every_third_tick(self):
         last = self._sample
         self.silent = last is not None and self.clock.now_ns() < last.source_time_ns + 3 * TICK_NS

@@ -101,13 +101,13 @@ class TestUrToolForce(ForceSensorContract):
         )  # fmt: skip
 
 
-def test_an_arm_of_seven_joints_is_refused():
+def test_arm_of_seven_joints_is_refused():
     context = RigContext.of("panda", VirtualUr().clock)
     with pytest.raises(Exception, match="an arm of 6 joints"):
         ur_arm(UrTable(), context, VirtualUr)
 
 
-def test_a_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged():
+def test_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged():
     bench = Bench()
     with bench.sensor() as sensor:
         bench.cut()

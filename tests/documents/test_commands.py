@@ -52,7 +52,7 @@ RUN = [pair for pair in COMMANDS_SHOWN if not any(re.match(need, pair[1]) for ne
 
 
 @pytest.mark.parametrize("page", [page for page, _ in groupby(RUN, lambda pair: pair[0])], ids=lambda page: page.stem)
-def test_the_commands_of_a_page_run(palpate, desk, page):
+def test_commands_of_a_page_run(palpate, desk, page):
     for line in (line for where, line in RUN if where == page):
         assert line.startswith("palpate "), f"no test runs {line!r} of {page.name}: list what it needs in NEEDS"
         # Patterns are a shell's to fill in.

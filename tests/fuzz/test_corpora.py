@@ -22,6 +22,6 @@ def test_inputs_of_the_corpora(name, path):
         assert bool(came_of_it) is (path.name not in SILENT)
 
 
-def test_the_corpora_are_there():
+def test_corpora_are_there():
     assert all(10 <= count <= 40 for count in Counter(name for name, _ in INPUTS).values())
     assert [HARNESSES[name](b"") for name in ("cia402", "jr3_can")] == ["enabled", []]

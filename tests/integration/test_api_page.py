@@ -16,7 +16,7 @@ TABLE = [re.findall(r"`(palpate[\w.]+)`: (.*)", line) for line in PAGE.splitline
 
 
 @pytest.mark.nightly
-def test_the_examples_run_one_after_the_other(tmp_path, monkeypatch):
+def test_examples_run_one_after_the_other(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("examples").symlink_to(ROOT / "examples")
     for number, example in enumerate(EXAMPLES):
@@ -24,7 +24,7 @@ def test_the_examples_run_one_after_the_other(tmp_path, monkeypatch):
 
 
 @pytest.mark.nightly
-def test_the_examples_are_typed(tmp_path):
+def test_examples_are_typed(tmp_path):
     for number, example in enumerate(EXAMPLES):
         (tmp_path / f"example_{number}.py").write_text(example, encoding="utf-8")
     # In the project's folder, so that what make lint has found out about the sources is not found out again.

@@ -11,7 +11,7 @@ CHANGING = (
 )  # fmt: skip
 
 
-def test_what_was_drawn_is_told_and_the_same_again(palpate, tmp_path):
+def test_drawn_conditions_are_recorded_and_the_same_again(palpate, tmp_path):
     palpate.succeed("train", *CHANGING, "--trials", 3, "--out", "whole")
     palpate.succeed("train", *CHANGING, "--trials", 1, "--out", "parts")
     palpate.succeed("train", "--resume", "--trials", 3, "--out", "parts")

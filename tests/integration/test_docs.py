@@ -78,7 +78,7 @@ def shortened(line):
 
 
 @pytest.mark.nightly
-def test_the_tutorial(palpate, tmp_path, monkeypatch):
+def test_tutorial(palpate, tmp_path, monkeypatch):
     """Its notebook, cell by cell in this process; the page has the same text and commands."""
     written = (DOCS / "tutorial.ipynb").read_text(encoding="utf-8")
     assert written == notebook_of((DOCS / "tutorial.md").read_text(encoding="utf-8")), "python -m docs.site.notebook"
@@ -114,7 +114,7 @@ def test_the_tutorial(palpate, tmp_path, monkeypatch):
     assert (tmp_path / "runs" / "used" / "report.html").is_file()
 
 
-def test_a_notebook_without_what_it_needs_says_so_in_a_line(monkeypatch):
+def test_notebook_without_what_it_needs_says_so_in_a_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython", None)
     with pytest.raises(SystemExit, match=r"pip install 'palpate\[notebook\]' \(.*IPython"):
         exec(BEGIN, {})

@@ -26,7 +26,7 @@ def run(keep, config=CONFIG, *, supervised=True):
     ]
 
 
-def test_a_device_that_fails_stops_the_trial_in_time_or_does_no_harm():
+def test_device_that_fails_stops_the_trial_in_time_or_does_no_harm():
     for one in run(lambda case: case.fault in DEVICES[::6] and case.phase == "explore"):
         assert one.delivered, one
         assert one.safe_stop, one
@@ -40,7 +40,7 @@ def test_without_the_supervisor_faults_do_harm():
     assert one.verdict is Verdict.FAILED
 
 
-def test_a_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_force_inverted():
+def test_tilted_corner_is_not_pushed_on_when_the_sensor_shows_a_tenth_of_the_force_inverted():
     config = config_of("square", "asked", "zebra-zero", {})
     [fault] = [each for each in sensor_faults() if each.name == "sign flipped and times 0.1"]
     [[one]] = run_cases(config, [Case(fault, "explore", 0)], "corner-first")
@@ -62,7 +62,7 @@ LATE = [
 ]
 
 
-def test_what_comes_late_under_new_times_or_does_not_follow_is_found():
+def test_late_samples_under_new_times_and_joints_that_do_not_follow_are_found():
     with SimulatedRig(CONFIG, ready_pose(CONFIG)) as rig:
         bench = Bench(CONFIG, rig, "torque", supervised=True)
         ticks = bench.ticks(1)
@@ -73,7 +73,7 @@ def test_what_comes_late_under_new_times_or_does_not_follow_is_found():
 
 
 @pytest.mark.parametrize("trial", [0, 2])
-def test_a_square_goes_in_by_an_arm_that_is_29_ms_late(trial, tmp_path):
+def test_square_goes_in_by_an_arm_that_is_29_ms_late(trial, tmp_path):
     late = FaultScenario("inserted", (arm("delay", 0, delay_ticks=4),), square(), policy="corner-first", trial=trial)
     (tmp_path / "late.mcap").write_bytes(recorded(late))
     assert shown(read_log(tmp_path / "late.mcap")) == late.shows

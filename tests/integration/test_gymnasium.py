@@ -45,7 +45,7 @@ def test_gymnasiums_own_checker_finds_nothing(name, arguments):
     env.close()
 
 
-def test_an_environment_can_be_made_by_its_name_alone_and_names_load_nothing_heavy():
+def test_environment_can_be_made_by_its_name_alone_and_names_load_nothing_heavy():
     program = (
         "import gymnasium, sys\n"
         "import palpate.adapters.gymnasium_envs\n"
@@ -142,7 +142,7 @@ def learn_outside(env, policy, seed, trials, notify):
         ),
     ],
 )
-def test_a_learner_has_the_same_trials_through_the_environment(palpate, tmp_path, arguments, words, outcomes):
+def test_learner_has_the_same_trials_through_the_environment(palpate, tmp_path, arguments, words, outcomes):
     seed, trials = 18, 3
     always = ("--trials", trials, "--seed", seed, "--recording.no-enabled", "--out", tmp_path)
     palpate.succeed("train", *words.split(), *always)

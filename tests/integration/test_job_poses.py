@@ -17,6 +17,6 @@ from palpate.adapters.experiments import Run
     ],
     ids=["turned sensor", "bent tool", "long tool", "inclined plate", "hole in a wall"],
 )
-def test_the_torque_rule_inserts_whatever_the_poses_are(tool, place):
+def test_torque_rule_inserts_whatever_the_poses_are(tool, place):
     config = compose("job", "q-learning", {"arm": "ur10"}, job={"part": {}, "tool": tool, "place": place})
     assert [row.success for row in Run(config).evaluate(2, "torque").rows] == [True, True]

@@ -153,7 +153,7 @@ def frames(dataset, folder, ticks, fps, **more):
     return dataset.frames_of(read_log(write_log(folder / "a.mcap", ticks, **more)), fps)
 
 
-def test_an_invalid_sample_leaves_the_one_before(dataset, tmp_path):
+def test_invalid_sample_leaves_the_one_before(dataset, tmp_path):
     bad = WrenchSample((0.0,) * 3, (0.0,) * 3, 5, 5, 9, Validity.INVALID)
     silent = replace(exact(0), wrench=None, requested_rad=None, applied=None)
     found = frames(dataset, tmp_path, [silent, exact(1), replace(exact(2), wrench=bad), exact(3)], 140)
@@ -184,7 +184,7 @@ def test_success_by_truth_or_else_by_outcome(dataset, tmp_path, end, success, en
     assert (found["next.success"].tolist(), found["next.done"].tolist()) == ([False, success], [False, ended])
 
 
-def test_a_log_is_an_episode_and_its_examples_come_back(dataset, tmp_path):
+def test_log_is_an_episode_and_its_examples_come_back(dataset, tmp_path):
     told = [
         DecisionEntry(tick=14 * (k + 1), number=k, symbol="s", state="s", action=action, source="learned", index=index)
         for k, (action, index) in enumerate((("-x", 4), ("rest", None), ("+y", 2)))

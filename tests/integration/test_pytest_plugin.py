@@ -41,7 +41,7 @@ def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_lin
     assert "Traceback" not in done.stdout
 
 
-def test_a_folder_that_is_not_there_is_a_wrong_call(request):
+def test_folder_that_is_not_there_is_a_wrong_call(request):
     config = SimpleNamespace(getoption={"palpate_logs": ["nowhere"]}.get)
     with pytest.raises(pytest.UsageError, match="--palpate-logs: nowhere: is not there"):
         pytest_plugin.pytest_collection_modifyitems(request.session, config, [])

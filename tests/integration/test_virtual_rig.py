@@ -27,7 +27,7 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
         pytest.param("ur5e", "ros2", "ros2", (0.0, 1.0), marks=pytest.mark.nightly),
     ],
 )
-def test_a_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(kind, arm, force, age_ticks, tmp_path):
+def test_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(kind, arm, force, age_ticks, tmp_path):
     springs = {"control": {"axial_stiffness_N_per_mm": 3.5}}
     config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
     run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, LATE, phase=0.4))
@@ -79,7 +79,7 @@ def struck(arm, force, strike, at_ns=200_000_000):
         ),
     ],
 )
-def test_a_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):
+def test_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):
     assert re.search(told, struck(arm, force, lambda rig: rig.cell._faults[event]()))
 
 

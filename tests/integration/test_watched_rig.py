@@ -84,7 +84,7 @@ def rig_of(monkeypatch):
     return make
 
 
-def test_the_arm_walks_to_the_ready_pose_once(rig_of):
+def test_arm_walks_to_the_ready_pose_once(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS)
     with nothing_left_behind(), rig:
         for trial, walks in ((0, True), (1, False)):
@@ -101,7 +101,7 @@ def test_the_arm_walks_to_the_ready_pose_once(rig_of):
         assert rig.ports.joint_encoder.read().position_rad == pytest.approx(there.q_rad, abs=2e-3)
 
 
-def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_of, tmp_path, capsys):
+def test_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_of, tmp_path, capsys):
     quiet = WatchdogTable(), NO_KEYS, CONFIG, FACTS
     path = tmp_path / "rig.toml"
     rig, _ = rig_of(*quiet, FaultFile(path))
@@ -121,7 +121,7 @@ def test_a_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_
     FaultFile(path)
 
 
-def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of):
+def test_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS)
     with rig:
         rig.ports.force_sensor.read()
@@ -131,7 +131,7 @@ def test_a_sensor_that_falls_silent_ends_the_way_to_the_ready_pose_and_latches(r
         assert "SAMPLE_STALE" in rig.latch.cause
 
 
-def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of):
+def test_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of):
     rig, devices = rig_of(WatchdogTable(), NO_KEYS, facts=replace(FACTS, noise_N=None))
     with (
         nothing_left_behind(),

@@ -32,7 +32,7 @@ def imported_by(code):
 
 
 @pytest.mark.parametrize("layer", LAYERS)
-def test_a_root_holds_its_own_layer_only(layer):
+def test_root_holds_its_own_layer_only(layer):
     # With one __init__.py in palpate/ the other three roots would vanish.
     assert [p.name for p in (ROOT / layer).iterdir() if p.suffix == ".py"] == []
     packages = {p.name for p in (ROOT / layer / "palpate").iterdir() if p.name != "__pycache__"}
@@ -89,7 +89,7 @@ def test_every_name_of_a_face_is_there():
     assert [name for module in modules for name in module.__all__ if getattr(module, name) is None] == []
 
 
-def test_the_slim_install_pins_what_palpate_needs_but_for_what_it_leaves_out():
+def test_slim_install_pins_what_palpate_needs_but_for_what_it_leaves_out():
     lines = (ROOT / "requirements" / "robot.txt").read_text().splitlines()
     pins = dict(line.lower().replace("_", "-").split("==") for line in lines if line and not line.startswith("#"))
     constraints = (ROOT / "constraints.txt").read_text().lower().replace("_", "-")

@@ -105,7 +105,7 @@ def stopped_after_ms(bench):
     return int(bench.notes.read_text().split()[1])
 
 
-def test_a_loop_that_hangs_in_c_has_its_arm_stopped_in_time(bench):
+def test_loop_that_hangs_in_c_has_its_arm_stopped_in_time(bench):
     bench.loop.send_signal(signal.SIGUSR2)
     after_ms = stopped_after_ms(bench)
     if after_ms > TIMEOUT_MS + ALLOWED_MS:
@@ -117,7 +117,7 @@ def test_a_loop_that_hangs_in_c_has_its_arm_stopped_in_time(bench):
     wait_for(lambda: not bench.arm.exists())
 
 
-def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
+def test_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
     bench.loop.kill()
     after_ms = stopped_after_ms(bench)
     if after_ms > ALLOWED_MS:
@@ -132,7 +132,7 @@ def test_a_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
     [(signal.SIGKILL, "was killed by SIGKILL; what stops"), (signal.SIGUSR2, "has not run for")],
     ids=["killed", "hanging in C"],
 )
-def test_a_loop_whose_arm_s_process_fails_knows_and_ends_it(way, told, bench):
+def test_loop_whose_arm_s_process_fails_knows_and_ends_it(way, told, bench):
     os.kill(int(bench.arm.name), way)
     assert f"fake arm: stopped by a fault (the arm's process {told}" in bench.said()
     assert bench.loop.wait(10) == 0

@@ -19,7 +19,7 @@ def table(server):
     return {"host": server.host, "port": server.port, "http_port": server.http_port, "max_age_ms": 500.0}
 
 
-def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone():
+def test_adapter_reads_a_box_and_is_told_that_it_has_gone():
     context = RigContext.of("zebra-zero", MonotonicClock())
     with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
         sensor = force_sensor_maker("ati-netft")(table(server), context)
@@ -37,7 +37,7 @@ def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone():
     sensor.close()
 
 
-def test_the_public_client_reads_the_same():
+def test_public_client_reads_the_same():
     client_of = pytest.importorskip("NetFT").Sensor
     with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
         client = client_of(server.host)
@@ -52,6 +52,6 @@ def test_the_public_client_reads_the_same():
 
 
 @pytest.mark.parametrize("host", ["a..b", "a" * 70 + ".net"])
-def test_a_name_that_no_host_can_have_is_one_error(host):
+def test_name_that_no_host_can_have_is_one_error(host):
     with pytest.raises(DriverError, match="cannot be fetched"):
         read_box(host, 80, 1.0)

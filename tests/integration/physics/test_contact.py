@@ -12,7 +12,7 @@ FLAT_M = 6e-3
 
 
 @pytest.mark.parametrize("arm", EVERY_ARM)
-def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm):
+def test_pressed_peg_sinks_by_at_most_5_micrometres(arm):
     with Bench(quiet(arm)) as bench:
         for offset_m in (*offsets_m(4), FLAT_M):
             bench.press(offset_m, 0.0)
@@ -33,14 +33,14 @@ def test_pressing_is_steady(arm):
 
 @pytest.mark.parametrize("arm", EVERY_ARM)
 @pytest.mark.parametrize("depth_m", [4e-3, 9.5e-3])
-def test_the_play_in_the_hole_is_the_clearance(arm, depth_m):
+def test_play_in_the_hole_is_the_clearance(arm, depth_m):
     with Bench(quiet(arm)) as bench:
         bench.enter_hole(depth_m)
         assert [bench.play_m(heading) for heading in headings(4)] == pytest.approx([75e-6] * 4, abs=20e-6)
 
 
 @pytest.mark.parametrize("arm", EVERY_ARM)
-def test_the_peg_does_not_chatter_on_the_wall(arm):
+def test_peg_does_not_chatter_on_the_wall(arm):
     with Bench(quiet(arm)) as bench:
         for heading in headings(4):
             bench.enter_hole(4e-3)
@@ -94,7 +94,7 @@ def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm):
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "panda"])
-def test_the_capture_width_does_not_hang_on_the_time_step(arm):
+def test_capture_width_does_not_hang_on_the_time_step(arm):
     def capture_m(substeps):
         with Bench(quiet(arm, substeps=substeps)) as bench:
             return bench.capture_half_width_m(0.5)

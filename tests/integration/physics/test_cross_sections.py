@@ -42,7 +42,7 @@ def gaps_m(rig):
 
 
 @pytest.mark.parametrize(("section", "arm"), CASES)
-def test_the_gap_is_the_clearance_on_every_side(section, arm):
+def test_gap_is_the_clearance_on_every_side(section, arm):
     config = config_of(arm, section)
     with SimulatedRig(config, ready_pose(arm)) as rig:
         gaps = gaps_m(rig)
@@ -51,7 +51,7 @@ def test_the_gap_is_the_clearance_on_every_side(section, arm):
 
 
 @pytest.mark.parametrize(("section", "arm"), CASES)
-def test_a_centred_peg_goes_in_to_10_mm(section, arm):
+def test_centred_peg_goes_in_to_10_mm(section, arm):
     config = config_of(arm, section)
     config = replace(config, task=replace(config.task, start_uncertainty_mm=0.0))
     (row,) = Run(config).evaluate(1, "oracle").rows

@@ -15,7 +15,7 @@ from tests.support.tool import TOOL
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_tip_is_where_forward_kinematics_puts_it(arm):
+def test_tip_is_where_forward_kinematics_puts_it(arm):
     kinematics = Kinematics(arm_named(arm), TOOL)
     rng = np.random.default_rng(1)
     with SimulatedRig(RunConfig(arm=arm), ready_pose(arm)) as rig:

@@ -39,7 +39,7 @@ def digests(config, numbers):
         pytest.param({"OPENBLAS_CORETYPE": "SkylakeX"}, "avx512bw", marks=pytest.mark.nightly),
     ],
 )
-def test_a_fresh_process_repeats_every_command_and_sample_on_any_processor(variables, needed):
+def test_fresh_process_repeats_every_command_and_sample_on_any_processor(variables, needed):
     if needed and needed not in Path("/proc/cpuinfo").read_text().split():
         pytest.skip(f"this processor has no {needed}: its kernels would end the process")
     program = (
@@ -53,7 +53,7 @@ def test_a_fresh_process_repeats_every_command_and_sample_on_any_processor(varia
     assert done.stdout.split() == here
 
 
-def test_a_trial_alone_equals_the_trial_in_a_sequence():
+def test_trial_alone_equals_the_trial_in_a_sequence():
     config = short_run("zebra-zero")
     sequence = digests(config, range(3))
     assert len(set(sequence)) == 3
@@ -64,7 +64,7 @@ def test_a_trial_alone_equals_the_trial_in_a_sequence():
     ("arm", "section", "tilt_mrad"),
     [("ur5", "round", 20.0), ("zebra-zero", "hexagon", 5.0)],
 )
-def test_a_trial_with_listed_contacts_is_that_with_all_of_them_searched(arm, section, tilt_mrad):
+def test_trial_with_listed_contacts_is_that_with_all_of_them_searched(arm, section, tilt_mrad):
     run = short_run(arm)
     found = set()
     for contacts in ("listed", "searched"):

@@ -39,7 +39,7 @@ def test_walls_give_way_by_no_more_than_the_stated_error(diameter_mm, clearance_
         ("square", 12.0, 0.02, 6.0, 0.6),
     ],
 )
-def test_a_tilted_peg_jams_where_statics_have_it(section, diameter_mm, clearance_mm, tilt_mrad, friction):
+def test_tilted_peg_jams_where_statics_have_it(section, diameter_mm, clearance_mm, tilt_mrad, friction):
     peg = PegConfig(
         cross_section=section, diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=HOLE_MM,
         friction=friction,
@@ -56,14 +56,14 @@ def test_a_tilted_peg_jams_where_statics_have_it(section, diameter_mm, clearance
 
 
 @pytest.mark.parametrize(("clearance_mm", "tilt_mrad"), [(0.008, 1.0), (0.02, 2.0)])
-def test_a_peg_that_statics_let_in_goes_down_to_the_floor(clearance_mm, tilt_mrad):
+def test_peg_that_statics_let_in_goes_down_to_the_floor(clearance_mm, tilt_mrad):
     peg = PegConfig(diameter_mm=12.0, clearance_mm=clearance_mm, hole_depth_mm=HOLE_MM)
     with Bench(quiet(peg=peg, tilt_mrad=tilt_mrad, tilt_heading_deg=70.0)) as bench:
         bench.press_into_hole(500)
         assert abs(overlap(bench).floor_um) <= 2.0
 
 
-def test_a_peg_with_a_micrometre_of_clearance_does_not_go_in_tilted():
+def test_peg_with_a_micrometre_of_clearance_does_not_go_in_tilted():
     peg = PegConfig(clearance_mm=0.001)
     with Bench(quiet(peg=peg, tilt_mrad=4.0)) as bench:
         bench.press_into_hole(500)

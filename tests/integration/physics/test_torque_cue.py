@@ -10,7 +10,7 @@ from tests.support.physics_bench import Bench, headings, offsets_m, quiet, rms
 
 
 @pytest.mark.parametrize("arm", EVERY_ARM)
-def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm):
+def test_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm):
     with Bench(quiet(arm)) as bench:
         errors = [bench.cue_error_deg(*place) for place in zip(offsets_m(18), headings(18), strict=True)]
     assert rms(errors) <= 5.0

@@ -73,7 +73,7 @@ def test_file_is_there_only_when_it_is_complete(tmp_path, fails):
     assert [(each, each.read_bytes()) for each in tmp_path.iterdir()] == ([] if fails else [(path, b"half")])
 
 
-def test_what_came_in_between_is_not_overwritten(tmp_path):
+def test_file_that_came_in_between_is_not_overwritten(tmp_path):
     path = tmp_path / "a.png"
     with pytest.raises(OutputError, match="never overwritten"), new_file(path):
         path.write_bytes(b"theirs")
@@ -134,13 +134,13 @@ def test_one_blank_makes_every_line_a_list_of_names():
     assert strings_of("NE N SW\nSW\nN N\n") == Strings.of([("NE", "N", "SW"), ("SW",), ("N", "N")])
 
 
-def test_a_tab_makes_labels():
+def test_tab_makes_labels():
     text = "1\t0101\n0\t1\n1\t\n1\n"
     assert strings_of(text) == Strings.of(["0101", "1", "", ""], [True, False, True, True])
     assert strings_of("1\tx- y0\n0\ty0\n") == Strings.of([("x-", "y0"), ("y0",)], [True, False])
 
 
-def test_the_alphabet_may_be_named_and_decides_on_names():
+def test_alphabet_may_be_named_and_decides_on_names():
     assert strings_of("# alphabet: B A C\nAB\n").alphabet == ("B", "A", "C")
     assert strings_of("# alphabet: up down\nup\ndown\n") == Strings.of([("up",), ("down",)], alphabet=("up", "down"))
 
@@ -166,7 +166,7 @@ letters = st.sampled_from([("A", "B", "C"), ("0", "1"), ("x- y0", "x0 y+", "tx-"
 
 
 @given(letters, st.data(), st.booleans())
-def test_what_is_written_is_read_as_it_was(alphabet, data, labelled):
+def test_written_strings_read_back(alphabet, data, labelled):
     symbols = st.integers(0, len(alphabet) - 1)
     least = 0 if labelled else 1
     words = data.draw(st.lists(st.lists(symbols, min_size=least, max_size=5).map(tuple), max_size=8, unique=True))
@@ -201,7 +201,7 @@ STATES = ("a", "b", "c")
 
 
 @pytest.mark.parametrize("load", [load_automaton, load_policy])
-def test_a_refusal_names_the_file(tmp_path, load):
+def test_refusal_names_the_file(tmp_path, load):
     path = tmp_path / "sample.json"
     path.write_text('{"schema": "s"}')
     with pytest.raises(ConfigurationError) as refused:
@@ -212,7 +212,7 @@ def test_a_refusal_names_the_file(tmp_path, load):
             load(bad)
 
 
-def test_a_file_of_decisions_is_read_and_other_columns_are_ignored(tmp_path):
+def test_file_of_decisions_is_read_and_other_columns_are_ignored(tmp_path):
     path = tmp_path / "decisions.csv"
     path.write_text('trial,state,q,action\r\n0,a,"-1.0,2",+x\r\n0,b,,-y\r\n', encoding="utf-8-sig")
     assert load_examples(path, STATES, EIGHT) == (("a", "+x"), ("b", "-y"))

@@ -35,7 +35,7 @@ def test_each_of_them_is_handled_and_the_innermost_handler_counts():
 
 
 @pytest.mark.parametrize("meaning", [signal.SIG_IGN, lambda number, frame: None])
-def test_what_is_ignored_or_served_by_another_handler_stays(meaning):
+def test_ignored_signal_and_one_with_a_handler_stay(meaning):
     seen = []
     before = signal.signal(signal.SIGHUP, meaning)
     try:
@@ -46,7 +46,7 @@ def test_what_is_ignored_or_served_by_another_handler_stays(meaning):
     assert seen == []
 
 
-def test_a_process_that_works_for_another_outlives_them_all():
+def test_process_that_works_for_another_outlives_them_all():
     program = (
         "import signal\n"
         "from palpate.adapters.signals import ENDING, ignore_ending_signals\n"

@@ -118,7 +118,7 @@ class TestLoop:
         assert drawn_back_to[0] == drawn_back_to[1]
 
     @pytest.mark.parametrize("tripped", [False, True])
-    def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(self, tripped):
+    def test_result_of_a_trial_is_notified_once_all_of_it_is_known(self, tripped):
         world, policy = FakeWorld(Pit(0.3e-3, -0.2e-3)), FollowTorque()
         guard = supervisor()
 
@@ -216,7 +216,7 @@ class TestObservers:
         assert diary.ticks == [(tick, tick_time_ns(0, tick)) for tick in range(report.ticks)]
 
     @pytest.mark.parametrize(("device", "calling"), [("sensor", "force_sensor"), ("encoder", "joint_encoder")])
-    def test_what_failed_is_observed_with_the_tick_as_far_as_it_came(self, device, calling):
+    def test_failure_is_observed_with_the_tick_as_far_as_it_came(self, device, calling):
         world = FakeWorld(HOLE)
         diary, monitor = Diary(world), Watch(world)
         monitor.on_step = lambda tick: setattr(getattr(world, device), "disconnected", tick == 50)

@@ -9,7 +9,7 @@ from palpate.core import errors
 from palpate.core.errors import ConfigurationError, require_one_of
 
 
-def test_a_long_value_is_cut_short_in_the_message():
+def test_long_value_is_cut_short_in_the_message():
     with pytest.raises(ConfigurationError) as caught:
         require_one_of("a.b", "x" * 1000, ("disc",))
     assert len(str(caught.value)) < 150
@@ -35,7 +35,7 @@ def test_error_passes_between_processes(error):
     assert (type(copied), str(copied), vars(copied)) == (type(error), str(error), vars(error))
 
 
-def test_the_place_of_an_error_is_in_the_package_that_was_called_and_not_in_the_libraries_that_it_uses(
+def test_place_of_an_error_is_in_the_package_that_was_called_and_not_in_the_libraries_that_it_uses(
     tmp_path, monkeypatch
 ):
     (tmp_path / "own_policy.py").write_text("import own_library\n\n\ndef act():\n    own_library.fail()\n")

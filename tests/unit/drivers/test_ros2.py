@@ -54,7 +54,7 @@ def test_arm_goes_where_it_is_led_and_holds_when_stopped(velocities):
 
 
 @pytest.mark.parametrize(("stop_ms", "stood_s"), [(200.0, 0.18), (0.0, None)])
-def test_the_robot_s_own_stop_is_timed_and_a_robot_without_one_is_stopped(stop_ms, stood_s):
+def test_robot_s_own_stop_is_timed_and_a_robot_without_one_is_stopped(stop_ms, stood_s):
     domain = VirtualDomain(velocities=True, stop_ms=stop_ms)
     arm = made(domain, velocities=True)
     arm.enable()
@@ -67,7 +67,7 @@ def test_the_robot_s_own_stop_is_timed_and_a_robot_without_one_is_stopped(stop_m
     assert moved == pytest.approx(0.01 * (0.5 + (found_s or 1.0)), abs=5e-4)
 
 
-def test_the_robot_s_own_stop_is_not_tried_with_positions_nor_on_one_that_does_not_follow():
+def test_robot_s_own_stop_is_not_tried_with_positions_nor_on_one_that_does_not_follow():
     domain = VirtualDomain()
     arm = made(domain)
     arm.enable()

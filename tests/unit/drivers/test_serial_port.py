@@ -11,7 +11,7 @@ from palpate.drivers.errors import WiringError
 from palpate.drivers.serial_port import close_serial, open_serial, write_unless_stuck
 
 
-def test_a_port_that_is_in_use_is_refused():
+def test_port_that_is_in_use_is_refused():
     master, slave = pty.openpty()
     name = os.ttyname(slave)
     first = open_serial(name, 9600, "arm")
@@ -35,7 +35,7 @@ def ends():
     os.close(slave)
 
 
-def test_a_program_that_was_held_up_has_written_all_the_same(ends):
+def test_program_that_was_held_up_has_written_all_the_same(ends):
     master, port = ends
     with pytest.raises(serial.SerialTimeoutException):
         port.write(b"as pyserial has it")
@@ -48,7 +48,7 @@ def test_a_program_that_was_held_up_has_written_all_the_same(ends):
     assert came == written
 
 
-def test_a_port_that_takes_no_bytes_is_late(ends):
+def test_port_that_takes_no_bytes_is_late(ends):
     _, port = ends
 
     def fill():

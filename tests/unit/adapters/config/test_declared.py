@@ -131,7 +131,7 @@ def refusal(make):
 
 
 @tables
-def test_what_is_wrong_is_refused_by_name_in_python_and_toml(base):
+def test_wrong_value_is_refused_by_name_in_python_and_toml(base):
     for table, field, kind in leaves(base):
         for value in wrong_values(kind):
             error = refusal(lambda t=table, f=field, v=value: replace(t, **{f: v}))
@@ -142,7 +142,7 @@ def test_what_is_wrong_is_refused_by_name_in_python_and_toml(base):
             assert str(laid) == str(error)
 
 
-def test_the_whole_tree_is_reached_by_dotted_names():
+def test_whole_tree_is_reached_by_dotted_names():
     for table, field, kind in leaves(RunConfig()):
         name = table.dotted(field)
         value = wrong_values(kind)[0]
@@ -152,14 +152,14 @@ def test_the_whole_tree_is_reached_by_dotted_names():
 
 
 @tables
-def test_the_ends_of_a_range_are_in_it(base):
+def test_ends_of_a_range_are_in_it(base):
     for table, field, kind in leaves(base):
         for value in ends(kind):
             field_value(table, field, value)
 
 
 @tables
-def test_an_unknown_key_is_refused_in_every_table(base):
+def test_unknown_key_is_refused_in_every_table(base):
     for table in {type(one): one for one, _, _ in leaves(base)}.values():
         name = table.dotted("no_such_setting")
         assert refusal(lambda t=table: overlay(t, {"no_such_setting": 1})).field == name
@@ -167,7 +167,7 @@ def test_an_unknown_key_is_refused_in_every_table(base):
             replace(table, no_such_setting=1)
 
 
-def test_a_flag_is_refused_by_the_same_words():
+def test_flag_is_refused_by_the_same_words():
     # One setting of each table: the way from flag to field is the parser's, and the same for all.
     one_each = {type(table): (table, field, kind) for table, field, kind in leaves(RunConfig()) if ends(kind)}
     for table, field, kind in one_each.values():
@@ -207,7 +207,7 @@ def _named(base):
     return f"{base.__name__}[{'; '.join(items)}]"
 
 
-def test_the_declared_settings_are_those_of_the_snapshot():
+def test_declared_settings_are_those_of_the_snapshot():
     found = {name: declared(base) for name, base in TABLES.items()}
     text = json.dumps(found, indent=1, ensure_ascii=False) + "\n"
     if os.environ.get("PALPATE_SNAPSHOT") == "write":

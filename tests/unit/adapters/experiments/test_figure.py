@@ -53,7 +53,7 @@ ACTIONS = compass_actions(0.001)
 STATES = ("north", "in the middle", "south", "west")
 
 
-def test_a_mixed_policy_is_shown_state_by_state():
+def test_mixed_policy_is_shown_state_by_state():
     q = QLearning(STATES, ACTIONS, QParameters(alpha=1.0, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.1)))
     policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, ACTIONS, {"south": "+y", "west": "+x"}), q])
     for index in range(8):

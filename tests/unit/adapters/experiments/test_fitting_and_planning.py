@@ -106,14 +106,14 @@ def test_each_trial_has_a_world_from_the_ranges_of_the_job():
     assert {round(cell.compliance.lateral_N_per_mm / cell.compliance.axial_N_per_mm, 9) for cell in worlds} == {2.0}
 
 
-def test_a_world_depends_on_seed_and_trial_alone_and_keeps_a_stated_friction():
+def test_world_depends_on_seed_and_trial_alone_and_keeps_a_stated_friction():
     config = planned()
     assert drawn_world(config, 7, {}) == drawn_world(config, 7, {})
     assert drawn_world(config, 7, {"peg": {"friction": 0.2}}).cell.peg.friction == 0.2
     assert drawn_world(config, 7, {}).task == config.task
 
 
-def test_a_rule_counts_every_trial_and_a_learner_all_but_the_first():
+def test_rule_counts_every_trial_and_a_learner_all_but_the_first():
     rule = next(simulate(planned(position_uncertainty_mm=0.0), "oracle", 2, 1, {}))
     assert (len(rule[0]), rule[1]) == (2, 2)
     learner = compose("job", "belief", {"seed": 3}, job=DOWEL)
@@ -121,12 +121,12 @@ def test_a_rule_counts_every_trial_and_a_learner_all_but_the_first():
     assert ([each.report.setup.index for each in counted], ran) == ([1], 2)
 
 
-def test_a_trip_ends_one_trial_and_no_more():
+def test_trip_ends_one_trial_and_no_more():
     config = compose("job", "q-learning", {"supervision": {"max_force_rate_N_s": 150.0}, "seed": 3}, job=DOWEL)
     trips = [scored.trip.partition(":")[0] for scored in run_series(config, "torque", range(2))]
     assert trips == ["FORCE_RATE", "FORCE_RATE"]
 
 
-def test_the_oracle_knows_each_trials_hole():
+def test_oracle_knows_each_trials_hole():
     config = compose("job", "q-learning", {"seed": 3}, job={**DOWEL, "arm": {"name": "ur5e"}})
     assert all(scored.success for scored in run_series(config, "oracle", range(2)))

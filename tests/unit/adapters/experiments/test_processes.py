@@ -39,7 +39,7 @@ def test_workers_do_not_outlive_a_process_that_was_killed():
     assert (done.returncode, done.stdout) == (-signal.SIGKILL, "[(3, 1), (4, 1)]\n")
 
 
-def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c():
+def test_process_that_is_begun_meanwhile_does_not_see_ctrl_c():
     program = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
     with interrupts_wait():
         held = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
@@ -47,7 +47,7 @@ def test_a_process_that_is_begun_meanwhile_does_not_see_ctrl_c():
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
-def test_a_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path):
+def test_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path):
     calls = [(None,), (tmp_path / "killed",), (tmp_path / "interrupted", True), (tmp_path,)]
     with closing(LocalWorkers(2)) as workers:
         ends = {number: future.exception() for number, future in completed(workers, die, calls)}
@@ -72,7 +72,7 @@ def holder(folder):
     return process
 
 
-def test_a_second_writer_is_refused_and_told_whose_it_is(tmp_path):
+def test_second_writer_is_refused_and_told_whose_it_is(tmp_path):
     other = holder(tmp_path)
     try:
         with pytest.raises(OutputError) as told, only_writer(tmp_path):
@@ -85,7 +85,7 @@ def test_a_second_writer_is_refused_and_told_whose_it_is(tmp_path):
     assert str(tmp_path) in line
 
 
-def test_a_writer_that_was_killed_blocks_nobody_and_is_told_of(tmp_path):
+def test_writer_that_was_killed_blocks_nobody_and_is_told_of(tmp_path):
     other = holder(tmp_path)
     os.kill(other.pid, signal.SIGKILL)
     other.communicate()

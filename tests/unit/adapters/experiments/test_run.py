@@ -44,7 +44,7 @@ def test_each_call_has_a_rig_of_its_own_and_a_block_has_one(tmp_path):
     assert rigs.closed == [True] * 3
 
 
-def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path):
+def test_results_are_in_the_folder_and_only_there(tmp_path):
     run = Run(QUICK)
     trained = run.train(2, tmp_path / "trained")
     found = run.evaluate(1, out=tmp_path / "run")
@@ -57,7 +57,7 @@ def test_what_is_kept_is_in_the_folder_and_only_there(tmp_path):
         run.evaluate(1).logs  # noqa: B018
 
 
-def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
+def test_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
     walk = baseline("random", QUICK, tuple)
     with pytest.raises(ConfigurationError, match="jobs = 2"):
         Run(QUICK).evaluate(1, walk, jobs=2)
@@ -66,7 +66,7 @@ def test_a_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
     assert found.summary["policy"] == type(walk).__name__
 
 
-def test_a_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(tmp_path, monkeypatch):
+def test_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(tmp_path, monkeypatch):
     rigs = Rigs()
     run = Run(QUICK, make_rig=rigs)
     with pytest.raises(ConfigurationError, match=r"policy = 'nowhere\.json'"):
@@ -102,7 +102,7 @@ def content(folder):
     return {path.name: path.read_bytes() for path in folder.path.iterdir()}
 
 
-def test_a_trial_in_the_units_of_its_columns():
+def test_trial_in_the_units_of_its_columns():
     row = TrialRow.of(scored_trial(3))
     assert (row.trial, row.outcome, row.success, row.ticks) == (3, "inserted", True, 303)
     assert (row.start_x_mm, row.start_y_mm, row.hole_x_mm, row.hole_y_mm) == (3.0, -2.0, 0.1, -0.2)
@@ -142,7 +142,7 @@ def test_only_the_first_trials_are_kept(folder):
 
 
 @pytest.mark.parametrize("remains", ["1", "1,inserted,Tr", "11,inserted,True,1.0"])
-def test_a_line_that_was_cut_short_is_dropped(folder, remains):
+def test_line_that_was_cut_short_is_dropped(folder, remains):
     folder.append_trial(scored_trial(0))
     before = content(folder)
     for name in ("trials.csv", "decisions.csv"):

@@ -31,7 +31,7 @@ def test_exact_interval(successes, trials, low, high):
 
 
 @pytest.mark.parametrize("quantile", [0.5, 0.95])
-def test_an_interval_of_a_quantile_ends_at_the_order_statistics_of_exact_binomial_chances(quantile):
+def test_interval_of_a_quantile_ends_at_the_order_statistics_of_exact_binomial_chances(quantile):
     count = 101
     values = list(np.random.default_rng(1).exponential(2.0, count))
     interval = quantile_interval(values, quantile)

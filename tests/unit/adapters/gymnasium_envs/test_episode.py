@@ -35,7 +35,7 @@ def stopped(episodes):
     return episodes.rig.ports.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
 
 
-def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(episodes, monkeypatch):
+def test_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(episodes, monkeypatch):
     episodes.begin(3, 0)
     with monkeypatch.context() as broken:
         broken.setattr(episodes.rig.cell, "measure_joints", lambda: 1 / 0)
@@ -47,7 +47,7 @@ def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(episodes,
     assert episodes.decide(EAST) == -1.0
 
 
-def test_a_sensor_fault_ends_the_trial_and_earns_the_plain_reinforcement(episodes, monkeypatch):
+def test_sensor_fault_ends_the_trial_and_earns_the_plain_reinforcement(episodes, monkeypatch):
     episodes.begin(3, 0)
     with monkeypatch.context() as broken:
         # What the supervisor takes for a frozen sensor.
@@ -122,7 +122,7 @@ def rig():
 
 
 @pytest.mark.parametrize(("think_ms", "sources"), [(0, ["agent"] * 3), (150, [LATE, LATE, "agent", LATE, LATE])])
-def test_the_loop_goes_on_and_counts_what_was_late(rig, think_ms, sources):
+def test_loop_goes_on_and_counts_what_was_late(rig, think_ms, sources):
     bench = Bench(rig, think_ms)
     report = bench.run()
     told = [record.source for record in report.decisions]
@@ -134,7 +134,7 @@ def test_the_loop_goes_on_and_counts_what_was_late(rig, think_ms, sources):
     assert {record.displacement_m for record in report.decisions if record.source == LATE} <= {(0.0, 0.0)}
 
 
-def test_an_agent_that_takes_too_long_finds_the_arm_stopped_and_the_rig_latched(rig):
+def test_agent_that_takes_too_long_finds_the_arm_stopped_and_the_rig_latched(rig):
     bench = Bench(rig, 400)
     with pytest.raises(LateAgentError, match=r"agent: no decision for 0\.30\d s; 0\.3 s are allowed") as caught:
         bench.run()

@@ -11,7 +11,7 @@ from palpate.drivers.can.link import open_bus
 from palpate.drivers.errors import WiringError
 
 
-def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch):
+def test_table_can_goes_to_python_can_as_it_is(monkeypatch):
     given = []
 
     def opened(**options):
@@ -34,7 +34,7 @@ def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch):
         ("socketcand", "give python-can what .* .arm.can."),
     ],
 )
-def test_an_interface_that_is_not_there_is_one_line(interface, told, capfd):
+def test_interface_that_is_not_there_is_one_line(interface, told, capfd):
     with pytest.raises(WiringError, match=told) as caught:
         open_bus(interface, "0", 1_000_000)
     assert "\n" not in str(caught.value)

@@ -32,7 +32,7 @@ def test_emulated_drives_are_waited_for_longer_than_real_ones():
     arm_maker("cia402")(table, RigContext.of("zebra-zero", VirtualTime()))
 
 
-def test_an_event_counts_from_the_start_or_from_the_first_motion():
+def test_event_counts_from_the_start_or_from_the_first_motion():
     names = ("program-end", "cable-pulled")
     from_motion, from_start = (PlannedEvent.of(text, names) for text in ("2s:program-end", "start+3.5s:cable-pulled"))
     assert [from_start.due(5 * _S + late, 5 * _S, 0) for late in (0, 34 * _S // 10, 35 * _S // 10)] == [0, 0, 1]
@@ -42,12 +42,12 @@ def test_an_event_counts_from_the_start_or_from_the_first_motion():
 
 
 @pytest.mark.parametrize("text", ["12:program-end", "s:program-end", "12s:fire", "-1s:program-end", "12s"])
-def test_what_is_no_event_is_refused(text):
+def test_unknown_event_is_refused(text):
     with pytest.raises(ConfigurationError, match="as in 12s:program-end or start\\+12s:program-end, with one of"):
         PlannedEvent.of(text, ("program-end",))
 
 
-def test_a_rig_has_the_events_that_its_devices_can_show():
+def test_rig_has_the_events_that_its_devices_can_show():
     every = {name: emulated("ur5", f"1s:{name}") for name in EVENTS}
     assert list(every) == list(EVENTS)
     with pytest.raises(ConfigurationError, match="one of emergency-stop, cable-pulled, sensor-silent, sensor-cable,"):

@@ -27,12 +27,12 @@ def tripped(rig, cause="FORCE_LIMIT: force 31.00 N, limit 30 N"):
     latch.end()
 
 
-def test_a_new_rig_has_no_fault_and_a_file_before_it_moves(rig):
+def test_new_rig_has_no_fault_and_a_file_before_it_moves(rig):
     FaultFile(rig).begin()
     assert faults(rig) == []
 
 
-def test_a_fault_outlives_its_program_and_names_the_option_to_copy(rig, capsys):
+def test_fault_outlives_its_program_and_names_the_option_to_copy(rig, capsys):
     tripped(rig)
     option = '--acknowledge "1 NAME: why"'
     told = capsys.readouterr().err
@@ -44,7 +44,7 @@ def test_a_fault_outlives_its_program_and_names_the_option_to_copy(rig, capsys):
     assert str(refused.value).endswith(option)
 
 
-def test_an_acknowledgement_clears_that_fault_only_and_once(rig):
+def test_acknowledgement_clears_that_fault_only_and_once(rig):
     tripped(rig)
     for words in ("2 Ada: fixed", "0 Ada: fixed"):
         with pytest.raises(ConfigurationError, match="the open fault, 1 "):
@@ -66,7 +66,7 @@ def test_an_acknowledgement_clears_that_fault_only_and_once(rig):
     assert (second["number"], second["by"]) == (2, "")
 
 
-def test_the_acknowledgement_counts_only_once_the_rig_is_open(rig):
+def test_acknowledgement_counts_only_once_the_rig_is_open(rig):
     tripped(rig)
     latch = FaultFile(rig, "1 Ada: fixed")
     assert faults(rig)[0]["by"] == ""
@@ -86,7 +86,7 @@ def test_words_without_a_number_a_name_or_a_reason_are_refused(rig, words):
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"format": 2, "faults": []}', '{"format": 1, "faults": [{}]}'])
-def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig, content):
+def test_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig, content):
     path = Path(f"{rig}.fault.json")
     path.write_text(content)
     with pytest.raises(OutputError, match=r"fault\.json: cannot be read .*does not move"):
@@ -94,7 +94,7 @@ def test_a_file_that_cannot_be_read_keeps_the_rig_still_and_is_left_alone(rig, c
     assert path.read_text() == content
 
 
-def test_a_file_that_cannot_be_written_keeps_the_rig_still(rig, monkeypatch, capsys):
+def test_file_that_cannot_be_written_keeps_the_rig_still(rig, monkeypatch, capsys):
     tripped(rig)
     before = Path(f"{rig}.fault.json").read_bytes()
 
@@ -117,7 +117,7 @@ def test_a_file_that_cannot_be_written_keeps_the_rig_still(rig, monkeypatch, cap
     assert "not kept: No space left" in capsys.readouterr().err.splitlines()[-1]
 
 
-def test_a_fault_that_another_program_met_meanwhile_counts(rig):
+def test_fault_that_another_program_met_meanwhile_counts(rig):
     latch = FaultFile(rig)
     tripped(rig)
     with pytest.raises(FaultLatchedError, match="FORCE_LIMIT"):

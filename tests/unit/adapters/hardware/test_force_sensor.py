@@ -28,7 +28,7 @@ def test_stated_noise_and_reported_ranges_make_the_facts():
     assert facts == SensorFacts(0.08, 0.003, (115.0, 111.0, 185.0), (5.6, 5.2, 6.1), 200.0, "sensor")
 
 
-def test_what_is_missing_is_named_with_what_to_do():
+def test_missing_fact_is_named_with_a_remedy():
     assert missing_facts(SensorFactsTable(), REPORTED) == ("noise_N", "noise_Nm")
     with pytest.raises(ConfigurationError) as error:
         gathered(SensorFactsTable(noise_N=0.1), SensorFactsTable())
@@ -47,7 +47,7 @@ def test_what_is_missing_is_named_with_what_to_do():
         ({"frame": "flange"}, "frame", "sensor, as the sensor reports it"),
     ],
 )
-def test_a_rig_file_does_not_contradict_the_sensor(stated, field, accepted):
+def test_rig_file_does_not_contradict_the_sensor(stated, field, accepted):
     with pytest.raises(ConfigurationError) as error:
         gathered(SensorFactsTable(**NOISE, **stated), REPORTED)
     assert error.value.field == f"force_sensor.facts.{field}"
@@ -55,7 +55,7 @@ def test_a_rig_file_does_not_contradict_the_sensor(stated, field, accepted):
 
 
 @given(st.floats(-180.0, 180.0), st.tuples(*[st.floats(-10.0, 10.0)] * 6))
-def test_a_turned_sensor_reads_as_if_it_were_not(turn_deg, wrench):
+def test_turned_sensor_reads_as_if_it_were_not(turn_deg, wrench):
     felt = HiddenValues(mounting_deg=turn_deg).felt(list(wrench), (0.0, 0.0, 1.0))
     sensor = FakeForceSensor(FakeClock())
     sensor.read = lambda: WrenchSample(tuple(felt[:3]), tuple(felt[3:]), 1, 2, 3)

@@ -43,7 +43,7 @@ def test_every_arm_of_universal_robots_agrees_with_its_controller(name):
 
 
 @pytest.mark.parametrize(("model", "real"), [("ur10", "ur5"), ("ur5", "ur5e"), ("ur16e", "ur10e"), ("ur5e", "ur20")])
-def test_the_model_of_another_arm_is_refused_even_where_a_nominal_one_is_accepted(model, real):
+def test_model_of_another_arm_is_refused_even_where_a_nominal_one_is_accepted(model, real):
     with pytest.raises(ConfigurationError, match=r"the model of this arm; its flange is [0-9.]+ mm") as caught:
         judge_kinematics(context(model, accept_kinematics=True), reported(real))
     assert (caught.value.field, caught.value.value) == ("arm", model)
@@ -54,7 +54,7 @@ def moved(pose, mm):
     return replace(pose, tool_in_base=(x + mm * 1e-3, *rest))
 
 
-def test_a_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres():
+def test_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres():
     with pytest.raises(ConfigurationError, match=r"--accept-kinematics: its nominal model is 9\.0 mm"):
         judge_kinematics(context(), moved(reported(), 9.0))
     accepted = context(accept_kinematics=True)
@@ -65,7 +65,7 @@ def test_a_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres():
         judge_kinematics(accepted, moved(reported(), float("nan")))
 
 
-def test_a_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp_path):
+def test_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp_path):
     arm = replace(arm_named("ur5e"), calibration=calibration(tmp_path / "own.yaml"))
     assert judge_kinematics(context(arm), moved(reported(), 0.9)).startswith("the calibrated model of ur5e is 0.9 mm")
     with pytest.raises(ConfigurationError, match="at most 1 mm and 5 mrad"):
@@ -77,7 +77,7 @@ def test_a_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(t
         judge_kinematics(context(arm), replace(off, tool_on_flange=(0.0,) * 6))
 
 
-def test_the_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller():
+def test_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller():
     told = "payload of the controller and tool agree, and so does its tool centre point"
     assert judge_tool(context(), TOOL, reported()) == told
     assert "it has no tool centre point" in judge_tool(context(), TOOL, reported(tool_on_flange=(0.0,) * 6))
@@ -100,7 +100,7 @@ def test_another_tool_than_the_controller_has_is_refused(changes, field, accepte
     assert accepted in str(caught.value)
 
 
-def test_an_arm_is_compared_before_it_gets_power():
+def test_arm_is_compared_before_it_gets_power():
     stated = {"payload_kg": 0.5, "payload_cog_m": CENTRE, "tcp_offset": TCP}
     link = VirtualUr(arm="ur5e", **stated)
     table = UrTable()
@@ -119,7 +119,7 @@ def test_an_arm_is_compared_before_it_gets_power():
 @pytest.mark.parametrize(
     ("emulated", "accept", "accepted"), [(False, False, False), (True, False, True), (False, True, True)]
 )
-def test_a_nominal_model_is_accepted_by_the_option_or_on_an_emulated_rig(
+def test_nominal_model_is_accepted_by_the_option_or_on_an_emulated_rig(
     tmp_path, monkeypatch, emulated, accept, accepted
 ):
     made = []

@@ -54,7 +54,7 @@ def test_a_key(terminal):
     assert termios.tcgetattr(slave) == before
 
 
-def test_a_terminal_that_goes_away(terminal):
+def test_terminal_that_goes_away(terminal):
     master, slave = terminal
     bench = Bench(keys=True, terminal_fd=slave)
     with bench.stop:
@@ -73,7 +73,7 @@ def test_without_a_terminal_there_are_no_keys():
             os.close(write_fd)
 
 
-def test_the_signal_stops_from_its_handler_again_and_again_and_is_told_once():
+def test_signal_stops_from_its_handler_again_and_again_and_is_told_once():
     before = signal.getsignal(signal.SIGUSR1)
     bench = Bench()
     with nothing_left_behind(), bench.stop:
@@ -120,7 +120,7 @@ def test_it_latches_until_a_person_acknowledges():
         assert guarded.send(HERE).reason is CommandReason.AS_REQUESTED
 
 
-def test_an_arm_that_cannot_be_told_is_latched_all_the_same():
+def test_arm_that_cannot_be_told_is_latched_all_the_same():
     bench = Bench()
     bench.arm.gone = True
     bench.stop.stop("program: requested")

@@ -128,7 +128,7 @@ def scored(name):
     return score_of(read_log(HERE / f"{name}.mcap"))
 
 
-def test_an_insertion_has_75_points_and_nearly_all_others():
+def test_insertion_has_75_points_and_nearly_all_others():
     trial = scored("corner-first")
     points = trial.score
     assert (points.valid, points.success, points.duration, points.force) == (1.0, 75.0, 12.0, 0.0)
@@ -138,16 +138,16 @@ def test_an_insertion_has_75_points_and_nearly_all_others():
     assert trial.basis == "truth"
 
 
-def test_a_wedged_peg_has_points_for_its_depth():
+def test_wedged_peg_has_points_for_its_depth():
     log = read_log(HERE / "wedged.mcap")
     assert score_of(log).score.success == pytest.approx(38.0 + 12.0 * log.end.true_depth_m / 10e-3, abs=0.01)
 
 
-def test_a_peg_next_to_the_hole_has_points_for_its_distance():
+def test_peg_next_to_the_hole_has_points_for_its_distance():
     assert 0.0 < scored("fault-inverted").score.success < 25.0
 
 
-def test_a_trial_far_from_the_hole_has_none_for_its_motion():
+def test_trial_far_from_the_hole_has_none_for_its_motion():
     assert scored("trip-and-hold").score.total == 1.0
 
 

@@ -26,7 +26,7 @@ def cell(log):
 
 
 @pytest.mark.parametrize("name", ["oracle-blind.mcap", "torque-ur5.mcap"])
-def test_the_tip_is_where_the_encoders_have_it(name):
+def test_tip_is_where_the_encoders_have_it(name):
     trial = read_log(GOLDEN / name)
     drawn = DrawnCell(trial)
     series = series_of(trial)
@@ -36,7 +36,7 @@ def test_the_tip_is_where_the_encoders_have_it(name):
         assert tip_mm == pytest.approx(series.tip_mm[moment.tick], abs=1e-3)
 
 
-def test_the_measured_force_bends_the_springs(cell):
+def test_measured_force_bends_the_springs(cell):
     cell.pose(REST)
     before = cell.tip_m
     cell.pose(replace(REST, force_N=(0.0, 0.0, -5.0)))
@@ -55,7 +55,7 @@ def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log, cell
     assert np.abs(down[:2]).max() < 1.5e-4
 
 
-def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path):
+def test_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path):
     def hole(world_json, end=None):
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.mcap"
         write_log(path, [tick(0)], begin=start(world_json=world_json), end=end)
@@ -74,12 +74,12 @@ def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path):
 @pytest.mark.parametrize(
     "wrong", [{"tip_rotation": (1.0, 0.0)}, {"tip_rotation": (float("nan"),) * 9}, {"config_toml": 'arm = "puma"'}]
 )
-def test_a_start_that_does_not_tell_the_cell_is_refused(tmp_path, wrong):
+def test_start_that_does_not_tell_the_cell_is_refused(tmp_path, wrong):
     with pytest.raises(LogError, match=r"a\.mcap"):
         DrawnCell(read_log(write_log(tmp_path / "a.mcap", [tick(0)], begin=start(**wrong))))
 
 
-def test_a_point_appears_where_the_view_says(cell):
+def test_point_appears_where_the_view_says(cell):
     require_graphics()
     cell.pose(REST)
     close, _ = cell.views()
@@ -98,7 +98,7 @@ def test_a_point_appears_where_the_view_says(cell):
     assert rows.max() > y
 
 
-def test_the_plate_is_cut_open_in_the_close_up_only(cell):
+def test_plate_is_cut_open_in_the_close_up_only(cell):
     require_graphics()
     cell.pose(REST)
     close, _ = cell.views()

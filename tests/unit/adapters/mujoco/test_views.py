@@ -12,7 +12,7 @@ from palpate.core.errors import UsageError
 MOUTH = np.array([0.4, 0.01, 0.02])
 
 
-def test_the_target_is_in_the_middle_and_lengths_have_the_scale():
+def test_target_is_in_the_middle_and_lengths_have_the_scale():
     view = View((0.4, 0.0, 0.02), 0.5, 90.0, 0.0)
     assert view.pixel_of(np.array([0.4, 0.0, 0.02]), 640, 480) == pytest.approx((320.0, 240.0))
     scale = view.pixels_per_m(480)
@@ -23,7 +23,7 @@ def test_the_target_is_in_the_middle_and_lengths_have_the_scale():
 
 
 @pytest.mark.parametrize("diameter_m", [0.005, 0.029, 0.1])
-def test_the_close_up_holds_peg_and_hole_whatever_their_size(diameter_m):
+def test_close_up_holds_peg_and_hole_whatever_their_size(diameter_m):
     view = close_up(MOUTH, diameter_m)
     assert view.cut
     for sign in (-1.0, 1.0):
@@ -32,7 +32,7 @@ def test_the_close_up_holds_peg_and_hole_whatever_their_size(diameter_m):
         assert 240 < y < 320
 
 
-def test_the_whole_arm_is_within_its_picture():
+def test_whole_arm_is_within_its_picture():
     points = np.array([[0.0, 0.0, 0.0], [0.0, 0.1, 0.7], [0.4, -0.2, 0.5], [0.4, 0.0, 0.02]])
     view = whole_arm(points)
     pixels = np.array([view.pixel_of(point, 300, 300) for point in points])
@@ -48,12 +48,12 @@ VIEW = View((0.4, 0.0, 0.02), 0.25, 90.0, 0.0)
     ("largest", "reference"),
     [(0.0, 0.5), (2.0, 1.0), (3.9, 1.0), (4.0, 2.0), (7.4, 2.0), (10.0, 5.0), (39.0, 10.0), (1e6, 5e5)],
 )
-def test_the_reference_is_a_round_number_of_about_half_the_largest_force(largest, reference):
+def test_reference_is_a_round_number_of_about_half_the_largest_force(largest, reference):
     assert reference_N([0.3, largest]) == reference
     assert reference_N([]) == 0.5
 
 
-def test_an_arrow_is_as_long_as_its_force_and_points_along_it():
+def test_arrow_is_as_long_as_its_force_and_points_along_it():
     foot = np.array([0.4, 0.0, 0.02])
     scale = metres_per_N(2.0, VIEW)
     begin, up = arrow_pixels(VIEW, (640, 480), foot, np.array([0.0, 0.0, 4.0]), scale)
@@ -77,7 +77,7 @@ def only(*working):
         ("glfw", ("egl", "osmesa"), "egl"),
     ],
 )
-def test_the_first_library_that_works_is_taken_unless_the_environment_names_one(monkeypatch, named, working, taken):
+def test_first_library_that_works_is_taken_unless_the_environment_names_one(monkeypatch, named, working, taken):
     monkeypatch.setattr(graphics, "problem_with", only(*working))
     monkeypatch.setenv("MUJOCO_GL", named)
     assert graphics.working_library() == taken
@@ -90,11 +90,11 @@ def test_without_any_the_packages_are_named(monkeypatch):
         graphics.working_library()
 
 
-def test_a_library_is_tried_in_a_process_of_its_own():
+def test_library_is_tried_in_a_process_of_its_own():
     assert "No module named 'mujoco.nothing'" in graphics.problem_with("nothing")
 
 
-def test_a_library_that_hangs_or_crashes_is_no_library(monkeypatch):
+def test_library_that_hangs_or_crashes_is_no_library(monkeypatch):
     def hang(*words, **more):
         raise subprocess.TimeoutExpired("python", 1.0)
 

@@ -91,7 +91,7 @@ class TestRegime:
         slow = derive(replace(DOWEL, mass_kg=20.0))
         assert (slow.unexpected_N, slow.speed_m_s) == (pytest.approx(15.465), pytest.approx(14.535 / 20.0 / 140.0))
 
-    def test_what_lets_go_or_is_met_in_a_sample_is_no_fault(self):
+    def test_release_and_contact_within_a_sample_are_no_fault(self):
         straight = replace(DOWEL, tilt_rad=0.0)
         assert derive(straight).rate_N_s == 3000.0
         # 120 N/mm at 20 mm/s and its damper, and noise, within 1/140 s.
@@ -101,7 +101,7 @@ class TestRegime:
         # A harder press on a peg that jams; no more than the limit of the force in one sample.
         assert derive(DOWEL).rate_N_s == pytest.approx(30.93 * 140.0)
 
-    def test_a_caught_peg_stops_within_the_force_limit(self):
+    def test_caught_peg_stops_within_the_force_limit(self):
         # Left of 30 N beside 1.3 times the friction and noise; 15 kg stop at v sqrt(k m).
         assert derive(DOWEL).slide_m_s == pytest.approx((30.0 - 0.67 * 4.903325) / sqrt(40e3 * 15.0))
         gentle = derive(replace(DOWEL, force_N=5.0))

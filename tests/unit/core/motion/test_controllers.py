@@ -49,7 +49,7 @@ def refuse(field, controller, **gains):
 
 
 @given(st.tuples(components, components, components), st.floats(1e-6, 1.0))
-def test_a_velocity_is_shortened_and_keeps_its_direction(velocity, limit):
+def test_velocity_is_shortened_and_keeps_its_direction(velocity, limit):
     speed = hypot(*velocity)
     result = limited(velocity, limit)
     if speed <= limit * (1 - 1e-12):
@@ -139,7 +139,7 @@ def on_a_spring(controller, stiffness, ticks, delay=0):
 
 @settings(deadline=None)
 @given(stiffness=stiffnesses, p=st.floats(0.0, 1.0), i=st.floats(0.05, 1.0))
-def test_the_force_settles_for_every_accepted_gain(stiffness, p, i):
+def test_force_settles_for_every_accepted_gain(stiffness, p, i):
     proportional = 0.5 * p / stiffness
     integral = i * highest_integral(stiffness, proportional)
     controller = force(integral, proportional, TARGET, k=stiffness)
@@ -180,7 +180,7 @@ def test_gain_that_is_unstable_or_none_is_refused_by_name(controller, gains, fie
     assert said in refuse(field, controller, **gains)
 
 
-def test_a_new_contact_does_not_begin_with_a_kick():
+def test_new_contact_does_not_begin_with_a_kick():
     controller = force(1e-5, 1e-5)
     fresh = controller.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0))
     assert fresh == pytest.approx((1e-4, 0.0, 0.0))

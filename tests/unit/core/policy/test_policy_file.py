@@ -151,7 +151,7 @@ class TestPoliciesInFiles:
             (ProgrammedPolicy(FOUR, ACTIONS, {"a": "+x"}), "no action for 'b'"),
         ],
     )
-    def test_what_no_file_can_express_is_refused(self, policy, says):
+    def test_policy_that_no_file_can_express_is_refused(self, policy, says):
         with pytest.raises(ConfigurationError, match=says):
             document_of(policy, created_with={}, perception={})
 

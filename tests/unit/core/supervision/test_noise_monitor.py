@@ -49,7 +49,7 @@ def tared(config=None, scale=1.0):
 
 @pytest.mark.parametrize("constraints", [UNTARED, FREE, TOUCHING])
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.06])
-def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(constraints, share):
+def test_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(constraints, share):
     bench, readings = (Bench(noisy=True), live()) if constraints is UNTARED else tared()
     last = clean(bench, readings, 100, constraints=constraints)
     dead = (last + noise for noise in live(1, share))
@@ -74,7 +74,7 @@ def test_one_frozen_channel_trips(channel):
 
 
 @pytest.mark.parametrize("gain", [1.0, 0.5, -0.3])
-def test_a_recording_trips_whatever_its_length_and_gain(gain):
+def test_recording_trips_whatever_its_length_and_gain(gain):
     bench, readings = tared()
     clean(bench, readings, 300)
     stretch = [clean(bench, readings, 1) for _ in range(100)]
@@ -85,7 +85,7 @@ def test_a_recording_trips_whatever_its_length_and_gain(gain):
 
 
 @pytest.mark.parametrize(("scale", "trips"), [(1.0, False), (1.4, False), (2.0, True), (10.0, True), (100.0, True)])
-def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale, trips):
+def test_scale_shows_in_the_noise_while_the_sensor_is_tared(scale, trips):
     readings = live(2, scale)
     weak = {"max_force_N": 200.0, "max_torque_Nm": 10.0, "max_force_rate_N_s": 1e5}
     config = SupervisionConfig(**weak, weakened=tuple(weak))
@@ -102,7 +102,7 @@ def test_honest_noise_never_trips():
     clean(bench, readings, 3_000)
 
 
-def test_a_sample_that_is_no_news_is_no_sign_of_death():
+def test_sample_that_is_no_news_is_no_sign_of_death():
     bench, readings = tared()
     for number in range(200, 300):
         shown = next(readings)

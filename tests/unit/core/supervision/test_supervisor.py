@@ -38,7 +38,7 @@ def tips(bench, commands, arm="zebra-zero"):
     return np.array(found)
 
 
-def test_a_trip_latches_until_it_is_acknowledged():
+def test_trip_latches_until_it_is_acknowledged():
     bench = hit(HOLD)
     guard = bench.supervisor
     trip = guard.trip
@@ -60,7 +60,7 @@ def test_a_trip_latches_until_it_is_acknowledged():
     bench.clean(20)
 
 
-def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by_name():
+def test_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by_name():
     latch = FaultLatch()
     bench = Bench(latch=latch)
     bench.trip(force_N=(0, 0, -31.0))
@@ -102,7 +102,7 @@ def test_there_is_nothing_to_acknowledge_without_a_trip():
         bench.supervisor.retreat(bench.snapshot())
 
 
-def test_a_trial_may_follow_a_trial():
+def test_trial_may_follow_a_trial():
     bench = Bench()
     bench.clean(5, force_N=(0, 0, -20.0))
     bench.supervisor.begin()
@@ -139,7 +139,7 @@ def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm):
     assert bench.tick().command == last
 
 
-def test_a_retraction_ends_where_something_holds_the_tool():
+def test_retraction_ends_where_something_holds_the_tool():
     bench = hit()
     for pull_N in (40.0, 40.0, 40.0, 0.0, 40.0, 40.0, 40.0):
         bench.tick(force_N=(0.0, 0.0, pull_N))
@@ -150,7 +150,7 @@ def test_a_retraction_ends_where_something_holds_the_tool():
     assert bench.tick().command == held
 
 
-def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same():
+def test_arm_that_is_slower_than_the_retraction_gets_there_all_the_same():
     bench = hit()
     guard, ticks = bench.supervisor, 0
     while guard.retracting:
@@ -175,7 +175,7 @@ def test_nobody_commands_an_arm_whose_place_is_not_known():
 
 
 @pytest.mark.parametrize("turns", [1, -1])
-def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(turns):
+def test_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(turns):
     home, _ = ready_pose("ur5")
     off = (home[0], home[1] + turns * tau, *home[2:])
     bench = Bench(arm="ur5", ready_rad=home)
@@ -184,7 +184,7 @@ def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(t
     assert bench.results == []
 
 
-def test_an_arm_that_stands_outside_is_held_at_its_limit():
+def test_arm_that_stands_outside_is_held_at_its_limit():
     bench = Bench(HOLD)
     outside = (0.0, 1.702, -1.42, 0.0, 0.55, 0.0)
     done = bench.tick(measured_rad=outside, requested_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
@@ -201,7 +201,7 @@ def with_first(q, value):
     return (value, *q[1:])
 
 
-def test_a_command_that_is_too_fast_is_shortened():
+def test_command_that_is_too_fast_is_shortened():
     bench = Bench()
     bench.clean(2)
     requested = with_first(bench.home_rad, bench.home_rad[0] + 0.02)
@@ -215,7 +215,7 @@ def test_a_command_that_is_too_fast_is_shortened():
     bench.clean(1, requested_rad=with_first(bench.home_rad, bench.home_rad[0] + 2 * REACH_RAD - 1e-9))
 
 
-def test_the_arms_own_reason_goes_before_the_clamps():
+def test_arms_own_reason_goes_before_the_clamps():
     bench = Bench()
     bench.clean(2)
     done = bench.tick(requested_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))

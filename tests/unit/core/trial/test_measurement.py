@@ -54,7 +54,7 @@ def settle(measurement, seen, ticks=400):
 
 @settings(deadline=None)
 @given(forces)
-def test_the_force_is_in_the_task_frame_and_without_lag(force):
+def test_force_is_in_the_task_frame_and_without_lag(force):
     measurement = build()
     measurement.tare(BIAS)
     measurement.update(snapshot())
@@ -64,14 +64,14 @@ def test_the_force_is_in_the_task_frame_and_without_lag(force):
 
 @settings(deadline=None)
 @given(forces, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
-def test_a_torque_about_the_tip_comes_through_whatever_the_force(force, torque):
+def test_torque_about_the_tip_comes_through_whatever_the_force(force, torque):
     measurement = build()
     measurement.tare(BIAS)
     settle(measurement, snapshot(force, torque))
     assert measurement.filtered_wrench_at_tip()[1] == pytest.approx(torque, abs=1e-8)
 
 
-def test_a_sample_of_another_arm_is_refused():
+def test_sample_of_another_arm_is_refused():
     sample = snapshot()
     with pytest.raises(DeviceError, match="joint encoder: gives 5 joint angles, the arm has 6"):
         build().update(sample._replace(joints=replace(sample.joints, position_rad=ANGLES[:5])))
@@ -116,7 +116,7 @@ def test_depth_of_a_tool_that_dithers_on_a_plate_is_the_plate_s_where_encoders_c
     assert max(depths[10:]) - min(depths[10:]) < 0.02 * (max(places) - min(places))
 
 
-def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off():
+def test_weight_in_a_tilted_tool_is_subtracted():
     weight_N, above_tip_m = 3.4, 0.06
 
     def hanging(q):

@@ -31,7 +31,7 @@ def compiled(arm):
 
 
 @pytest.mark.parametrize("mass", ["", '<mass value="-3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'])
-def test_a_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path, mass):
+def test_body_without_mass_has_that_of_a_capsule_and_a_line_says_so(tmp_path, mass):
     arm = zebra(tmp_path, INERTIAL, f"<inertial>{mass}</inertial>" if mass else "", count=1)
     (line,) = inertia_lines(arm)
     assert line == "the URDF has no mass or inertia of what joint_1 move: estimated as those of capsules"
@@ -64,11 +64,11 @@ def test_servos_grow_with_the_inertia_of_the_arm_unless_they_are_given(tmp_path)
 
 
 @pytest.mark.parametrize("joint", ["slide_x", "servo_1", "plate"])
-def test_a_joint_may_have_a_name_of_the_cell(tmp_path, joint):
+def test_joint_may_have_a_name_of_the_cell(tmp_path, joint):
     assert compiled(zebra(tmp_path, 'name="joint_2"', f'name="{joint}"')).njnt == 12
 
 
-def test_what_mujoco_refuses_is_one_line(tmp_path):
+def test_refusal_of_mujoco_is_one_line(tmp_path):
     inertia = '<mass value="1e-18"/><inertia ixx="1e-18" ixy="0" ixz="0" iyy="1e-18" iyz="0" izz="1e-18"/>'
     with pytest.raises(AssetError, match=r"a URDF that MuJoCo can simulate \(.*\)") as caught:
         compiled(zebra(tmp_path, INERTIAL, f"<inertial>{inertia}</inertial>"))

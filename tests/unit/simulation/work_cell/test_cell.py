@@ -60,7 +60,7 @@ def deflection(cell, force_N, torque_Nm):
 
 
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_arm_stays_at_its_ready_pose(arm):
+def test_arm_stays_at_its_ready_pose(arm):
     cell = cell_of(CellConfig(sensor=SILENT), arm)
     advance(cell, 100)
     assert cell.truth().tip_in_task_m == pytest.approx(tuple(READY_M), abs=2e-6)
@@ -69,7 +69,7 @@ def test_the_arm_stays_at_its_ready_pose(arm):
 
 @pytest.mark.parametrize("heading_deg", [0.0, 90.0, 200.0])
 @pytest.mark.parametrize("arm", ARMS)
-def test_the_peg_leans_as_told(arm, heading_deg):
+def test_peg_leans_as_told(arm, heading_deg):
     cell = cell_of(CellConfig(tilt_mrad=20.0, tilt_heading_deg=heading_deg), arm)
     axis = GOAL.rotation.T @ cell.data.body("peg").xmat.reshape(3, 3)[:, 2]
     heading = radians(heading_deg)
@@ -108,7 +108,7 @@ def test_stiffness_is_as_told():
 
 
 @pytest.mark.parametrize("height_mm", [0.0, 40.0, 140.0])
-def test_a_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_compliance(height_mm):
+def test_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_compliance(height_mm):
     cell = cell_of(CellConfig(compliance=ComplianceConfig(centre_above_tip_mm=height_mm)))
     bent = deflection(cell, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert hypot(bent[3], bent[4]) == pytest.approx(height_mm * 1e-3 / 50.0, rel=0.05, abs=1e-6)
@@ -117,7 +117,7 @@ def test_a_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_complianc
 # Sensors.
 
 
-def test_the_wrench_is_the_weight_of_what_hangs_on_the_sensor():
+def test_wrench_is_the_weight_of_what_hangs_on_the_sensor():
     cell = cell_of(CellConfig(sensor=SILENT))
     advance(cell, 100)
     fx, fy, fz, tx, ty, tz = cell.measure_wrench()
@@ -150,7 +150,7 @@ def test_encoders_count_in_whole_steps():
     )
 
 
-def test_the_peak_force_counts_every_physics_step_and_no_weight():
+def test_peak_force_counts_every_physics_step_and_no_weight():
     whole, stepped = cell_of(CellConfig(sensor=SILENT)), cell_of(CellConfig(sensor=SILENT))
     weight_N = np.array(stepped.data.sensordata[:3])
     jerk = tuple(ready_rad("zebra-zero") + 0.001)
@@ -169,7 +169,7 @@ def test_the_peak_force_counts_every_physics_step_and_no_weight():
 # Trials.
 
 
-def test_the_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial():
+def test_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial():
     cell = cell_of(CellConfig(hole_uncertainty_mm=2.0))
     holes = []
     for trial in range(50):
@@ -185,7 +185,7 @@ def test_the_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial():
     assert cell.truth().hole_in_task_m != holes[7]
 
 
-def test_a_reset_starts_anew_but_does_not_turn_time_back():
+def test_reset_starts_anew_but_does_not_turn_time_back():
     cell = cell_of(CellConfig())
     first = [cell.measure_wrench() for _ in range(3)]
     advance(cell, 20)
@@ -225,7 +225,7 @@ def covered(points, model):
     + [(shape, 48, 29.0) for shape in SIDES]
     + [(shape, 33, 60.0) for shape in (ROUNDED, KEYED)],
 )
-def test_the_surface_has_no_slits_and_the_hole_is_free(shape, boxes, diameter_mm):
+def test_surface_has_no_slits_and_the_hole_is_free(shape, boxes, diameter_mm):
     peg = PegConfig(cross_section=shape, wall_boxes=boxes, diameter_mm=diameter_mm)
     model = cell_of(CellConfig(peg=peg)).model
     angles = np.linspace(0.0, 2 * np.pi, 721)
@@ -245,7 +245,7 @@ ARM, DEPTH_M = "zebra-zero", 6e-3
 
 @pytest.mark.parametrize("section", SIDES)
 @pytest.mark.parametrize("contacts", ["listed", "searched"])
-def test_a_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section, contacts):
+def test_peg_turned_as_the_hole_is_fits_and_one_that_is_not_does_not(section, contacts):
     kinematics = Kinematics(arm_named(ARM), TOOL)
     conditions = ConditionsConfig(yaw_deg=5.0, plate_tilt_mrad=30.0)
     config = CellConfig(peg=PegConfig(cross_section=section), contacts=contacts, hole_uncertainty_mm=3.0)

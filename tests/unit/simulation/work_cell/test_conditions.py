@@ -37,7 +37,7 @@ def test_without_conditions_only_the_hole_is_drawn_and_as_ever():
         ("hole_shift_x_mm", "hole_shift_trials", {"hole_shift_mm": 2.5}),
     ],
 )
-def test_a_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(name, batch, conditions):
+def test_value_holds_for_a_seed_or_a_batch_and_is_another_in_the_next(name, batch, conditions):
     def drawn(trial, seed=5, **more):
         return world(trial, seed, **conditions, **more).drawn[name]
 
@@ -67,7 +67,7 @@ def pressed(cell, ticks):
     advance(cell, ticks)
 
 
-def test_the_zero_shifts_under_load_and_is_back_before_the_next_tare():
+def test_zero_shifts_under_load_and_is_back_before_the_next_tare():
     shift = ConditionsConfig(zero_shift_N=0.2, zero_shift_Nm=0.03, zero_heading_deg=90.0)
     cell = cell_of(CellConfig(sensor=SILENT, conditions=shift, hole_uncertainty_mm=3.0, hole_height_error_mm=2.0))
     plain = cell_of(replace(cell.config, conditions=ConditionsConfig()))
@@ -87,7 +87,7 @@ def test_the_zero_shifts_under_load_and_is_back_before_the_next_tare():
     assert off() == [0.0] * 6
 
 
-def test_the_zero_drifts_with_the_time_of_a_trial():
+def test_zero_drifts_with_the_time_of_a_trial():
     cell = cell_of(CellConfig(sensor=SILENT, conditions=ConditionsConfig(zero_drift_Nm_s=0.01)))
     for trial in range(2):
         cell.reset(0, trial)
@@ -96,7 +96,7 @@ def test_the_zero_drifts_with_the_time_of_a_trial():
         assert cell.measure_wrench()[3] - before[3] == pytest.approx(0.01, abs=1e-3)
 
 
-def test_a_cell_regripped_is_the_cell_of_that_grip():
+def test_cell_regripped_is_the_cell_of_that_grip():
     config = CellConfig(tilt_mrad=20.0, conditions=ConditionsConfig(tilt_heading="drawn", grip_trials=1, wear_mm=0.05))
     cell, digests = cell_of(config), list[str]()
     for trial in (0, 1, 0):
@@ -110,7 +110,7 @@ def test_a_cell_regripped_is_the_cell_of_that_grip():
     assert digests[0] == digests[2] != digests[1]
 
 
-def test_a_cell_outside_the_valid_range_is_told():
+def test_cell_outside_the_valid_range_is_told():
     assert validity_lines(CellConfig()) == []
     (line,) = validity_lines(CellConfig(peg=PegConfig(clearance_mm=0.001)))
     assert line.startswith("outside the simulator's valid range: its play error is 0.9 um ")
@@ -120,7 +120,7 @@ def test_a_cell_outside_the_valid_range_is_told():
 @pytest.mark.parametrize("tilt_mrad", [0.0, 2.0, 4.0])
 @pytest.mark.parametrize("clearance_mm", [0.001, 0.003, 0.008, 0.02, 0.075, 0.3])
 @pytest.mark.parametrize("section", ["round", "square"])
-def test_the_valid_range_ends_between_3_and_8_micrometres(diameter_mm, tilt_mrad, clearance_mm, section):
+def test_valid_range_ends_between_3_and_8_micrometres(diameter_mm, tilt_mrad, clearance_mm, section):
     for depth_mm in (10.0, 30.0):
         peg = PegConfig(
             cross_section=section, diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=depth_mm

@@ -55,7 +55,7 @@ def test_walls_leave_no_gap_up_to_their_reach(name, apothem_m, boxes, heading, s
 
 @pytest.mark.parametrize("name", POLYGONS)
 @given(apothem_m=apothems, count=counts, clearance_m=st.floats(1e-6, 5e-3))
-def test_a_polygonal_peg_has_its_clearance_at_every_wall(name, apothem_m, count, clearance_m):
+def test_polygonal_peg_has_its_clearance_at_every_wall(name, apothem_m, count, clearance_m):
     radius_m = 1e-4
     rim = section(name, apothem_m).rim(count, radius_m)
     for wall in section(name, apothem_m + clearance_m).walls(48, 1e-3):
@@ -74,7 +74,7 @@ angles = st.floats(-3.2, 3.2)
     st.floats(0.0, 20.0),
     st.tuples(shares, angles, shares, angles, st.floats(-1.0, 1.0)),
 )
-def test_a_sphere_above_a_box_has_a_pair_with_it(section, size_mm, tilt_mrad, pose):
+def test_sphere_above_a_box_has_a_pair_with_it(section, size_mm, tilt_mrad, pose):
     peg = PegConfig(cross_section=section, contact="spheres", diameter_mm=size_mm[0], clearance_mm=size_mm[1])
     config = CellConfig(peg=peg, tilt_mrad=tilt_mrad)
     boxes, leeway = plate_boxes(peg, PLATE_REACH_M), Leeway.of(config, 6e-3)

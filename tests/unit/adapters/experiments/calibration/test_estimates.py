@@ -31,7 +31,7 @@ def felt(hidden, down, offset, rng):
 
 @settings(max_examples=25)
 @given(st.integers(0, 2**32), st.floats(-180.0, 180.0), st.floats(0.4, 3.0))
-def test_a_load_comes_out_within_its_uncertainty(seed, mounting_deg, mass_kg):
+def test_load_comes_out_within_its_uncertainty(seed, mounting_deg, mass_kg):
     rng = np.random.default_rng(seed)
     centre, offset = rng.uniform(-0.05, 0.08, 3), rng.uniform(-3.0, 3.0, 6)
     hidden = HiddenValues(gripper_kg=mass_kg, centre_of_mass_m=tuple(centre), mounting_deg=mounting_deg)
@@ -59,7 +59,7 @@ def test_poses_that_determine_no_load_are_refused(down, mass_kg, problem):
         payload(down, means, np.tile(NOISE, (len(down), 1)))
 
 
-def test_a_cable_that_pulls_is_not_taken_for_a_tool():
+def test_cable_that_pulls_is_not_taken_for_a_tool():
     down = tilted(25.0)
     means = felt(HiddenValues(gripper_kg=0.5), down, np.zeros(6), np.random.default_rng(1))
     means[::2, 0] += 2.0
@@ -69,9 +69,7 @@ def test_a_cable_that_pulls_is_not_taken_for_a_tool():
 
 @settings(max_examples=50)
 @given(st.integers(0, 2**32), st.floats(2.0, 200.0), st.floats(-0.002, 0.002), st.floats(-0.5, 0.5))
-def test_a_press_gives_surface_and_stiffness_whatever_friction_there_is(
-    seed, stiffness_N_per_mm, surface_m, friction_N
-):
+def test_press_gives_surface_and_stiffness_whatever_friction_there_is(seed, stiffness_N_per_mm, surface_m, friction_N):
     rng = np.random.default_rng(seed)
     deep = np.concatenate((np.linspace(1.0, 6.0, 300), np.linspace(6.0, 1.0, 300))) / stiffness_N_per_mm * 1e-3
     way = np.repeat([1.0, -1.0], 300)
@@ -81,7 +79,7 @@ def test_a_press_gives_surface_and_stiffness_whatever_friction_there_is(
     assert stiffness.value == pytest.approx(stiffness_N_per_mm * 1e3, abs=7.0 * stiffness.sd)
 
 
-def test_what_is_no_press_and_no_hole_is_refused():
+def test_force_that_is_no_press_and_hole_that_is_none_are_refused():
     noise, depth = np.random.default_rng(0).standard_normal((100, 6)), np.linspace(0.0, 1e-3, 100)
     with pytest.raises(UndeterminedError, match="force does not grow with depth"):
         press(depth, noise[:, 0], np.ones(100))

@@ -83,7 +83,7 @@ def test_names_hold_tables_where_last_words_are_alike(tmp_path):
         ("", "study file", "not empty"),
     ],
 )
-def test_what_cannot_be_used_is_named(tmp_path, text, field, accepted):
+def test_unusable_study_is_named(tmp_path, text, field, accepted):
     with pytest.raises(ConfigurationError) as caught:
         list(study_of(text, tmp_path).conditions())
     assert caught.value.field == field
@@ -91,7 +91,7 @@ def test_what_cannot_be_used_is_named(tmp_path, text, field, accepted):
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_the_examples_can_be_run(path):
+def test_examples_can_be_run(path):
     study = Study.read(path)
     conditions = list(study.conditions())
     assert len(conditions) > 10

@@ -50,14 +50,14 @@ def held(tmp_path):
     return held
 
 
-def test_a_larger_study_continues(held, tmp_path):
+def test_larger_study_continues(held, tmp_path):
     larger = Held(tmp_path, TEXT.replace("[0, 1]", "[7, 1, 0]"))
     names = {each.name for each in larger.missing()}
     assert names == {each.name for each in larger.conditions} - {held.conditions[1].name}
 
 
 @pytest.mark.parametrize(("old", "new"), [("trials = 3", "trials = 4"), ("[[grid]]", "[base]\narm = 'ur3'\n[[grid]]")])
-def test_what_was_run_with_other_settings_is_refused_and_left(held, tmp_path, old, new):
+def test_study_run_with_other_settings_is_refused_and_left(held, tmp_path, old, new):
     other = Held(tmp_path, TEXT.replace(old, new, 1))
     with pytest.raises(OutputError, match=r"was run with other settings or versions, not (trials = 4|arm = \"ur3\")"):
         other.missing()
@@ -73,13 +73,13 @@ def test_two_studies_at_once_and_other_folders_are_refused(held, tmp_path):
         held.missing()
 
 
-def test_what_dead_workers_left_is_removed(held):
+def test_leftovers_of_dead_workers_are_removed(held):
     (held.folder.conditions / f".{held.conditions[0].name}.17.part").mkdir()
     held.missing()
     assert [path.name for path in held.folder.conditions.iterdir()] == [held.conditions[1].name]
 
 
-def test_the_table_has_a_line_for_each_finished_condition_in_the_order_of_the_study(held):
+def test_table_has_a_line_for_each_finished_condition_in_the_order_of_the_study(held):
     held.put(held.conditions[3], {"outcomes": {"inserted": 2}, "success_95": [0.1, 0.9], "policy": "x"})
     held.put(held.conditions[0], {"outcomes": {"time limit": 1}, "learning": {"speed_up": 3.0}})
     assert held.folder.write_table(held.study, held.conditions) == 3
@@ -98,7 +98,7 @@ def condition(policy, **fields):
     return Condition("it", fields, policy, configured(settings={"task": table, "recording": {"enabled": False}}), 1)
 
 
-def test_what_fails_leaves_nothing(tmp_path):
+def test_failed_condition_leaves_nothing(tmp_path):
     with pytest.raises(PalpateError, match="place"):
         make(condition("torque", goal={"x_mm": 1900.0}), tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -50,7 +50,7 @@ def zebra(desk):
         ({"require_power": False, "use_limit_inputs": False}, ""),
     ],
 )
-def test_what_a_zebra_lacks_is_no_fault_where_the_rig_file_says_so(zebra, table, word):
+def test_inputs_that_a_zebra_lacks_are_no_fault_where_the_rig_file_says_so(zebra, table, word):
     chain, arm = zebra(**table)
     chain.modules[0].servo.set_power(powered=False)
     chain.modules[1].set_limits(True, True)

@@ -80,7 +80,7 @@ def test_arm_moves_only_on_request(bench):
 
 
 @pytest.mark.parametrize(("stood_s", "text"), [(0.2, "stood 200 ms after"), (None, "moved on for 1 s")])
-def test_the_statement_that_a_robot_stops_by_itself_is_tried(bench, monkeypatch, stood_s, text):
+def test_statement_that_a_robot_stops_by_itself_is_tried(bench, monkeypatch, stood_s, text):
     file = RigFile("bench", DeviceEntry("mine", {"stops_without_commands": True}), DeviceEntry("yours", {}))
     again = SimpleNamespace(open=str, enable=str, run_out=lambda: stood_s, close=str)
     monkeypatch.setattr(examination, "arm_maker", lambda _: lambda settings, context: again)

@@ -42,7 +42,7 @@ def refuse(*words):
     raise PermissionError(1, "Operation not permitted")
 
 
-def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel):
+def test_granted_requests_are_held_where_they_belong_and_given_back(kernel):
     before = sys.getswitchinterval()
     with RealTime(ALL) as real_time:
         assert [grant.granted for grant in real_time.request_results] == [True] * 3
@@ -57,13 +57,13 @@ def test_what_is_granted_is_held_where_it_belongs_and_given_back(kernel):
     assert sys.getswitchinterval() == before
 
 
-def test_a_trial_that_fails_gives_everything_back(kernel):
+def test_trial_that_fails_gives_everything_back(kernel):
     with pytest.raises(ZeroDivisionError), RealTime(ALL) as real_time, real_time.loop():
         raise ZeroDivisionError
     assert (kernel.policy & ~FLAG, kernel.cpus, gc.get_freeze_count()) == (os.SCHED_OTHER, {0, 1}, 0)
 
 
-def test_a_refusal_is_reported_with_a_remedy_and_the_rest_continues(kernel, monkeypatch):
+def test_refusal_is_reported_with_a_remedy_and_the_rest_continues(kernel, monkeypatch):
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
     with RealTime(ALL) as real_time, real_time.loop():
         assert [grant.granted for grant in real_time.request_results] == [False, True, True]
@@ -84,7 +84,7 @@ def test_memory_below_a_limit_is_not_locked(monkeypatch):
         assert not real_time.request_results[0].granted
 
 
-def test_the_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priority():
+def test_real_system_answers_and_a_child_does_not_inherit_the_loop_s_priority():
     (missing,) = RealTime(RealTimeConfig(cpu=4000)).__enter__().request_results
     assert "refused: the loop on CPU 4000 alone: Invalid argument" in str(missing)
     with RealTime(RealTimeConfig(scheduling=True, priority=1)) as real_time:

@@ -40,7 +40,7 @@ def play(policy, hole_m, start_m, seed=0, most=400):
 
 class TestLearner:
     @pytest.mark.parametrize("hole_m", [(0.0, 0.0), (2.9e-3, 0.3e-3), (-1.5e-3, -2.5e-3)])
-    def test_the_search_covers_the_area(self, hole_m):
+    def test_search_covers_the_area(self, hole_m):
         assert len(play(learner(), hole_m, (0.5e-3, 0.5e-3))) < 400
 
     def test_one_trial_teaches_it_the_way(self):
@@ -53,7 +53,7 @@ class TestLearner:
             lengths.append(len(play(policy, (float(hole[0]), float(hole[1])), (1e-3, 0.0), seed)))
         assert np.median(lengths) <= 8
 
-    def test_a_belief_that_is_wrong_ends_in_a_search_of_everything(self):
+    def test_belief_that_is_wrong_ends_in_a_search_of_everything(self):
         policy, rng, far = learner(), np.random.default_rng(0), np.array((-2.9e-3, 1.9e-3))
         felt = [touch_at(np.array((2e-3 - 2e-4 * k, 1e-3)), far, rng) for k in range(12)]
         # The torque leads away from the hole, and the hole was on the other side before.
@@ -61,7 +61,7 @@ class TestLearner:
         policy.set_state({"trials": [{"hole": [-29000, 19000], "contacts": contacts}], "trials_learned": 1})
         assert len(play(policy, (2.4e-3, -1.7e-3), (0.0, 0.0))) < 350
 
-    def test_a_trial_that_did_not_end_in_the_hole_teaches_nothing(self):
+    def test_trial_that_did_not_end_in_the_hole_teaches_nothing(self):
         policy = learner()
         play(policy, (1e-3, 1e-3), (-1e-3, 0.0), most=3)
         assert policy.get_state() == {"trials": [], "trials_learned": 0}
@@ -82,11 +82,11 @@ class TestLearner:
             policy.set_state(state)
         assert policy.get_state() == {"trials": [], "trials_learned": 0}
 
-    def test_an_area_too_wide_for_a_tick_is_refused(self):
+    def test_area_too_wide_for_a_tick_is_refused(self):
         with pytest.raises(ConfigurationError, match="at most 8 mm"):
             BeliefLearner(BeliefParameters(), TaskBounds(9e-3, 0.05), frozen=False)
 
-    def test_a_search_that_leaves_gaps_is_refused(self):
+    def test_search_that_leaves_gaps_is_refused(self):
         with pytest.raises(ConfigurationError, match="twice capture_mm"):
             BeliefParameters(pitch_mm=0.5)
 

@@ -50,7 +50,7 @@ class Bench:
             self.see((0.0, 0.0, -scale * STIFFNESS * self.z_m))
 
 
-def test_a_response_renews_the_budget():
+def test_response_renews_the_budget():
     bench = Bench()
     bench.dither(60)
     assert bench.monitor.verified
@@ -76,7 +76,7 @@ def test_without_a_response_no_law_bends_the_gripper_by_more_than_the_budget_and
     assert bench.monitor.spent
 
 
-def test_what_moves_to_and_fro_and_what_plays_bends_nothing():
+def test_dither_and_play_bend_nothing():
     bench = Bench()
     for _ in range(30):
         led(bench, (8e-3, 0.0, 0.0), 4)
@@ -88,7 +88,7 @@ def test_what_moves_to_and_fro_and_what_plays_bends_nothing():
 
 
 @pytest.mark.parametrize(("scale", "reason_ticks"), [(0.3, 40), (2.0, 40)])
-def test_a_wrong_response_is_reported_within_a_window(scale, reason_ticks):
+def test_wrong_response_is_reported_within_a_window(scale, reason_ticks):
     bench = Bench()
     bench.dither(60, scale)
     assert bench.monitor.contradicted
@@ -102,7 +102,7 @@ def test_a_wrong_response_is_reported_within_a_window(scale, reason_ticks):
     assert "expected 3.25 to 7.50 N/mm" in trip.text
 
 
-def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing():
+def test_tool_that_slides_down_a_chamfer_contradicts_nothing():
     bench = Bench()
     for tick in range(60):
         bench.see((0.0, 0.0, -5.0))
@@ -114,7 +114,7 @@ def test_a_tool_that_slides_down_a_chamfer_contradicts_nothing():
     assert bench.state.constraints.mismatch is None
 
 
-def test_a_dead_sensor_is_reported_after_a_second_on_the_spot():
+def test_dead_sensor_is_reported_after_a_second_on_the_spot():
     bench = Bench()
     for tick in range(142):
         bench.see((0.0, 0.0, 0.0))
@@ -125,7 +125,7 @@ def test_a_dead_sensor_is_reported_after_a_second_on_the_spot():
 
 
 @pytest.mark.parametrize("share", [1.0, 0.0])
-def test_a_wall_verifies_a_live_sensor_only(share):
+def test_wall_verifies_a_live_sensor_only(share):
     bench, x_m = Bench(), 1e-4
     bench.see((0.0, 0.0, 0.0))
     bench.monitor.push((1.0, 0.0))
@@ -146,7 +146,7 @@ def test_a_wall_verifies_a_live_sensor_only(share):
         ((5.0, 0.0, 4.0), 0.0, True),
     ],
 )
-def test_a_pull_outside_the_friction_cone_is_implausible(force_N, friction, trips):
+def test_pull_outside_the_friction_cone_is_implausible(force_N, friction, trips):
     bench = Bench(replace(TASK, friction=friction))
     found = [bench.see(force_N) for _ in range(8)]
     reasons = {trip.reason for trip in found if trip is not None}
@@ -157,7 +157,7 @@ def test_a_pull_outside_the_friction_cone_is_implausible(force_N, friction, trip
 @pytest.mark.parametrize(
     ("torque_Nm", "tilt_mrad", "trips"), [(0.5, 0.0, False), (0.7, 0.0, True), (1.5, 20.0, False), (1.8, 20.0, True)]
 )
-def test_a_torque_without_its_force_is_implausible_unless_the_hole_is_tilted(torque_Nm, tilt_mrad, trips):
+def test_torque_without_its_force_is_implausible_unless_the_hole_is_tilted(torque_Nm, tilt_mrad, trips):
     bench = Bench(replace(TASK, tilt_mrad=tilt_mrad))
     found = [bench.see((0.0, 0.0, -5.0), (torque_Nm, 0.0, 0.0)) for _ in range(8)]
     reasons = {trip.reason for trip in found if trip is not None}

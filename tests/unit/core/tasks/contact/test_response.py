@@ -55,7 +55,7 @@ def share_of(verdict, sensor=lambda force, rng: force, **others):
 
 
 @pytest.mark.parametrize("noise_N", [0.0, 0.1, 0.3])
-def test_a_sound_sensor_is_verified(noise_N):
+def test_sound_sensor_is_verified(noise_N):
     assert share_of(Verdict.VERIFIED, noise_N=noise_N) > 0.97
     assert share_of(Verdict.CONTRADICTED, noise_N=noise_N) < 0.002
 
@@ -70,19 +70,19 @@ def test_a_sound_sensor_is_verified(noise_N):
         pytest.param(lambda force, rng: -force, id="inverted"),
     ],
 )
-def test_a_faulty_sensor_is_hardly_ever_verified(sensor):
+def test_faulty_sensor_is_hardly_ever_verified(sensor):
     assert share_of(Verdict.VERIFIED, sensor, lag=0) < 0.001
     assert share_of(Verdict.CONTRADICTED, sensor, lag=0) > 0.5
 
 
 @pytest.mark.parametrize("late_ticks", [0, 1, 2, 4])
-def test_the_lag_of_the_force_is_found_and_kept(late_ticks):
+def test_lag_of_the_force_is_found_and_kept(late_ticks):
     response, verdicts = Pressed(late_ticks=late_ticks, noise_N=0.05).run()
     assert response.lag == late_ticks
     assert verdicts[-1] is Verdict.VERIFIED
 
 
-def test_a_force_that_falls_behind_its_lag_is_no_longer_verified():
+def test_force_that_falls_behind_its_lag_is_no_longer_verified():
     assert share_of(Verdict.VERIFIED, late_ticks=4, lag=0) < 0.05
 
 
@@ -99,7 +99,7 @@ def test_coarse_encoders_take_more_samples_and_do_not_lower_the_stiffness():
     assert np.mean([each for each in measured if each is not None]) == pytest.approx(1.0, abs=0.12)
 
 
-def test_a_noisy_sensor_asks_for_a_larger_dither():
+def test_noisy_sensor_asks_for_a_larger_dither():
     spring = Spring(STIFFNESS, DAMPING_S, RIGID_KG, 0.65, 1.5)
     assert spring.least_dither_N(0.3, 0.0) == pytest.approx(3.0 * spring.least_dither_N(0.1, 0.0))
     assert spring.least_dither_N(0.1, 1e-4) > 5.0 * spring.least_dither_N(0.1, 0.0)

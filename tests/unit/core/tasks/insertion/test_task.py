@@ -32,7 +32,7 @@ def good():
     return Trial(FakeWorld(HOLE))
 
 
-def test_a_trial_goes_through_its_phases_in_order(good):
+def test_trial_goes_through_its_phases_in_order(good):
     assert good.report.outcome is Outcome.INSERTED
     entered = [event.detail for event in good.events("phase")]
     assert entered == ["transfer", "settle", "approach", "explore", "insert"]
@@ -47,7 +47,7 @@ def test_a_trial_goes_through_its_phases_in_order(good):
     assert good.stopped
 
 
-def test_the_sensor_is_tared_once_at_rest_and_says_so(good):
+def test_sensor_is_tared_once_at_rest_and_says_so(good):
     (tare,) = good.events("tare")
     (settle,) = [event for event in good.events("phase") if event.detail == "settle"]
     assert tare.tick - settle.tick == 56  # as many ticks of rest as of averaging
@@ -59,7 +59,7 @@ def test_the_sensor_is_tared_once_at_rest_and_says_so(good):
     assert all(good.forces[tick][2] == 0.0 for tick in range(tare.tick + 1))  # in free air
 
 
-def test_the_torque_leads_to_the_hole(good):
+def test_torque_leads_to_the_hole(good):
     (contact,), (lost,) = good.events("contact"), good.events("contact lost")
     assert good.report.exploration_time_s == pytest.approx((lost.tick - contact.tick) * PERIOD_S)
     distance = hypot(START[0] - HOLE.x_m, START[1] - HOLE.y_m)
@@ -69,7 +69,7 @@ def test_the_torque_leads_to_the_hole(good):
     assert {record.state for record in good.report.decisions[1:]} == {"tx0 ty+"}
 
 
-def test_a_trial_does_not_depend_on_the_one_before(good):
+def test_trial_does_not_depend_on_the_one_before(good):
     policy = FollowTorque()
     task = build_task(policy)
     Trial(FakeWorld(Pit(0.0, 0.0, depth_m=5e-3)), policy, (0.5e-3, 0.0), task=task)
@@ -86,7 +86,7 @@ def test_depth_counts_from_the_surface_that_was_touched(height_m):
     assert f"surface at {height_m * 1e3:.3f} mm" in trial.events("contact")[0].detail
 
 
-def test_what_the_sensor_does_while_the_arm_comes_to_rest_is_not_tared_in():
+def test_samples_while_the_arm_comes_to_rest_are_not_tared_in():
     world = FakeWorld(HOLE)
     reads = iter(range(10_000))
 
@@ -101,7 +101,7 @@ def test_what_the_sensor_does_while_the_arm_comes_to_rest_is_not_tared_in():
     assert numbers == pytest.approx(WEIGHT_AND_BIAS_N, rel=1e-5)
 
 
-def test_a_tilted_plate_is_not_taken_for_a_hole():
+def test_tilted_plate_is_not_taken_for_a_hole():
     world = FakeWorld(FAR_AWAY)
     world.slope = 0.05
     policy = Steps(displacements_m=[EAST] * 14)
@@ -111,7 +111,7 @@ def test_a_tilted_plate_is_not_taken_for_a_hole():
     assert Phase.INSERT not in trial.phases
 
 
-def test_a_peg_that_sinks_against_friction_has_found_the_hole():
+def test_peg_that_sinks_against_friction_has_found_the_hole():
     # The wall goes on pushing back with more than the contact threshold.
     trial = Trial(FakeWorld(replace(HOLE, friction_N=2.0)))
     assert trial.report.outcome is Outcome.INSERTED
@@ -120,7 +120,7 @@ def test_a_peg_that_sinks_against_friction_has_found_the_hole():
     assert trial.report.depth_m == pytest.approx(0.010, abs=2.5e-4)  # contact and depth: the tolerance is enough
 
 
-def test_the_peg_stays_inside_the_exploration_area():
+def test_peg_stays_inside_the_exploration_area():
     policy = Steps(displacements_m=[EAST] * 12 + [(0.0, -0.5e-3)] * 12)
     trial = Trial(FakeWorld(FAR_AWAY), policy, (0.0, 0.0), TaskConfig(time_limit_s=3.0))
     tips = np.array([trial.tips[tick] for tick in trial.in_phase(Phase.EXPLORE)])
@@ -128,7 +128,7 @@ def test_the_peg_stays_inside_the_exploration_area():
     assert tips[:, 1].min() == pytest.approx(-3.5e-3, abs=1e-6)
 
 
-def test_the_time_limit_ends_the_exploration():
+def test_time_limit_ends_the_exploration():
     trial = Trial(FakeWorld(FAR_AWAY), config=TaskConfig(time_limit_s=1.5))
     assert trial.report.outcome is Outcome.TIME_LIMIT
     assert trial.report.exploration_time_s == pytest.approx(1.5)
@@ -150,7 +150,7 @@ def test_without_a_touch_the_surface_is_known_only_roughly(depth_mm, slack_mm, i
     assert (trial.report.outcome is Outcome.INSERTED) is inserted
 
 
-def test_a_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes():
+def test_force_that_ends_the_trial_latches_with_a_supervisor_as_it_comes():
     """A sensor that shows ten times the force ended a trial at a true 8 N, and the next one began."""
     guard, world, task = supervisor(), FakeWorld(HOLE), build_task(FollowTorque())
     reads = count()
@@ -177,7 +177,7 @@ def spoiled(snapshot, device, kind):
     [("force", "stale"), ("force", "saturated"), ("force", "invalid"), ("joint", "stale"), ("joint", "invalid")],
 )
 @pytest.mark.parametrize("when", [0, 90])
-def test_a_bad_sample_ends_the_trial(device, kind, when, good):
+def test_bad_sample_ends_the_trial(device, kind, when, good):
     world = FakeWorld(HOLE)
 
     def spoil(tick, snapshot):
@@ -222,7 +222,7 @@ class Claims(FollowTorque):
         return Decision(DONE, None, "claims") if observation.action_number == 3 else super().choose(observation)
 
 
-def test_a_policy_that_lies_about_the_end_is_not_believed():
+def test_policy_that_lies_about_the_end_is_not_believed():
     trial = Trial(FakeWorld(FAR_AWAY), Claims())
     assert trial.events("done")[0].detail == "by the policy, to be verified"
     assert trial.report.outcome is Outcome.WEDGED
@@ -231,7 +231,7 @@ def test_a_policy_that_lies_about_the_end_is_not_believed():
 
 
 @pytest.mark.parametrize(("springs", "outcome"), [(False, Outcome.INSERTED), (True, Outcome.UNCERTAIN_DEPTH)])
-def test_a_success_is_confirmed_without_the_press(springs, outcome):
+def test_success_is_confirmed_without_the_press(springs, outcome):
     world, policy = FakeWorld(HOLE), FollowTorque()
     task = build_task(policy, TaskConfig(release_s=0.4))
 
@@ -247,7 +247,7 @@ def test_a_success_is_confirmed_without_the_press(springs, outcome):
 
 
 @pytest.mark.parametrize("when", [119, 130, 131, 132, 133, 146])
-def test_an_interrupt_lets_the_running_action_end(when, good):
+def test_interrupt_lets_the_running_action_end(when, good):
     (contact,) = good.events("contact")
     assert contact.tick == 118
     trial = interrupted(when)

@@ -77,7 +77,7 @@ def swapped(held, true, rng):
 # A sound sensor.
 
 
-def test_a_wall_and_the_floor_verify_an_insertion():
+def test_wall_and_the_floor_verify_an_insertion():
     trial = Trial(FakeWorld(HOLE))
     assert trial.report.outcome is Outcome.INSERTED
     assert trial.report.depth_m == pytest.approx(0.010, abs=1e-4)
@@ -88,14 +88,14 @@ def test_a_wall_and_the_floor_verify_an_insertion():
     assert trial.details("mismatch") == []
 
 
-def test_the_insertion_may_press_harder_than_the_search():
+def test_insertion_may_press_harder_than_the_search():
     trial = Trial(FakeWorld(HOLE), config=TaskConfig(press_kgf=0.4, insertion_press_kgf=1.0))
     assert trial.report.outcome is Outcome.INSERTED
     assert trial.details("insertion press") == []
     assert trial.peak_N > 8.0
 
 
-def test_a_gripper_of_another_stiffness_is_named_with_its_figures():
+def test_gripper_of_another_stiffness_is_named_with_its_figures():
     world = FakeWorld(HOLE)
     world.stiffness_N_per_m = 2.0e3
     soft = Trial(world)
@@ -110,7 +110,7 @@ def test_a_gripper_of_another_stiffness_is_named_with_its_figures():
 @pytest.mark.parametrize(
     ("depth_mm", "outcome"), [(9.9, Outcome.INSERTED), (9.0, Outcome.WEDGED), (9.6, Outcome.WEDGED)]
 )
-def test_a_peg_that_rests_too_high_is_wedged(depth_mm, outcome):
+def test_peg_that_rests_too_high_is_wedged(depth_mm, outcome):
     trial = Trial(FakeWorld(Pit(1.2e-3, -0.7e-3, depth_m=depth_mm * 1e-3)))
     assert trial.report.outcome is outcome
 
@@ -126,7 +126,7 @@ def test_without_a_touch_only_a_floor_that_lets_go_makes_the_depth_certain(frict
 
 
 @pytest.mark.parametrize("moving_mass_kg", [0.3, 1.8])
-def test_a_heavy_tool_starts_and_ends_its_search(moving_mass_kg):
+def test_heavy_tool_starts_and_ends_its_search(moving_mass_kg):
     """A check that began under a moving press and needed more at rest went on for ever with 1.5 kg."""
     config = overlay(scenario("blind"), {"cell": {"compliance": {"moving_mass_kg": moving_mass_kg}}})
     ready, chosen = ready_pose(config), ChosenPolicy("torque", config)
@@ -170,7 +170,7 @@ def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name, phase):
         pytest.param("insert", 98709, "of 1 s, sign flipped, fresh noise", 60.0, id="it leads the peg back out"),
     ],
 )
-def test_a_lie_that_bent_the_gripper_in_the_campaign_is_latched(phase, seed, fault, limit_N):
+def test_lie_that_bent_the_gripper_in_the_campaign_is_latched(phase, seed, fault, limit_N):
     config = overlay(RunConfig(), task_kind("insertion").preset)
     [chosen] = [each for each in sensor_faults() if each.name.endswith(fault) and "encoder" not in each.name]
     [[run]] = run_cases(config, [Case(chosen, phase, seed)], "torque")
@@ -196,7 +196,7 @@ JOB = {
 }  # fmt: skip
 
 
-def test_a_peg_on_the_floor_comes_up_and_counts():
+def test_peg_on_the_floor_comes_up_and_counts():
     config = compose("job", "belief", job=JOB, task="insertion")
     outcomes = [(each.outcome, each.success) for each in run_series(config, "", range(4))]
     assert outcomes == [("inserted", True)] * 4
