@@ -14,11 +14,7 @@ the torque about the tool's axis that turns it."""
 
 @dataclass(frozen=True)
 class TaskFacts(Settings):
-    """Uses the values that the task appends to the channels, unchanged, as features.
-
-    Attributes:
-        facts: Names of the values, in the task's order.
-    """
+    """Uses the values that the task appends to the channels, unchanged, as features."""
 
     TABLE: ClassVar[str] = "perception.extractor"
 

@@ -237,11 +237,7 @@ class Policy(Protocol):
 
     @abstractmethod
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Begin a trial.
-
-        Args:
-            trial: Number of the learning trial, from 0.
-        """
+        """Begin a trial."""
 
     @abstractmethod
     def choose(self, observation: Observation) -> Decision:

@@ -38,12 +38,7 @@ class Workspace:
 
 @dataclass(frozen=True)
 class ReadyPose:
-    """The initial pose of trials above the nominal goal.
-
-    Attributes:
-        q_rad: Joint angles, (n,).
-        tip_rotation: Orientation of the tool, (3, 3), base frame; constant during a trial.
-    """
+    """The initial pose of trials above the nominal goal."""
 
     q_rad: Array
     tip_rotation: Array

@@ -19,11 +19,7 @@ from palpate.core.trial import ControlConfig, Measurement, Outcome, Phase, Purpo
 
 
 class InsertionTask(ContactTask):
-    """Inserts a peg with one arm, trial by trial.
-
-    Args:
-        measurement: Transforms snapshots to the task frame.
-    """
+    """Inserts a peg with one arm, trial by trial."""
 
     _state: InsertionState
 

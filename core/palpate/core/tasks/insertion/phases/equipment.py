@@ -64,12 +64,7 @@ class Controllers:
 
 @dataclass(frozen=True, slots=True)
 class Equipment:
-    """Objects that the phases share.
-
-    Attributes:
-        measurement: The newest tick in the task frame.
-        motion: The commanded tip.
-    """
+    """Objects that the phases share."""
 
     task: TaskConfig
     measurement: Measurement
