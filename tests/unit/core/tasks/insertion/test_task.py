@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from palpate.core.control_loop import run_trial
-from palpate.core.errors import DeviceError
+from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.policy import DONE, Decision
 from palpate.core.ports import PERIOD_S
 from palpate.core.ports.values import Validity
-from palpate.core.trial import Outcome, Phase, TaskConfig, TrialSetup
+from palpate.core.tasks.insertion.phases.equipment import Controllers
+from palpate.core.trial import ControlConfig, Outcome, Phase, TaskConfig, TrialSetup
 from tests.unit.core.fake_world import (
     WEIGHT_AND_BIAS_N,
     WEIGHT_AND_BIAS_NM,
@@ -30,6 +31,13 @@ from tests.unit.core.tasks.insertion.whole_trial import EAST, FAR_AWAY, HOLE, ST
 def good():
     """A trial as it should be."""
     return Trial(FakeWorld(HOLE))
+
+
+@pytest.mark.parametrize(("spring", "gain"), [("axial", "damping_N_s_per_m"), ("lateral", "force_integral_m_per_N_s")])
+def test_gain_that_is_too_high_for_a_stiff_gripper_is_refused(spring, gain):
+    stiff = {f"{spring}_stiffness_N_per_mm": 1000.0}
+    with pytest.raises(ConfigurationError, match=gain):
+        Controllers.of(TaskConfig(), ControlConfig(**stiff))
 
 
 def test_trial_goes_through_its_phases_in_order(good):
