@@ -202,22 +202,6 @@ def test_adapter_that_is_held_up_while_it_is_opened_is_waited_for(cable, monkeyp
     drain.join()
 
 
-def test_canopen_bus_that_takes_nothing_is_silent_in_time(cable):
-    raised = []
-    with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
-
-        def send():
-            try:
-                link.send(0x201, bytes(8))
-            except SilentError as error:
-                raised.append(error)
-            return not raised
-
-        require_end(lambda: until_refused(send))
-        require_end(link.close)
-    assert "does not take frames" in str(raised[0])
-
-
 def test_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(cable, monkeypatch, capfd):
     monkeypatch.setattr(threading, "excepthook", threading.__excepthook__)
     with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:

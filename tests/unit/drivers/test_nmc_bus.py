@@ -248,13 +248,6 @@ def test_echo_at_start_is_a_wiring_error():
         attach(bus_on(line), 6)
 
 
-def test_port_gone_at_start():
-    line = Line()
-    line.gone = OSError(5, "unplugged")
-    with pytest.raises(SilentError, match="gone"):
-        start(bus_on(line))
-
-
 def test_attach_changes_nothing():
     line = Line()
     start(bus_on(line))

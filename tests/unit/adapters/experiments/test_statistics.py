@@ -64,10 +64,6 @@ def test_summary_counts_failures_with_their_time():
     assert summary["outcomes"] == {"inserted": 2, "time limit": 1}
     assert summary["success_95"] == [0.0943, 0.9916]
     assert summary["median_95_s"] == summary["p95_95_s"] == [None, None]
-
-
-def test_summary_of_no_trials_is_plain_json():
-    # A run that is ended in its first trial has a summary, too.
     assert json.dumps(summary_of([]), allow_nan=False)
 
 
