@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import Any
 
 from tqdm import tqdm
@@ -15,13 +16,15 @@ class _Lines:
 
     def __init__(self, total: int, unit: str, label: str, initial: int) -> None:
         self._total, self._unit, self._label = total, unit, f"{label}: " if label else ""
-        self.n, self._also = initial, ""
+        self.n, self._also, self._first, self._begun_s = initial, "", initial, monotonic()
 
     def update(self, more: int = 1) -> None:
         """Report n more completed steps."""
         before, self.n = self.n, self.n + more
         if self.n * _PARTS // max(self._total, 1) > before * _PARTS // max(self._total, 1):
-            self.write(f"{self._label}{self.n} of {self._total} {self._unit}s{self._also}", sys.stderr)
+            left_s = (monotonic() - self._begun_s) * (self._total - self.n) / (self.n - self._first)
+            left = f", about {left_s / 60.0:.0f} min left" if left_s > 60.0 else ""
+            self.write(f"{self._label}{self.n} of {self._total} {self._unit}s{self._also}{left}", sys.stderr)
 
     def set_postfix_str(self, text: str) -> None:
         """Set additional text for the next line."""

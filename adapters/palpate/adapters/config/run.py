@@ -129,7 +129,7 @@ class RunConfig(Settings):
     """Preset that the other settings start from. job: none, only the job; paper: the hole is at the nominal goal;
     blind: within 3 mm of it; blind with one condition more: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip,
     blind-bias, blind-bias-drawn, blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth,
-    blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with all three of these a peg that
+    blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with grip, plate and yaw a peg that
     is not round: blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
     """What learns: q-learning, sarsa, belief, hmm or options; a preset, as the scenario is."""

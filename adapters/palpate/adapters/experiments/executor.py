@@ -130,7 +130,8 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
                 try:
                     yield done.pop(following).result()
                 except BrokenExecutor as error:
-                    raise PalpateError("two worker processes died over the same work; is the memory full?") from error
+                    causes = "is the memory full, or the main program no file that guards its calls by __name__?"
+                    raise PalpateError(f"two worker processes died over the same work: {causes}") from error
                 following += 1
 
 
