@@ -91,12 +91,12 @@ def stream(draw: random.Random) -> None:
                 device.acknowledge()
     found = device.errors
     require(device.received == len(taken), "samples are counted")
-    require(found["malformed"] == malformed, "malformed datagrams are counted")
-    accounted = device.received + found["old"]
+    require(found["malformed datagrams"] == malformed, "malformed datagrams are counted")
+    accounted = device.received + found["old records"]
     require(accounted == records, f"every record is accounted for: {accounted} of {records}")
     require(all(a.sequence < b.sequence for a, b in pairwise(taken)), "numbered upwards")
     require(all(map(isfinite, (x for s in taken for x in (*s.force_N, *s.torque_Nm)))), "finite")
-    require(found["lost"] >= 0, "no less than nothing is lost")
+    require(found["lost records"] >= 0, "no less than nothing is lost")
 
 
 def page(draw: random.Random, seen: Counter[str]) -> None:
