@@ -67,7 +67,6 @@ def desk(palpate, trained, tmp_path):
         # What does not go together.
         ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or options, which learning.trace_decay"),
         ("train --learning.belief.restart_steps 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
-        ("train --learner hmm --perception.memory last-2", "none with the learner hmm"),
         ("train --learner hmm --learning.hmm.lattice 0", "a lattice to round them to"),
         ("train --policy sarsa", "--learner sarsa chooses it"),
         ("train --out x --perception.memory even.json", "symbols of the machine"),
@@ -81,9 +80,7 @@ def desk(palpate, trained, tmp_path):
         ("replay sound.mcap --set cell.peg.friction=0.5", "a setting of the core"),
         ("replay sound.mcap --continue-in-mujoco", "a what-if"),
         ("infer walks.txt there.svg --out x", "either one text file"),
-        ("infer --compare --show even.json all.json", "not both"),
         ("infer --show even.json all.json", "1 automaton file (got 2)"),
-        ("infer --compare even.json all.json --out x", "leave out --out"),
         # Values.
         ("train --out", "Expected 1"),
         ("replay sound.mcap --jobs -1", "jobs = -1"),

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from matplotlib.image import imread
 
-from palpate.adapters.visualisation.report.pictures import learning_picture, sweep_picture
 from palpate.adapters.visualisation.report.policy_picture import policy_picture
 from palpate.core.policy import (
     ActionEntry,
@@ -50,18 +49,6 @@ def policy(*table):
 
 def pixels(png):
     return (imread(io.BytesIO(png), format="png") * 255).round().astype(int)[..., :3]
-
-
-def test_learning_curve_begins_where_its_window_is_full():
-    picture = learning_picture({"learner": [rows(*[4.0] * 25, *[2.0] * 25)]}, {"torque": rows(1.0, 2.0)})
-    assert "learner: 4 s at first, 2 s at the end; torque: 1.5 s" in picture.alt
-    assert (pixels(picture.png) != 255).any()
-
-
-def test_sweep_has_a_mean_over_seeds_for_each_value():
-    points = {"0.5": [rows(1.0), rows(3.0)], "0.7": [rows(1.0)]}
-    picture = sweep_picture("task.step_mm", ["0.5", "0.7"], {"torque": points})
-    assert "against task.step_mm. torque at 0.5: 2 s; torque at 0.7: 1 s." in picture.alt
 
 
 def test_policy_of_regions_is_two_maps():

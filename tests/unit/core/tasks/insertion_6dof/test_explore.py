@@ -2,6 +2,7 @@
 
 import pytest
 
+from palpate.adapters.experiments import baseline, build_perception, build_task, ready_pose
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.support.pegs_6dof import config_of, trials
 
@@ -40,3 +41,16 @@ def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm, phase):
     [[run]] = run_cases(config, [Case(chosen, phase, 60)], "corner-first")
     assert run.latched
     assert run.peak_force_N < 60.0
+
+
+@pytest.mark.parametrize(("lag_gain", "compliance"), [(0.5, 1.0), (2.0, 0.5), (4.0, 0.25)])
+def test_tool_complies_less_the_later_its_arm_follows(lag_gain, compliance):
+    config = config_of("square", "asked", "zebra-zero", {})
+    corner_first = baseline("corner-first", config, tuple)
+    explore = build_task(config, ready_pose(config), build_perception(config), corner_first)._explore
+    explore.begin((0.0, 0.0))
+    # The gain of the compliance times this lag is as stated.
+    lag_s = lag_gain / (config.control.lateral_stiffness_N_per_mm * 1e3 * explore._push_m_per_N_s)
+    explore._motion.reference_m, explore._measurement.position_m = (0.01 * lag_s, 0.0, 0.0), (0.0, 0.0, 0.0)
+    explore._look_for_lag((0.01, 0.0, 0.0))
+    assert explore._give == pytest.approx(compliance)
