@@ -37,11 +37,15 @@ ARM: Final = "arm"
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedTick:
-    """State of the newest tick when an error ended the trial or the trial was closed; None for what was not reached.
+    """State of the newest tick when an error ended the trial or the trial was closed.
 
     Attributes:
         calling: The port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty if no port call
             failed.
+        time_ns: Run-clock time of the tick; None if the clock was not read.
+        wrench: The force sample; None if none was read.
+        joints: The joint sample; None if none was read.
+        command: The command to be sent; None before it is known.
     """
 
     calling: str
@@ -122,6 +126,9 @@ def run_trial(
     """Run one trial from the arm's present pose.
 
     The first tick runs at once. The arm is stopped however the trial ends.
+
+    Args:
+        observers: Called in this order at each event.
 
     Raises:
         FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.

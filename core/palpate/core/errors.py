@@ -69,7 +69,11 @@ class OutputError(PalpateError):
 
 
 class LogError(PalpateError):
-    """A recorded trial cannot be used, as a whole or at ``where``: an offset, a message or a tick."""
+    """A recorded trial cannot be used.
+
+    Attributes:
+        where: Offset, message or tick; empty if the whole file is affected.
+    """
 
     def __init__(self, path: str, where: str, problem: str, remedy: str) -> None:
         self.path, self.where = path, where
@@ -101,7 +105,11 @@ class UndeterminedError(PalpateError):
 
 
 class PolicyError(PalpateError, RuntimeError):
-    """A third-party policy, ``package.module:Name``, failed or returned an invalid value. The arm is always stopped."""
+    """A third-party policy failed or returned an invalid value. The arm is always stopped.
+
+    Attributes:
+        policy: The class or factory, ``package.module:Name``.
+    """
 
     def __init__(self, policy: str, problem: str) -> None:
         self.policy = policy

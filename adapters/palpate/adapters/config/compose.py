@@ -184,7 +184,11 @@ def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFac
 
 
 def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
-    """Return the configuration of one trial: its place, in turn, and its own force limit if it is drawn."""
+    """Return the configuration of one trial: its place, in turn, and its own force limit.
+
+    Args:
+        drawn: Whether the trial draws a force limit, if the job says so.
+    """
     place, limits, measured = config.place, config.limits, dict[str, Any]()
     if place.further_mm:
         x, y, z = place.centres_mm[trial % len(place.centres_mm)]

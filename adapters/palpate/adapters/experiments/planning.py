@@ -93,7 +93,9 @@ def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> Run
     """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each uniformly from its range.
 
     The cell itself draws hole and headings.
-    Friction in the job's table ``cell`` is kept.
+
+    Args:
+        stated: Table ``cell`` of the job, whose friction is kept.
     """
     rng = generator(config.seed, Purpose.HIDDEN, trial)
     height, tilt, friction, noise, stiffness = rng.uniform(size=5).tolist()

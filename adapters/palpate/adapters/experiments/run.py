@@ -145,7 +145,11 @@ class Run:
         )  # fmt: skip
 
     def trial(self, policy: Named | Policy = "", number: int = 0) -> ScoredTrial:
-        """Run one trial without recording it; its number determines its random streams with the seed."""
+        """Run one trial without recording it.
+
+        Args:
+            number: Number of the trial, which determines its random streams with the seed.
+        """
         chosen = self.chosen(policy)
         with self:
             return self.trials(chosen).run(FIRST_EVALUATION_TRIAL + number)

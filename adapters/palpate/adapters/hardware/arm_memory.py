@@ -24,7 +24,12 @@ class Setpoint(NamedTuple):
 
 
 class ArmStatus(NamedTuple):
-    """State of the arm."""
+    """State of the arm.
+
+    Attributes:
+        applied: Applied command of the latest accepted set-point.
+        taken: Number of that set-point.
+    """
 
     fault: str | None = None
     joints: JointSample | None = None
@@ -77,7 +82,11 @@ class _Word:
 
 
 class ArmMemory:
-    """All shared data."""
+    """All shared data.
+
+    Attributes:
+        stop_requested_ns: Time of the last stop request, from any thread or signal handler of the loop's process.
+    """
 
     BYTES: Final = _WORDS_BYTES + 2 * SharedState.BYTES
     stop_requested_ns = _Word(0)

@@ -15,7 +15,12 @@ _CORE, _PORTS, _LOOP = "palpate.core.", "palpate.core.ports", "palpate.core.cont
 
 
 def raised_by(error: BaseException, failed_port: str = "") -> str:
-    """Return the origin: :data:`BY_CORE`, :data:`BY_PORT`, :data:`BY_POLICY` or :data:`BY_OUTSIDE`."""
+    """Return the origin: :data:`BY_CORE`, :data:`BY_PORT`, :data:`BY_POLICY` or :data:`BY_OUTSIDE`.
+
+    Args:
+        error: The error as caught outside the control loop.
+        failed_port: The port whose call failed; empty if none did.
+    """
     if isinstance(error, PolicyError):
         return BY_POLICY
     if not isinstance(error, PalpateError):

@@ -99,7 +99,11 @@ def different(labels: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class AutomatonDifference:
-    """A word after which two machines have different outputs. It is always truthy, even for the empty word."""
+    """A word for which two machines have different outputs. It is always truthy, even for the empty word.
+
+    Attributes:
+        outputs: Outputs of the two machines after the word; None where the word takes an unknown transition.
+    """
 
     word: tuple[int, ...]
     symbols: tuple[str, ...]

@@ -122,7 +122,12 @@ def levels_of(tree: PrefixTree) -> list[TreeLevel]:
 
 
 class TrainingTask:
-    """Training objective: the loss and, for acceptance, whether all strings are labelled correctly."""
+    """Training objective: the loss and, for acceptance, whether all strings are labelled correctly.
+
+    Args:
+        tree: The strings. For prediction, a node has the weight of the strings that pass it; for acceptance, of those
+            that end there.
+    """
 
     def __init__(self, tree: PrefixTree, architecture: Architecture) -> None:
         import torch

@@ -89,7 +89,11 @@ class TrainedNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Training:
-    """Results of the training: all networks, consistent ones first, then by loss; at least one."""
+    """Results of the training.
+
+    Attributes:
+        networks: All trained networks, consistent ones first, then by loss. Never empty.
+    """
 
     networks: tuple[TrainedNetwork, ...]
     curve: tuple[Progress, ...]
@@ -125,7 +129,11 @@ def train(
     progress: OnProgress | None = None,
     held_out: PrefixTree | None = None,
 ) -> Training:
-    """Train networks on strings; ``held_out`` ones select the best version of each network, for prediction."""
+    """Train networks on strings.
+
+    Args:
+        held_out: Strings that select the best version of each network, for prediction; None uses the training strings.
+    """
     settings = settings or TrainingSettings()
     task = TrainingTask(PrefixTree.of(strings), architecture)
     judged = TrainingTask(held_out, architecture) if held_out is not None and not strings.labelled else None

@@ -40,6 +40,7 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
     """Return the regime of a job.
 
     Args:
+        found: Settings derived from the job.
         step_m: Standard deviation of the tip position along the tool, caused by encoder steps.
     """
     jam_N = jamming_force_N(job)

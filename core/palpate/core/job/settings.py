@@ -53,6 +53,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
     """Return nested tables of all settings derived from a job.
 
     Args:
+        sensor: Noise of the job's force sensor.
         task: Name of the task; insertion-6dof has additional options.
 
     Raises:

@@ -95,6 +95,10 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
 def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float, press_N: float) -> None:
     """Refuse a job whose contacts cannot be verified, or whose tolerance is below four standard deviations of depth.
 
+    Args:
+        tolerance_mm: Depth tolerance of the task that runs.
+        press_N: Pressing force of that task.
+
     Raises:
         ConfigurationError: The job is such a job.
     """
@@ -111,7 +115,11 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
-    """Return four standard deviations of depth in mm and a remedy, if the tolerance is smaller; else None."""
+    """Return four standard deviations of depth in mm and a remedy, if the tolerance is smaller; else None.
+
+    Args:
+        parts: Standard deviations from noise, tilt and encoders.
+    """
     noise_m, tilted_m, _ = parts
     square, most_m = sum(part * part for part in parts), max(parts)
     least_m, left = DEVIATIONS * sqrt(square), (job.tolerance_m / DEVIATIONS) ** 2 - square + most_m * most_m

@@ -78,7 +78,12 @@ class Spring:
         return min(max(DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
 
     def samples(self, noise_N: float, dither_N: float, half_width: float = NARROW) -> int:
-        """Return the number of samples of a window."""
+        """Return the number of samples of a window.
+
+        Args:
+            noise_N: Noise of force and positions combined.
+            half_width: Required half-width of the confidence interval.
+        """
         return _FEWEST + ceil((_per_root_sample(noise_N, half_width) / dither_N) ** 2)
 
     def window_s(self, noise_N: float, step_m: float, dither_N: float) -> float:

@@ -73,8 +73,10 @@ class DampingControl(Controller):
     at most 0.5. A 4 Hz filter would reduce it further: this controller uses the unfiltered force.
 
     Args:
+        damping_N_s_per_m: B.
         nominal_force_N: F_nominal, (3,), task frame; z is negative for pressing into the hole.
         stiffness_N_per_m: K, the stiffest expected contact.
+        period_s: Control period T.
     """
 
     def __init__(
@@ -107,6 +109,10 @@ class PositionControl(Controller):
 
     Stability: with control period T the error is multiplied by 1 - K T each tick, so 0 < K T < 2 is required; K T must
     be at most 1, which excludes overshoot.
+
+    Args:
+        gain_per_s: K.
+        period_s: Control period T.
     """
 
     def __init__(self, gain_per_s: float, speed_limit_m_s: float, period_s: float) -> None:
@@ -131,8 +137,11 @@ class ForceControl(Controller):
     lag of servos and sensor.
 
     Args:
+        integral_m_per_N_s: k_i.
+        proportional_m_per_N: k_p.
         target_N: F_target, (3,), task frame.
         stiffness_N_per_m: K, the stiffest expected contact.
+        period_s: Control period T.
     """
 
     def __init__(

@@ -103,6 +103,8 @@ class Kinematics:
 
     Attributes:
         model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
         tip_position_m: Tip position in the base frame, (3,); a view that ``update`` changes.
         tip_rotation: Rotation from tip frame to base frame, (3, 3); a view as well.
@@ -238,7 +240,13 @@ class FixedFrame:
 
 
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
-    """Return the torque of a wrench about another point, (3,): tau - point x force, all in one frame."""
+    """Return the torque of a wrench about another point, (3,): tau - point x force, all in one frame.
+
+    Args:
+        force_N: The force, (3,).
+        torque_Nm: Torque about the origin, (3,).
+        point_m: The new reference point, relative to the origin, (3,).
+    """
     fx, fy, fz = force_N
     tx, ty, tz = torque_Nm
     px, py, pz = point_m

@@ -146,7 +146,11 @@ class TipMotion:
         self.turn((share * x, share * y, share * z))
 
     def adopt(self, applied: AppliedCommand) -> bool:
-        """Continue from the applied command, so that a limited one does not wind up; return False if it is invalid."""
+        """Continue from the applied command, so that a limited command does not wind up.
+
+        Returns:
+            False if the applied command is invalid: not finite, or with a wrong number of joints.
+        """
         if applied.reason is not CommandReason.AS_REQUESTED:
             if len(applied.position_rad) != len(self._q_rad) or not isfinite(sum(applied.position_rad)):
                 return False
@@ -154,7 +158,14 @@ class TipMotion:
         return True
 
     def turn(self, rate_rad_s: Vector3) -> Vector3:
-        """Make the next :meth:`move` also turn the reference; return the turn rate that the joints can follow."""
+        """Make the next :meth:`move` also turn the reference.
+
+        Args:
+            rate_rad_s: Change of ``turn_rad``, (3,).
+
+        Returns:
+            The turn rate, reduced to what the joints can follow.
+        """
         rate_rad_s = limited(rate_rad_s, self.fastest_turn_rad_s(rate_rad_s))
         self._rate_rad_s: Vector3 | None = rate_rad_s
         return rate_rad_s
@@ -169,7 +180,11 @@ class TipMotion:
         self._target.rotation = (self._task_turn * turn * self._upright_turn).rotation
 
     def move(self, velocity_m_s: Vector3) -> JointCommand:
-        """Advance the reference by one control period and follow it."""
+        """Advance the reference by one control period and follow it.
+
+        Args:
+            velocity_m_s: Velocity of the tip, (3,), task frame.
+        """
         period = self._period_s
         x, y, z = self.reference_m
         vx, vy, vz = velocity_m_s

@@ -63,6 +63,9 @@ class _OfChannels(Settings):
 class SelectedChannels(_OfChannels):
     """Uses some of the channels, unchanged, as features.
 
+    Attributes:
+        channels: Names from ``CHANNELS``, in the required order.
+
     Raises:
         ConfigurationError: A channel is unknown or given twice.
     """

@@ -50,6 +50,9 @@ class Perception:
 
         A task may append values of its own after the channels.
 
+        Args:
+            action: Name of the action before it; None at the start.
+
         Raises:
             CommandError: There are fewer than nine numbers, or one that is used is not finite.
         """

@@ -14,7 +14,11 @@ the torque about the tool's axis that turns it."""
 
 @dataclass(frozen=True)
 class TaskFacts(Settings):
-    """Uses the values that the task appends to the channels, unchanged, as features."""
+    """Uses the values that the task appends to the channels, unchanged, as features.
+
+    Attributes:
+        facts: Names of the values, in the task's order.
+    """
 
     TABLE: ClassVar[str] = "perception.extractor"
 

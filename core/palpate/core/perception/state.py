@@ -37,7 +37,10 @@ class StateIdentifier(Protocol):
 
     @abstractmethod
     def update(self, symbol: int, action: str | None = None) -> int:
-        """Return the state after another symbol, and the action before it; None at the start or if unknown.
+        """Return the state after another symbol.
+
+        Args:
+            action: Name of the preceding action; None at the start or if unknown.
 
         Raises:
             CommandError: The symbol does not exist.
@@ -78,6 +81,9 @@ class _Memoryless(Settings):
 class IdentityState(_Memoryless):
     """Uses the last symbol as the state, without a memory.
 
+    Attributes:
+        symbols: Names of the symbols, which are also the states.
+
     Raises:
         ConfigurationError: There are no names, or a duplicate.
     """
@@ -105,6 +111,9 @@ class LastSymbols(Settings):
 
     All combinations are states, shorter ones first, even if they cannot occur: states need their numbers before any
     observation.
+
+    Attributes:
+        length: Number of remembered symbols, at least 1.
 
     Raises:
         ConfigurationError: There are no names, a duplicate, or too many states to learn.
@@ -177,6 +186,9 @@ _AT_FIRST: Final = "at first"
 @dataclass(frozen=True)
 class LastAction(_Memoryless):
     """Uses the last symbol and the kind of the action before it as the state; the kind is the first word of its name.
+
+    Attributes:
+        kinds: Kinds of the actions.
 
     Raises:
         ConfigurationError: There are no names, a duplicate, or too many states to learn.

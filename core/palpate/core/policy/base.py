@@ -237,7 +237,11 @@ class Policy(Protocol):
 
     @abstractmethod
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Begin a trial."""
+        """Begin a trial.
+
+        Args:
+            trial: Number of the learning trial, from 0.
+        """
 
     @abstractmethod
     def choose(self, observation: Observation) -> Decision:

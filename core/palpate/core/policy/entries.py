@@ -50,6 +50,9 @@ def new_learner(
 ) -> OwnLearner:
     """Create the learner with such settings.
 
+    Args:
+        bounds: Task bounds for a belief.
+
     Raises:
         ConfigurationError: A value is out of range, names repeat, or the learner does not fit the task.
     """
@@ -197,8 +200,11 @@ class TableRow:
     """The action in one state and its origin.
 
     Attributes:
+        source: Origin of the action: programmed, examples or learned.
+        action: Name of the assigned action, or of the best learned one.
         q: Q of each action, (n actions,); None without a table of Q.
         visits_per_action: Number of updates of each action; None without a table of Q.
+        best: Index of that action.
     """
 
     state: str

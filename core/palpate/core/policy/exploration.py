@@ -51,6 +51,10 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
     """Return the probability of each action, proportional to ``exp(Q / T)``.
 
     Below :data:`GREEDY_BELOW` the best actions are equally probable and all others excluded.
+
+    Args:
+        values: Q of each action, finite, (n,) with n > 0.
+        temperature: T, in units of Q.
     """
     best = max(values)
     if temperature < GREEDY_BELOW:

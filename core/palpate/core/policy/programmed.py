@@ -22,7 +22,11 @@ from palpate.core.policy.base import (
 
 
 class AssignedPolicy(FixedPolicy):
-    """Always takes the assigned action; serves only states that have one."""
+    """Always takes the assigned action; serves only states that have one.
+
+    Args:
+        assigned: Index of each state's action, or None, (n states,).
+    """
 
     def __init__(
         self, states: Sequence[str], actions: Sequence[Action], assigned: Sequence[int | None], source: str
@@ -104,6 +108,9 @@ class MixedPolicy(Policy):
     must not use the best of all actions: untried actions would keep their initial 0, and the state would look as good
     as the goal. Therefore ``next_action_index`` of the transition names the action if the next state belongs to a part
     with a fixed action.
+
+    Args:
+        parts: Policies over these states and one action set, in order of priority.
 
     Raises:
         ConfigurationError: A state is served by no part.

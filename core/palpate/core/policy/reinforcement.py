@@ -17,6 +17,9 @@ _Cost: TypeAlias = Annotated[float, Range(high=0.0, text="a finite number, 0 or 
 class ActionOutcome:
     """The measured effort of one action.
 
+    Attributes:
+        mean_force_N: Mean of the norm of the contact force.
+
     Raises:
         CommandError: A value is negative or not finite.
     """

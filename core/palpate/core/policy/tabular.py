@@ -52,6 +52,9 @@ class QParameters(Settings):
 class TabularLearner(Learner):
     """Chooses by Boltzmann exploration over a table of Q; subclasses define how the table is learned.
 
+    Args:
+        frozen: True disables learning and uses the temperature for frozen policies.
+
     Raises:
         ConfigurationError: A value is out of range, or names repeat.
     """

@@ -16,6 +16,11 @@ class StepLimiter:
     """Clamps a command to the position limits, then shortens the step to what the velocity limits allow.
 
     All joints are scaled by the same factor, so the direction in joint space stays the same.
+
+    Args:
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
     """
 
     def __init__(self, lower_rad: JointVector, upper_rad: JointVector, velocity_limit_rad_s: JointVector) -> None:
@@ -23,7 +28,13 @@ class StepLimiter:
         self._slowness_s = 1.0 / min(velocity_limit_rad_s)
 
     def limited(self, requested_rad: JointVector, from_rad: JointVector, may_s: float) -> tuple[AppliedCommand, float]:
-        """Return the applied command, the reason for any change, and its duration at the velocity limits in s."""
+        """Return the applied command, the reason for any change, and its duration at the velocity limits in s.
+
+        Args:
+            requested_rad: The command, (n,).
+            from_rad: Start of the step, (n,).
+            may_s: Time available for the step.
+        """
         inside = all(map(le, self._lower, requested_rad)) and all(map(le, requested_rad, self._upper))
         # Nearly every command passes if all joints are assumed to be as slow as the slowest: the cheapest check.
         steps = tuple(map(sub, requested_rad, from_rad))
@@ -50,6 +61,11 @@ class CommandLimiter:
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
     is longer than one period allows. Of several commands at the same time the newest replaces the earlier ones.
+
+    Args:
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
     """
 
     def __init__(
@@ -69,7 +85,12 @@ class CommandLimiter:
         self._held, self._now_ns = held_rad, None
 
     def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:
-        """Return the applied command, with the reason for any change."""
+        """Return the applied command, with the reason for any change.
+
+        Args:
+            requested_rad: The command, (n,).
+            now_ns: Time of the command on any monotonic clock.
+        """
         if self._now_ns != now_ns:
             # An arm that has just started has unlimited credit.
             passed_s = inf if self._now_ns is None else (now_ns - self._now_ns) * 1e-9

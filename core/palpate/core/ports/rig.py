@@ -137,7 +137,11 @@ class Rig(Protocol):
         """Return the ground truth, for scoring and baselines only; None if unknown."""
 
     def move(self, config: Any, ready: Any) -> None:
-        """Go to another place, for a configuration and its ready pose, from the next :meth:`prepare` on.
+        """Go to another place, from the next :meth:`prepare` on.
+
+        Args:
+            config: Configuration of the next trials.
+            ready: Their ready pose.
 
         Raises:
             ConfigurationError: This rig has one place.

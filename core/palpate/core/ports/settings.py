@@ -100,7 +100,8 @@ Mark = Range | OneOf | Holds
 class Settings:
     """Base class of every table of settings; the constructor checks each field against its annotation.
 
-    ``TABLE`` is the dotted name of the table in TOML and on the command line; empty for the outermost one.
+    Attributes:
+        TABLE: Dotted name of the table in TOML and on the command line; empty for the outermost one.
 
     Raises:
         ConfigurationError: A value has the wrong type or is outside its range, or two settings contradict each other.
@@ -137,6 +138,9 @@ class Settings:
     @classmethod
     def read(cls, raw: object, where: str = "") -> Self:
         """Read a table from plain JSON. Only a field whose default is None may be missing.
+
+        Args:
+            where: Dotted name of the object; empty for a whole file.
 
         Raises:
             ConfigurationError: Keys are missing or unknown, or a value is refused; the message states its place.

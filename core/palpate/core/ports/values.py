@@ -62,6 +62,7 @@ class WrenchSample:
         source_time_ns: Run-clock time of the measurement.
         receive_time_ns: Run-clock time at which the host received the sample.
         sequence: Counts the device's samples; equal numbers mean the same sample.
+        validity: Validity of the sample.
         kind: Raw, tared or gravity-compensated.
         frame: Name of the right-handed frame, normally ``"sensor"``: z along the tool axis, out of
             the tool, so that pressing on a surface gives a negative ``force_N[2]``.
@@ -90,6 +91,10 @@ class JointSample:
 
     Attributes:
         position_rad: Joint angles, (n,), in the order of the kinematic model.
+        source_time_ns: Run-clock time of the measurement.
+        receive_time_ns: Run-clock time at which the host received the sample.
+        sequence: Counts the device's samples; equal numbers mean the same sample.
+        validity: Validity of the sample.
     """
 
     position_rad: JointVector

@@ -123,7 +123,11 @@ _ON_TRIP: Final = "on_trip"
 
 
 def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of the settings that are weaker than their defaults."""
+    """Return the names of the settings that are weaker than their defaults.
+
+    Args:
+        values: Some or all settings of supervision by name; values of another type are checked elsewhere.
+    """
     numbers = {name: value for name, value in values.items() if isinstance(value, int | float)}
     found = [name for name, default in DEFAULTS.items() if numbers.get(name, default) > default]
     found += [name for name, default in _MOTIONS.items() if numbers.get(name, default) < default]

@@ -25,6 +25,7 @@ def require_fitting(
     """Check the limits once arm, task and sensor are known.
 
     Args:
+        kinematics: Kinematics of the arm; its state is changed.
         ready_rad: The pose above the goal, (n,), from which the retraction is computed.
 
     Raises:

@@ -26,7 +26,11 @@ _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
 
 
 class WrenchMonitor:
-    """Monitors force, torque, rate of the force, and unexpected contact."""
+    """Monitors force, torque, rate of the force, and unexpected contact.
+
+    Args:
+        scale: Factors on the sensor's six channels after taring, (6,).
+    """
 
     def __init__(self, config: SupervisionConfig, scale: tuple[float, ...]) -> None:
         self._force_N, self._torque_Nm = config.max_force_N, config.max_torque_Nm
@@ -113,7 +117,13 @@ _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
 
 
 class JointMonitor:
-    """Compares measured joint angles with the arm's limits and with the commands."""
+    """Compares measured joint angles with the arm's limits and with the commands.
+
+    Args:
+        lower_rad: Lower joint limits of the arm, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+    """
 
     def __init__(
         self,
@@ -334,7 +344,12 @@ class WorkspaceMonitor:
     def trip(
         self, tick: int, tip_m: Vector3, constraints: PhaseConstraints, turned_rad: tuple[float, float]
     ) -> Trip | None:
-        """Return the trip for the position of the tip; None if it is inside."""
+        """Return the trip for the position of the tip; None if it is inside.
+
+        Args:
+            tip_m: Tip from the encoders, (3,), task frame.
+            turned_rad: Tilt and yaw of the tool, (2,).
+        """
         x, y, z = tip_m
         aside, across = self._sides_m
         # Written so that NaN trips.

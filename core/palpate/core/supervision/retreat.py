@@ -32,7 +32,11 @@ class Retreat:
         self.finished = False
 
     def step(self, held_rad: JointVector) -> JointVector:
-        """Return the next joint angles, (n,)."""
+        """Return the next joint angles, (n,).
+
+        Args:
+            held_rad: The previous command, (n,).
+        """
         self._ticks += 1
         self._requested_m = min(self._requested_m + self._step_m, self._distance_m)
         self._target.translation = self._start.act(np.array([0.0, 0.0, -self._requested_m]))

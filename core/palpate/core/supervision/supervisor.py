@@ -118,6 +118,10 @@ class Supervisor:
     ) -> Supervised:
         """Return the command for the arm in this tick; after a trip the task's command is ignored.
 
+        Args:
+            tip_m: Tip from the encoders, (3,), task frame; None before the task has computed it.
+            turned_rad: Tilt and yaw of the tool from the encoders, (2,).
+
         Raises:
             LifecycleError: No trial has begun.
             DeviceError: At the beginning of the trial the arm's pose is unknown, or wrenches have another frame or

@@ -95,7 +95,11 @@ class CommandOverride:
 
 
 class Supervised(NamedTuple):
-    """The command to the arm, and the change of the task's command with its reason; None if unchanged."""
+    """The command to the arm.
+
+    Attributes:
+        command_override: The change of the task's command and its reason; None if unchanged.
+    """
 
     command: JointCommand
     command_override: CommandOverride | None = None

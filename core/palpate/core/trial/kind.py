@@ -25,6 +25,7 @@ class TaskParts:
     """Components of a task, not shared with other tasks.
 
     Attributes:
+        measurement: Transforms snapshots to the task frame.
         perception: Maps signals to states; for tasks in which a policy chooses.
         policy: Chooses actions; for the same tasks.
         reinforcement: Computes the reward of an action; for the same tasks.

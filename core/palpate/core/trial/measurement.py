@@ -67,7 +67,12 @@ class Measurement:
         self.reset()
 
     def take_off_weight(self, weight_N: float, above_tip_m: float) -> None:
-        """Compensate the change of load that a tool of this weight causes when it tilts."""
+        """Compensate the change of load that a tool of this weight causes when it tilts.
+
+        Args:
+            weight_N: Weight of everything on the sensor.
+            above_tip_m: Height of its centre of mass above the tip, on the tool's axis.
+        """
         self._weight_N, self._above_tip_m = weight_N, above_tip_m
 
     def reset(self) -> None:

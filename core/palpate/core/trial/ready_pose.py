@@ -38,7 +38,12 @@ class Workspace:
 
 @dataclass(frozen=True)
 class ReadyPose:
-    """The initial pose of trials above the nominal goal."""
+    """The initial pose of trials above the nominal goal.
+
+    Attributes:
+        q_rad: Joint angles, (n,).
+        tip_rotation: Orientation of the tool, (3, 3), base frame; constant during a trial.
+    """
 
     q_rad: Array
     tip_rotation: Array

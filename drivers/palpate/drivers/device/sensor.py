@@ -71,7 +71,11 @@ class PolledSensor(ABC):
 
     @abstractmethod
     def poll(self, now_ns: int) -> Sequence[ForceSample]:
-        """Read received data and return new samples, oldest first. :meth:`check` raises errors of device and bus."""
+        """Read received data and return new samples, oldest first. :meth:`check` raises errors of device and bus.
+
+        Args:
+            now_ns: Monotonic time in ns.
+        """
 
     def check(self) -> None:
         """Raise the present error, if there is one.

@@ -24,7 +24,11 @@ def settling_ns(cutoff_cHz: int) -> int:
 
 
 class Sampler:
-    """Converts readings to samples, numbered in order of arrival."""
+    """Converts readings to samples, numbered in order of arrival.
+
+    Attributes:
+        full_scales: Full scales reported by the board; None before that, when readings give no samples.
+    """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
         self.full_scales: FullScales | None = None

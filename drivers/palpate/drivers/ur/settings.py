@@ -105,7 +105,12 @@ def require_ready(seen: UrState, host: str) -> None:
 
 
 def require_setpoints(seen: UrState, force_N: Sequence[float] | None, force_stop_N: float, host: str) -> None:
-    """Raise an error if the arm must not continue."""
+    """Raise an error if the arm must not continue.
+
+    Args:
+        force_N: Tool force when the arm was enabled, (3,).
+        force_stop_N: Change of the tool force that stops the arm; 0 for no limit.
+    """
     require_ready(seen, host)
     if seen.runtime != _PLAYING:
         problem = "its control program has ended: by its watchdog, at the pendant, or by a switch to local control"

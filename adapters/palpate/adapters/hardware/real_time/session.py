@@ -25,6 +25,9 @@ class LoopTimer(LoopObserver):
     """Keeps the longest time of each section of a tick, and a histogram of how late ticks begin.
 
     It is first among the observers: what the others do counts as part of the next section.
+
+    Attributes:
+        longest_ns: Longest time of each section, by name.
     """
 
     def __init__(self) -> None:

@@ -78,7 +78,11 @@ class ContactObservation:
 
 @dataclass(frozen=True, slots=True)
 class ContactTrial:
-    """A trial that ended in the hole, at (x, y), task frame, in units of ``LENGTH_M``."""
+    """A trial that ended in the hole.
+
+    Attributes:
+        hole: Position of the hole, (2,), task frame, in units of ``LENGTH_M``.
+    """
 
     hole: tuple[int, int]
     contacts: tuple[ContactObservation, ...]

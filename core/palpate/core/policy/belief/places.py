@@ -33,7 +33,11 @@ def off_path_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
 
 
 class Places:
-    """A square grid of positions, centred at the nominal goal, parallel to its axes."""
+    """A square grid of positions, centred at the nominal goal, parallel to its axes.
+
+    Attributes:
+        axis_m: Coordinates, equal for x and y, (size,).
+    """
 
     def __init__(self, half_width_m: float) -> None:
         half = ceil(half_width_m / PITCH_M)

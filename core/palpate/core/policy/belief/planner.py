@@ -20,7 +20,11 @@ _UNLIKELY: Final = 1e-4
 
 
 class Planner:
-    """Plans one step ahead: it minimises the expected time from the step's end to the hole, if the step misses it."""
+    """Plans one step ahead: it minimises the expected time from the step's end to the hole, if the step misses it.
+
+    Attributes:
+        moves: The possible steps, (dx, dy) in m.
+    """
 
     def __init__(self, places: Places, capture_m: float, speed_m: float) -> None:
         self._places, self._speed_m = places, speed_m

@@ -21,7 +21,10 @@ Numbers = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True)
 class RecordedTrial:
-    """Alternating readings and actions of one trial, from the start on; there is no reading at the goal.
+    """Alternating readings and actions of one trial.
+
+    Attributes:
+        symbols: Readings from the start on; there is none at the goal.
 
     Raises:
         ConfigurationError: The numbers of readings and actions do not match, or there is no reading.
@@ -43,6 +46,10 @@ class RecordedTrial:
     @classmethod
     def from_dict(cls, where: str, data: object, symbols: int, actions: int) -> Self:
         """Return a trial from plain JSON values.
+
+        Args:
+            symbols: Number of symbols.
+            actions: Number of actions.
 
         Raises:
             ConfigurationError: The data are not a trial, or a number is out of range.

@@ -147,6 +147,9 @@ def fit_displacement_hmm(
 
     Trials that reached the goal are fitted first, because each ends at a known offset. The position of other trials is
     ambiguous; without a first model they would spread over arbitrary offsets.
+
+    Args:
+        trials: Readings and actions of at least one trial.
     """
     model = DisplacementHmm.blank(steps, reach, symbols, np.random.default_rng(seed))
     if anchored := [trial for trial in trials if trial.reached]:

@@ -84,7 +84,11 @@ class FinitePomdp:
 
 
 class StateBelief:
-    """A belief over the hidden states of a model: a probability of each, (states,)."""
+    """A belief over the hidden states of a model.
+
+    Attributes:
+        probabilities: Probability of each state, (states,); the sum is 1.
+    """
 
     def __init__(self, model: FinitePomdp, symbol: int) -> None:
         self._model = model
@@ -139,7 +143,11 @@ def qmdp(model: FinitePomdp) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class PointBasedPlan:
-    """A plan made of cost vectors over the states: discounted steps to the goal under each plan, (plans, states)."""
+    """A plan made of cost vectors over the states of a model.
+
+    Attributes:
+        vectors: Discounted number of steps to the goal under each plan, (plans, states).
+    """
 
     model: FinitePomdp
     vectors: Floats
@@ -149,7 +157,11 @@ class PointBasedPlan:
         return _on_grid(self.vectors, _COST)
 
     def costs(self, probabilities: Floats) -> Floats:
-        """Return the discounted number of steps to the goal if an action precedes the best plan, (actions,)."""
+        """Return the discounted number of steps to the goal if an action precedes the best plan, (actions,).
+
+        Args:
+            probabilities: Probabilities of the hidden states, (states,).
+        """
         moved = np.stack([self.model.moved(probabilities, action) for action in range(self.model.actions)])
         some = np.flatnonzero(moved.max(axis=0) > 0.5 / _SHARE)  # the others are zero on the grid
         joint = _on_grid(moved[:, None, some] * self.model.emissions[some].T, _SHARE)

@@ -32,6 +32,9 @@ from palpate.core.trial import (
 class ContactTask(Task):
     """Lifts, moves to the start and tares; a subclass adds its own phases in :meth:`_follow`.
 
+    Args:
+        measurement: Transforms snapshots to the task frame.
+
     Attributes:
         constraints: Constraints on contact and position in this phase, for the supervisor.
         tip_m: Tip from the encoders at the last tick, (3,), task frame.

@@ -7,7 +7,12 @@ from palpate.core.ports import PERIOD_S
 
 
 class Dither:
-    """Motion back and forth about its start, of random timing, which no recorded or delayed force matches by chance."""
+    """Motion back and forth about its start with random timing, which no recorded or delayed force matches by chance.
+
+    Args:
+        amplitude_m: Largest distance from the start; smaller if the speed limits it.
+        speed_m_s: Largest speed.
+    """
 
     def __init__(self, amplitude_m: float, speed_m_s: float) -> None:
         self.amplitude_m, self._speed_m_s = amplitude_m, speed_m_s

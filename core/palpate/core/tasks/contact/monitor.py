@@ -180,7 +180,11 @@ class Monitor:
         return ZERO_VELOCITY
 
     def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
-        """Process a tick of any phase; return a trip for a wrench that no contact at the tip can cause."""
+        """Process a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
+
+        Args:
+            reference_m: Commanded tip position, (3,), task frame.
+        """
         wrench, joints_ns, (x, y, z) = snapshot.wrench, snapshot.joints.source_time_ns, measured.position_m
         new, self._sequence = wrench.sequence != self._sequence, wrench.sequence
         if not tared:

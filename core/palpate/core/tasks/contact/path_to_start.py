@@ -21,7 +21,11 @@ Bias = tuple[float, float, float, float, float, float]
 
 
 class RunningPhase(Protocol):
-    """A running phase of a trial; ``over`` after its last step, unless the trial ended in it."""
+    """A running phase of a trial; each phase defines how it is entered.
+
+    Attributes:
+        over: True if the last :meth:`step` was the last of the phase; False if the trial ended in the phase.
+    """
 
     over: bool
 

@@ -57,7 +57,12 @@ class Response:
         self.begin(0.0, 0.0, 1.0)
 
     def begin(self, noise_N: float, step_m: float, dither_N: float, lag: int | None = None) -> None:
-        """Reset for a new trial or direction."""
+        """Reset for a new trial or direction.
+
+        Args:
+            step_m: Standard deviation of a position from the encoders.
+            dither_N: Amplitude of the force that the dither causes.
+        """
         spring, self.lag = self.spring, lag
         self._noise_N = spring.noise_N(noise_N, step_m)
         # Position errors attenuate the regression.

@@ -19,7 +19,11 @@ from palpate.core.trial import ControlConfig, Measurement, Outcome, Phase, Purpo
 
 
 class InsertionTask(ContactTask):
-    """Inserts a peg with one arm, trial by trial."""
+    """Inserts a peg with one arm, trial by trial.
+
+    Args:
+        measurement: Transforms snapshots to the task frame.
+    """
 
     _state: InsertionState
 

@@ -40,6 +40,9 @@ class CornerFirst(FixedPolicy):
     does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it, and the
     flat itself turns it.
 
+    Args:
+        options: Corners, tilt and push.
+
     Raises:
         ConfigurationError: The peg has neither corners nor a flat.
     """

@@ -51,7 +51,13 @@ _UPRIGHT_RAD: Final = radians(1.0)
 
 
 class SpatialExplore(Explore):
-    """Actions in six degrees of freedom, each a motion of constant speed."""
+    """Actions in six degrees of freedom, each a motion of constant speed.
+
+    Args:
+        equipment: Objects shared by the phases.
+        monitor: Dithers the tool, and stops it until the force responds.
+        options: Compliance of the tool, and limits of its turns.
+    """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
         super().__init__(equipment, monitor)

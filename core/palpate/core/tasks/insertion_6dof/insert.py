@@ -28,7 +28,11 @@ _SUNK_M: Final = 1e-4
 
 
 class SpatialInsert(Insert):
-    """Sinks and complies with all torques; a stuck peg resumes exploration instead of ending the trial."""
+    """Sinks and complies with all torques; a stuck peg resumes exploration instead of ending the trial.
+
+    Args:
+        options: Compliance of the tool.
+    """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig, options: SpatialOptions) -> None:
         super().__init__(equipment, monitor, control)

@@ -160,7 +160,11 @@ class OptionRunner:
 
 
 class OptionAgent(Agent):
-    """Runs the chosen option action by action; symbols, states and learning refer to whole options."""
+    """Runs the chosen option action by action; symbols, states and learning refer to whole options.
+
+    Args:
+        runner: Runs the options.
+    """
 
     def __init__(
         self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float, runner: OptionRunner

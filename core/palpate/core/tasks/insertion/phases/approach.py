@@ -9,7 +9,11 @@ from palpate.core.trial import N_PER_KGF
 
 
 class Approach(RunningPhase):
-    """Presses straight down until there is a reaction force; over without ``touched``, the tip is below the plate."""
+    """Presses straight down until there is a reaction force.
+
+    Attributes:
+        touched: True if the plate was touched; if the phase is over without, the tip is below the plate.
+    """
 
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
         task = equipment.task

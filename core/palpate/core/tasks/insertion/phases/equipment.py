@@ -64,7 +64,12 @@ class Controllers:
 
 @dataclass(frozen=True, slots=True)
 class Equipment:
-    """Objects that the phases share."""
+    """Objects that the phases share.
+
+    Attributes:
+        measurement: The newest tick in the task frame.
+        motion: The commanded tip.
+    """
 
     task: TaskConfig
     measurement: Measurement

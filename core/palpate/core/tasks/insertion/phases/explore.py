@@ -26,7 +26,11 @@ _SURFACE_M: Final = 1e-4
 
 
 class Explore(RunningPhase):
-    """Actions across the plate, each a steady step and a pause."""
+    """Actions across the plate, each a steady step and a pause.
+
+    Args:
+        monitor: Dithers the tool, and stops it until the force responds.
+    """
 
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
