@@ -158,8 +158,11 @@ class RunResult:
     """Finished trials.
 
     Attributes:
+        rows: Lines of ``trials.csv``.
+        summary: Statistics of all trials, as in ``summary.json``.
         finished: Whether all requested trials are finished.
         folder: Folder of the run; None if nothing was kept.
+        losses: Failures of recording.
         timing: Punctuality of the control loop; empty in the simulator.
     """
 

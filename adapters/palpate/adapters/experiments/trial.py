@@ -26,6 +26,8 @@ class ScoredTrial:
     """A trial with the core's report and the ground truth.
 
     Attributes:
+        report: Report of the core, from port data.
+        truth: Ground truth; None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that ended by a trip.
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
@@ -233,7 +235,10 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """Let an ending signal request an orderly end, in the main thread; from then on SIGINT acts as before."""
+    """Within the context, a signal that ends the process requests an orderly end; a second SIGINT acts as before.
+
+    Signals reach a program's main thread only: in any other one this does nothing.
+    """
 
     def act(number: int) -> None:
         signal.signal(signal.SIGINT, before)

@@ -39,9 +39,14 @@ def clamped(
 def held_back(
     within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
 ) -> tuple[float, ...]:
-    """Return a set-point with limited steps of all joints, (n,), from one within the position limits, (n,).
+    """Return a set-point with limited steps of all joints, (n,).
 
     All steps are reduced by the same factor, so the arm keeps its direction in joint space.
+
+    Args:
+        within_rad: Requested set-point, within the position limits, (n,).
+        previous_rad: Previous set-point, (n,).
+        most_rad: Largest step of each joint, (n,).
     """
     share = 1.0
     for target, start, most in zip(within_rad, previous_rad, most_rad, strict=True):

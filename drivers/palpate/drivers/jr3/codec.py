@@ -33,7 +33,10 @@ def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> Ca
     """Return the frame of a request.
 
     FACT (jr3-mbed-firmware-can main.cpp): the cut-off of START is 16 bits, and the period 32 bits after it.
-    START alone has a cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered, and a period.
+
+    Args:
+        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START.
+        period_us: Time between readings in microseconds; START.
     """
     return CanFrame(op + node, struct.pack("<HI", cutoff_cHz, period_us) if op is Op.START else b"")
 
@@ -46,7 +49,11 @@ class _Half(NamedTuple):
 
 
 class CanDecoder:
-    """Decodes the frames of one node, joins halves of readings in any order, and counts invalid ones."""
+    """Decodes the frames of one node, and joins the two halves of a reading, which arrive in any order.
+
+    Args:
+        errors: Counters of invalid frames and of halves without the other half.
+    """
 
     def __init__(self, node: int, errors: Counter[str]) -> None:
         self._node, self._errors = node, errors

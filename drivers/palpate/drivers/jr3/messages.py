@@ -97,6 +97,10 @@ class FullScales:
     FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors at can-plotter.py
         of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).
 
+    Attributes:
+        force_N: Fx, Fy, Fz.
+        moment_dNm: Mx, My, Mz in tenths of a newton metre.
+
     Raises:
         DeviceFaultError: A full scale is 0, so that every reading would be 0.
     """
@@ -110,7 +114,10 @@ class FullScales:
             raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
 
     def wrench(self, counts: tuple[int, ...], signs: Signs) -> tuple[Vector3, Vector3]:
-        """Return force in N and moment in N m. FACT: counts x full scale / 16384; of moments, in 0.1 N m, / 163840."""
+        """Return force in N and moment in N m.
+
+        FACT: F = counts x full scale / 16384, M = counts x full scale in 0.1 N m / 163840.
+        """
         axes = zip(counts, signs, (*self.force_N, *self.moment_dNm), strict=True)
         fx, fy, fz, mx, my, mz = (count * sign * scale for count, sign, scale in axes)
         force, moment = FULL_SCALE_COUNTS, 10 * FULL_SCALE_COUNTS

@@ -38,7 +38,12 @@ def read_stat(mask: StatusItem) -> NmcCommand:
 
 
 def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> NmcCommand:
-    """Loads a motion to a position, s32; without words of velocity and acceleration both stay unchanged."""
+    """Loads a motion to a position, s32.
+
+    Args:
+        control: Optional bits SERVO and START_NOW.
+        words: Velocity and acceleration words; without them both stay unchanged.
+    """
     control |= TrajectoryControl.POSITION
     if words:
         control |= TrajectoryControl.VELOCITY | TrajectoryControl.ACCELERATION

@@ -12,7 +12,13 @@ from math import acos, ceil, cos, pi, sin, tan
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """One flat piece of a hole's wall: outward normal, distance of its face from the axis, and half its width."""
+    """One flat piece of a hole's wall.
+
+    Attributes:
+        heading_rad: Direction of its outward normal, seen from the hole's axis.
+        distance_m: Distance of its face from the axis.
+        half_width_m: Half its width along the face.
+    """
 
     heading_rad: float
     distance_m: float
@@ -47,7 +53,11 @@ class CrossSection:
         return bool(self.sides) and not self.corner_m
 
     def facets(self, most: int) -> int:
-        """Return the number of evenly spaced walls: ``most`` for a circle, else one a side, equal ones at corners."""
+        """Return the number of walls of a hole with this outline, evenly spaced by heading.
+
+        Args:
+            most: Number for a circle; a polygon has one per side, one with round corners an equal number for each side.
+        """
         if not self.sides:
             return most
         return self.sides * (ceil(most / self.sides) if self.corner_m else 1)

@@ -96,7 +96,10 @@ class Profile:
 
 
 def _braking_speed(distance: int, step: int) -> int:
-    """Return v of the next tick from which braking, (k + 1) v - a k (k + 1) / 2 with k = floor(v / a), still fits."""
+    """Return the largest velocity of the next tick from which braking by ``step`` per tick stays within the distance.
+
+    Braking from v covers v + (v - a) + ... = (k + 1) v - a k (k + 1) / 2 with k = floor(v / a).
+    """
     if step <= 0:
         return distance
     k = (isqrt(1 + 8 * distance // step) - 1) // 2
