@@ -20,7 +20,11 @@ _KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise 
 class AxisView:
     """One joint as the last SYNC showed it; None for what is not known yet.
 
-    ``state`` is None also if the statusword matches no pattern; ``moved_counts`` is since the previous answer.
+    Attributes:
+        state: State in the statusword; None also if it matches no pattern.
+        position_rad: Position as a joint angle.
+        moved_counts: Change of the position counts since the previous answer.
+        mode: Mode of operation that the drive reports.
     """
 
     box: NodeBox
