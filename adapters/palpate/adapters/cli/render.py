@@ -57,13 +57,7 @@ def render(options: RenderOptions) -> int:
     is_gif = ending == ".gif"
     with _mujoco_without_graphics():
         from palpate.adapters.mujoco import CAMERAS
-        from palpate.adapters.visualisation.video import (
-            Painter,
-            require_video,
-            trajectory_of,
-            write_gif,
-            write_mp4,
-        )
+        from palpate.adapters.visualisation.video import Painter, require_video, trajectory_of, write_gif, write_mp4
     require_one_of("camera", options.camera, CAMERAS)
     size = _size(options.size)
     options.require("size", is_gif or not (size[0] % 2 or size[1] % 2), "even numbers for .mp4")

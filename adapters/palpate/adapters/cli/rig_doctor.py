@@ -7,14 +7,7 @@ from pathlib import Path
 from palpate.adapters.cli.options import DoctorOptions
 from palpate.adapters.config import RigFile, overlay, read_job
 from palpate.adapters.hardware import FaultFile, MonotonicClock, RigContext
-from palpate.adapters.hardware.doctor import (
-    DeviceReport,
-    Examination,
-    ExaminationSettings,
-    Level,
-    Person,
-    summary_text,
-)
+from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, Person, summary_text
 from palpate.core.job import ToolConfig
 
 

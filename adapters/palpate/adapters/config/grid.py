@@ -6,15 +6,7 @@ from typing import Annotated, Any, Final
 from typing_extensions import override
 
 from palpate.core.policy import HmmParameters, QParameters, SarsaParameters, TemperatureSchedule
-from palpate.core.ports import (
-    LearningRate,
-    OneOf,
-    Range,
-    Settings,
-    Temperature,
-    TemperatureDecay,
-    require_floor,
-)
+from palpate.core.ports import LearningRate, OneOf, Range, Settings, Temperature, TemperatureDecay, require_floor
 from palpate.simulation.grid import STEP_LIMIT
 
 TRIALS: Final = 1500

@@ -11,12 +11,7 @@ from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.build import OPTIONS, task_actions, task_bounds
 from palpate.adapters.experiments.documents import load_examples, load_policy
-from palpate.adapters.experiments.third_party import (
-    GROUP,
-    third_party_code,
-    third_party_entry,
-    third_party_policy,
-)
+from palpate.adapters.experiments.third_party import GROUP, third_party_code, third_party_entry, third_party_policy
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import FASTEST_TURN_RAD_S

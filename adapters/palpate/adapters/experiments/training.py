@@ -7,16 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from palpate.adapters.config import (
-    LEARNERS,
-    RUN_FORMAT,
-    RunConfig,
-    overlay,
-    read_toml,
-    run_facts,
-    task_kind,
-    to_toml,
-)
+from palpate.adapters.config import LEARNERS, RUN_FORMAT, RunConfig, overlay, read_toml, run_facts, task_kind, to_toml
 from palpate.adapters.experiments.documents import save_policy
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception

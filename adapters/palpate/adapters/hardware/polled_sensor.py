@@ -9,16 +9,7 @@ from typing import Annotated, ClassVar, Final, Generic, TypeVar
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import DeviceError
-from palpate.core.ports import (
-    Clock,
-    ForceSensor,
-    Life,
-    ManagedDevice,
-    Range,
-    Settings,
-    Validity,
-    WrenchSample,
-)
+from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Range, Settings, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DriverError, SilentError
 

@@ -9,15 +9,7 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import DeviceError
-from palpate.core.ports import (
-    AppliedCommand,
-    Clock,
-    CommandLimiter,
-    JointSample,
-    JointVector,
-    Range,
-    Settings,
-)
+from palpate.core.ports import AppliedCommand, Clock, CommandLimiter, JointSample, JointVector, Range, Settings
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.errors import DriverError
 

@@ -21,14 +21,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, CommandLimiter, OneOf, Range
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import BAUD_DIVISORS, POWER_UP_BAUD, BusSettings
 from palpate.drivers.serial_port import close_serial, open_serial
-from palpate.drivers.zebra_zero import (
-    CountsStore,
-    JointLimits,
-    SixCounts,
-    Transmission,
-    ZebraZero,
-    ZebraZeroSettings,
-)
+from palpate.drivers.zebra_zero import CountsStore, JointLimits, SixCounts, Transmission, ZebraZero, ZebraZeroSettings
 
 _NAME: Final = "Zebra Zero"
 _JOINTS: Final = 6

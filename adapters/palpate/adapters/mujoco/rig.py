@@ -9,16 +9,7 @@ from typing_extensions import override
 from palpate.adapters.config import RunConfig, require_corners, simulated_noise
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.ports import (
-    CONTROL_RATE_HZ,
-    SIMULATOR,
-    FaultLatch,
-    GroundTruth,
-    Ports,
-    Rig,
-    SensorFacts,
-    WorldRecord,
-)
+from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, GroundTruth, Ports, Rig, SensorFacts, WorldRecord
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.work_cell import HiddenValues, WorkCell
 

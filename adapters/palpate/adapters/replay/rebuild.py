@@ -21,14 +21,7 @@ from palpate.adapters.experiments import (
     task_actions,
     third_party_policy,
 )
-from palpate.adapters.log import (
-    TrialLog,
-    config_of,
-    learner_of_json,
-    recorded_drawn,
-    recorded_sensor,
-    recorded_turn,
-)
+from palpate.adapters.log import TrialLog, config_of, learner_of_json, recorded_drawn, recorded_sensor, recorded_turn
 from palpate.adapters.replay.tape import TapeEndError
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.perception import Perception, perception_from_dict

@@ -11,15 +11,7 @@ from palpate.drivers.device import ForceSample, PolledSensor, listed
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.jr3.codec import CanDecoder, encode_can
 from palpate.drivers.jr3.messages import LEFT_HANDED, Ack, FullScales, Op, Reading, Signs
-from palpate.drivers.jr3.phases import (
-    FLOWING,
-    READABLE,
-    REQUESTS,
-    TRANSITIONS,
-    Jr3Event,
-    Jr3Phase,
-    RequestInFlight,
-)
+from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
 from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 
 FIRST_READING_NS: Final = 500_000_000

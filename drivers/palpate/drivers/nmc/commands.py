@@ -3,14 +3,7 @@
 import struct
 from typing import Final
 
-from palpate.drivers.nmc.frames import (
-    EVERYBODY,
-    Code,
-    NmcCommand,
-    StatusItem,
-    StopControl,
-    TrajectoryControl,
-)
+from palpate.drivers.nmc.frames import EVERYBODY, Code, NmcCommand, StatusItem, StopControl, TrajectoryControl
 
 NOP: Final = NmcCommand(Code.NOP)
 """Requests only the status."""

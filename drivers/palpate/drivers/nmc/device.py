@@ -12,14 +12,7 @@ from typing import Final
 
 from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, WiringError
 from palpate.drivers.nmc.commands import CLEAR_BITS, NOP, read_stat
-from palpate.drivers.nmc.frames import (
-    EVERYBODY,
-    FRAME_OVERHEAD_BYTES,
-    MAX_DATA_BYTES,
-    Code,
-    NmcCommand,
-    StatusItem,
-)
+from palpate.drivers.nmc.frames import EVERYBODY, FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Code, NmcCommand, StatusItem
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
 from palpate.drivers.nmc.settings import ERRORS_IN_A_ROW, POWER_UP_BAUD, BusSettings, SerialTiming
 from palpate.drivers.serial_port import ByteStream, write_unless_stuck

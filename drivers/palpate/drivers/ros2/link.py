@@ -104,11 +104,7 @@ class Ros2Link:
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:
         """Return type and quality of service of all publishers of the read topic, or subscribers of the commands."""
-        from cyclonedds.builtin import (
-            BuiltinDataReader,
-            BuiltinTopicDcpsPublication,
-            BuiltinTopicDcpsSubscription,
-        )
+        from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
         kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
         found = BuiltinDataReader(self._opened(self._participant), kind).read(_ENDPOINTS)

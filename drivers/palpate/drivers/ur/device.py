@@ -10,14 +10,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, require_angles
-from palpate.drivers.errors import (
-    DeviceFaultError,
-    DriverError,
-    LateError,
-    SettingError,
-    SilentError,
-    WiringError,
-)
+from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SettingError, SilentError, WiringError
 from palpate.drivers.ur.link import CHECK, KEEP_TIME, NAME, UrHello, UrLink, UrState
 from palpate.drivers.ur.settings import (
     PROTECTIVE_STOP,

@@ -6,15 +6,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from palpate.drivers.device import (
-    ArmState,
-    LatchingArm,
-    Measured,
-    clamped,
-    held_back,
-    listed,
-    require_angles,
-)
+from palpate.drivers.device import ArmState, LatchingArm, Measured, clamped, held_back, listed, require_angles
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError, WiringError
 from palpate.drivers.nmc import NOP, Aux, Module, NmcBus, NmcCommand, NmcStatus, start
 from palpate.drivers.serial_port import ByteStream

@@ -11,13 +11,7 @@ from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile
 from palpate.adapters.hardware.adapter_arm import served
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level, Topic
-from palpate.adapters.hardware.doctor.measure import (
-    listen,
-    report_clock,
-    report_facts,
-    report_pace,
-    report_wrench,
-)
+from palpate.adapters.hardware.doctor.measure import listen, report_clock, report_facts, report_pace, report_wrench
 from palpate.adapters.hardware.doctor.move import report_moves, report_pose
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker

@@ -20,16 +20,7 @@ from typing_extensions import override
 
 from palpate.adapters.config import to_toml, with_options
 from palpate.adapters.experiments import Trials, TrialsObserver
-from palpate.adapters.log import (
-    SCHEMA,
-    EventEntry,
-    StartRecord,
-    Tare,
-    TrialLog,
-    dump_json,
-    tare_of,
-    world_of,
-)
+from palpate.adapters.log import SCHEMA, EventEntry, StartRecord, Tare, TrialLog, dump_json, tare_of, world_of
 from palpate.adapters.mujoco import DrawnCell, Moment
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, Validity
