@@ -56,6 +56,7 @@ style: setup
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports
 	$(BIN)/python -m docs.site.vocabulary
+	$(BIN)/python -m docs.site.vocabulary --source
 
 types: setup
 	$(BIN)/mypy

@@ -2,7 +2,7 @@
 
 Both step where the torque says that the hole is. The torque rule always goes 0.7 mm, and where it feels nothing it goes
 anywhere. Ours makes shorter steps each time that the torque turns round, because then it has just passed the hole, and
-goes on straight where it feels nothing. The hole is anywhere within 3 mm of where it is believed to be.
+goes on straight where it feels nothing. The hole is anywhere within 3 mm of at its nominal position.
 
 You see a line for each policy: how many trials put the peg in, and the median time of exploration. Both get the same
 trials. Takes some twenty seconds; with ``--quick`` a few seconds.

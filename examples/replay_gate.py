@@ -49,7 +49,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("runs/replay-gate"), help="must not be there yet")
     options = parser.parse_args()
     if options.out.exists():
-        parser.error(f"{options.out} is there already; name another folder with --out")
+        parser.error(f"{options.out} exists; name another folder with --out")
     run, changed = options.out / "run", options.out / "changed"
 
     print("1. Record", flush=True)

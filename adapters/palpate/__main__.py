@@ -1,4 +1,4 @@
-"""``python -m palpate``: the command line, where no script was installed."""
+"""``python -m palpate``: the command line, if no script is installed."""
 
 import sys
 

@@ -2,9 +2,9 @@
 
     python -m docs.site.build            into runs/site; a link that leads nowhere, or any other warning, is an error
 
-Pages stay as they are in the repository, where their links work too. Here their links outside docs/ are led to pages of
-the site; what has no page there becomes plain text as long as pyproject.toml names no repository. Navigation comes from
-the folders: a new page in docs/how-to is in it without being listed here.
+Pages are unchanged in the repository, where their links work too. Here links outside docs/ point to pages of the site;
+links to files without a page become plain text as long as pyproject.toml names no repository. The navigation follows
+the folders, so a new page in docs/how-to appears without being listed here.
 """
 
 from __future__ import annotations
@@ -17,11 +17,14 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from contextlib import redirect_stdout
 from importlib.util import find_spec
+from io import StringIO
 from pathlib import Path
 from typing import Final
 
 from docs.site.links import in_repository, relinked
+from palpate.adapters.cli.settings import SettingsOptions, settings
 
 ROOT: Final = Path(__file__).parents[2]
 ROOTS: Final = ("core", "adapters", "drivers", "simulation")
@@ -35,11 +38,14 @@ MOVED: Final = {
     "examples": "examples/index.md",
 }
 """Pages whose place on the site is another one than below docs/."""
+REFERENCE: Final = ("commands.md", "settings.md", "job-file.md", "api.md")
+PROJECT: Final = ("changelog.md", "contributing.md", "security.md")
+"""Pages of these parts of the navigation; other pages of docs/ explain."""
 SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml")
 
 
 def sources() -> dict[str, str]:
-    """Every file that has a page, by its path in the repository: the page's path on the site."""
+    """Return the site path of every file that has a page, by its path in the repository."""
     pages = {
         str(path.relative_to(ROOT)): str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")
     }
@@ -52,13 +58,13 @@ def sources() -> dict[str, str]:
 
 
 def repository() -> str:
-    """Address of the repository, as the owner has set it in pyproject.toml; empty until then."""
+    """Return the address of the repository from pyproject.toml; empty if not set."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     return str(project["tool"]["hatch"]["metadata"]["hooks"]["custom"]["repository"])
 
 
 def linked(text: str, name: str, pages: dict[str, str], address: str) -> str:
-    """The text of a page with its links as they are on the site.
+    """Return the text of a page with its links as on the site.
 
     Args:
         text: Markdown.
@@ -76,16 +82,16 @@ def linked(text: str, name: str, pages: dict[str, str], address: str) -> str:
     return relinked(text, name, place_of)
 
 
-def rooms() -> Iterator[tuple[str, list[str]]]:
-    """Every module that others may import from, with its public names.
+def public_modules() -> Iterator[tuple[str, list[str]]]:
+    """Yield every public module with its public names.
 
-    A room's names are those of its stub; of a file without one, all that it defines without an underscore.
+    The names are those of its stub; without a stub, all names that it defines without an underscore.
     """
     for root in ROOTS:
         top = ROOT / root / "palpate" / root
         for path in sorted({*top.rglob("__init__.pyi"), *top.glob("*.py"), *top.glob("gymnasium_envs/*.py")}):
             place = path.parent if path.stem == "__init__" else path.with_suffix("")
-            room = ".".join(place.relative_to(ROOT / root).parts)
+            module = ".".join(place.relative_to(ROOT / root).parts)
             body = ast.parse(path.read_text(encoding="utf-8")).body
             if path.suffix == ".pyi":
                 names = [
@@ -95,20 +101,20 @@ def rooms() -> Iterator[tuple[str, list[str]]]:
                 names = [node.name for node in body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
                 names += [ast.unparse(node.targets[0]) for node in body if isinstance(node, ast.Assign)]
             if names := [one for one in names if not one.startswith("_")]:
-                yield room, names
+                yield module, names
 
 
 def reference(pages: Path) -> list[str]:
-    """Write a page a room; returns their paths on the site."""
+    """Write one page per module; return their paths on the site."""
     (pages / "reference").mkdir()
     written = []
-    for room, names in rooms():
-        text = f"---\ntitle: {room.removeprefix('palpate.')}\n---\n\n# {room}\n\n"
-        text += f"::: {room}\n    options:\n      members: false\n      show_root_heading: false\n"
+    for module, names in public_modules():
+        text = f"---\ntitle: {module.removeprefix('palpate.')}\n---\n\n# {module}\n\n"
+        text += f"::: {module}\n    options:\n      members: false\n      show_root_heading: false\n"
         text += "      show_root_toc_entry: false\n\n"
-        text += "\n".join(f"::: {room}.{name}\n" for name in sorted(names, key=str.lower))
-        (pages / "reference" / f"{room}.md").write_text(text, encoding="utf-8")
-        written.append(f"reference/{room}.md")
+        text += "\n".join(f"::: {module}.{name}\n" for name in sorted(names, key=str.lower))
+        (pages / "reference" / f"{module}.md").write_text(text, encoding="utf-8")
+        written.append(f"reference/{module}.md")
     return written
 
 
@@ -130,27 +136,42 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
     rows = "".join(f"- [{place.removesuffix('.md')}]({os.path.relpath(place, 'examples')})\n" for place in shown)
     begin = "# Examples\n\nThe source distribution has them, too.\n\n"
     (pages / "examples" / "index.md").write_text(begin + rows, encoding="utf-8")
+    (pages / "settings.md").write_text(settings_page(), encoding="utf-8")
     api: dict[str, list[object]] = {root: [] for root in ROOTS}
     for place in reference(pages):
-        room = place.removesuffix(".md").removeprefix("reference/palpate.")
-        api[room.partition(".")[0]].append({room: place})
+        module = place.removesuffix(".md").removeprefix("reference/palpate.")
+        api[module.partition(".")[0]].append({module: place})
     first = ["index.md", "tutorial.md", "glossary.md"]
     how_to = sorted(place for place in places.values() if place.startswith("how-to/"))
     decisions = sorted(place for place in places.values() if place.startswith("decisions/"))
-    known = {*first, *how_to, *decisions, *shown, "examples/index.md"}
-    more = sorted(set(places.values()) - known)
+    known = {*first, *how_to, *decisions, *shown, *REFERENCE, *PROJECT, "examples/index.md"}
+    explanation = sorted(set(places.values()) - known)
     return [
         {"Start": [*first, "examples/index.md"]},
         {"How to": how_to},
-        {"Explanation and reference": more},
-        {"Reference": [{root: found} for root, found in api.items()]},
+        {"Explanation": explanation},
+        {"Reference": [*REFERENCE, {"Packages": [{root: found} for root, found in api.items()]}]},
         {"Decisions": decisions},
+        {"Project": list(PROJECT)},
         {"Files": [{place.removesuffix(".md"): place} for place in shown]},
     ]
 
 
+def settings_page() -> str:
+    """Return a page with every setting, as ``palpate settings`` prints it."""
+
+    def printed(group: str) -> str:
+        with redirect_stdout(StringIO()) as text:
+            settings(SettingsOptions(group))
+        return text.getvalue()
+
+    groups = [line.split()[0] for line in printed("").splitlines()[1:]]
+    title = "# Settings: all, with type, range, unit and default\n"
+    return title + "".join(f"\n## {group}\n\n```text\n{printed(group)}```\n" for group in groups)
+
+
 def toml(value: object) -> str:
-    """A value of the navigation as TOML writes it."""
+    """Return a value of the navigation as TOML."""
     if isinstance(value, dict):
         return "{ " + ", ".join(f'"{key}" = {toml(one)}' for key, one in value.items()) + " }"
     return "[" + ", ".join(map(toml, value)) + "]" if isinstance(value, list) else f'"{value}"'
@@ -187,10 +208,13 @@ def build(out: Path) -> int:
 
 
 def unshown(html: Path) -> list[str]:
-    """Public names that the built reference lacks."""
-    texts = {room: (html / "reference" / room / "index.html").read_text(encoding="utf-8") for room, _ in rooms()}
-    entries = [(room, f"{room}.{name}") for room, names in rooms() for name in names]
-    return [entry for room, entry in entries if f'id="{entry}"' not in texts[room]]
+    """Return public names that the built reference lacks."""
+    texts = {
+        module: (html / "reference" / module / "index.html").read_text(encoding="utf-8")
+        for module, _ in public_modules()
+    }
+    entries = [(module, f"{module}.{name}") for module, names in public_modules() for name in names]
+    return [entry for module, entry in entries if f'id="{entry}"' not in texts[module]]
 
 
 def main() -> int:

@@ -27,7 +27,7 @@ def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpat
     (bench.parent / "bench.urdf").unlink()
     done = palpate("replay", "out")
     assert done.code == 2
-    assert "bench.urdf' is refused: a readable URDF (No such file or directory)" in done.stdout
+    assert "must be a readable URDF (No such file or directory)" in done.stdout
 
 
 def test_an_arm_by_name_in_a_file_may_have_other_limits(palpate):

@@ -77,11 +77,11 @@ DOCUMENTS = {
         linked=("arm.name",), each=2,
     ),
     "rig": Document(
-        RIG, "no terminal to ask at", needed=DEVICES,
+        RIG, "no terminal for a", needed=DEVICES,
         free=("rig.*", "*.port", "*.interface", "*.channel", "arm.velocity_rad_s", "arm.acceleration_rad_s2"),
         linked=("arm.name", "arm.baud", "arm.*_rad_s*", "force_sensor.cutoff_Hz", "force_sensor.period_us"),
     ),
-    "rig of a UR": Document(RIG, "no terminal to ask at", needed=DEVICES, free=("rig.*",), linked=("arm.name",)),
+    "rig of a UR": Document(RIG, "no terminal for a", needed=DEVICES, free=("rig.*",), linked=("arm.name",)),
     "study": Document(
         "study FILE --out full", "full: holds something already", needed=(),
         free=("study.seeds*", "grid"), open=("study.seeds",), linked=("study*",), each=9,

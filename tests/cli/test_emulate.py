@@ -38,10 +38,10 @@ def test_a_restart_replaces_what_it_wrote_and_nothing_else(emulate):
     assert "cia402" in written
     Path("rig.toml").write_text(written + "[calibration]\nplate_mm = 21.0\n")
     told = emulate.refusal("emulate", "--rig-file", "rig.toml")
-    assert "rig.toml: is there already, and not as palpate emulate wrote it; name another file with --rig-file" in told
+    assert "rig.toml: exists, and was changed since palpate emulate wrote it; name another file with --rig-file" in told
     Path("rig.toml").unlink()
     Path("rig.job.toml").write_text(DOWEL.read_text())
-    assert "rig.job.toml: is there already" in emulate.refusal("emulate", "--rig-file", "rig.toml")
+    assert "rig.job.toml: exists" in emulate.refusal("emulate", "--rig-file", "rig.toml")
 
 
 def test_ros2_serves_arm_and_wrench_in_one_domain(emulate):

@@ -72,4 +72,4 @@ def test_an_output_that_is_closed_full_or_of_few_characters(palpate, trained, mo
     monkeypatch.setattr(sys, "stdout", FullDisk())
     assert main([*words, "full"]) == 1
     sys.stdout.close()
-    assert capsys.readouterr().err == "palpate: No space left on device; what was finished before is kept\n"
+    assert capsys.readouterr().err == "palpate: No space left on device; earlier results are kept\n"

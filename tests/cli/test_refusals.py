@@ -54,7 +54,7 @@ def desk(palpate, trained, tmp_path):
     [
         # Unknown words and names.
         ("frobnicate", COMMANDS),
-        ("train --scenario dark", "scenario = 'dark' is refused: one of paper, blind"),
+        ("train --scenario dark", "scenario must be one of paper, blind"),
         ("run", "a policy file, or one of oracle"),
         ("run --policy a_study", "a policy file, such as a_study/policy.json"),
         ("run --policy torque --policy random", "--policy is given twice; give it once, followed by all its values"),
@@ -62,17 +62,17 @@ def desk(palpate, trained, tmp_path):
         ("compare --seeds 3", "palpate study compares policies over several seeds"),
         ("train --learner mine:Mine", "palpate train --policy trains code of your own"),
         ("study slip.toml", "; did you mean q-learning?"),
-        ("run --policy magic", "policy = 'magic' is refused: a policy file, or one of oracle"),
+        ("run --policy magic", "policy must be a policy file, or one of oracle"),
         ("replay sound.mcap --set task.max_force=5", "did you mean task.max_force_N"),
         # What does not go together.
         ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or options, which learning.trace_decay"),
-        ("train --learning.belief.restart_steps 5", "learner = 'q-learning' is refused: belief, which learning.belief"),
+        ("train --learning.belief.restart_steps 5", "learner must be belief, which learning.belief"),
         ("train --learner hmm --learning.hmm.lattice 0", "a lattice to round them to"),
         ("train --policy sarsa", "--learner sarsa chooses it"),
         ("train --out x --perception.memory even.json", "symbols of the machine"),
         ("run --policy torque --jobs 2 --live", "1 with --rig, --live or --view"),
         (f"run {ON_A_RIG} --policy torque --cell.sensor.force-noise-N 0", "--cell.sensor sets up"),
-        (f"train {ON_A_RIG} --cell.tilt-mrad=2", "with --rig, the rig says what is true of it"),
+        (f"train {ON_A_RIG} --cell.tilt-mrad=2", "with --rig, the rig file describes the rig"),
         (f"run {ON_A_RIG} --policy oracle", "on a real rig"),
         ("emulate --arm panda --wires zebra-nmc", "the bus is a Zebra Zero's"),
         ("emulate --arm ur5e --force jr3-can --event 3:sensor-silent", "as in 12s:protective-stop"),
@@ -87,7 +87,7 @@ def desk(palpate, trained, tmp_path):
         ("study reach.toml", "zebra-zero reaches"),
         # What is missing.
         ("log info", "name one or more"),
-        ("log export sound.mcap --out x --to json", "to = 'json' is refused: one of csv"),
+        ("log export sound.mcap --out x --to json", "to must be one of csv"),
         # Files that are read.
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
         ("log info \x1b[31m", "\\x1b[31m: is not there"),
@@ -99,10 +99,10 @@ def desk(palpate, trained, tmp_path):
         ("train --out a_study", "a_study: already holds a run (run.toml)"),
         ("study small.toml --out full", "full: holds something already, and no study"),
         ("explore --figure there.svg", "is never overwritten"),
-        ("explore --figure out.jpg", "figure = 'out.jpg' is refused: "),
+        ("explore --figure out.jpg", "figure must be "),
         ("infer --show even.json --out even.jpg", ".dot"),
         ("log export sound.mcap --to csv --out full", "a new or an empty folder"),
-        ("emulate --rig-file .", "is there already"),
+        ("emulate --rig-file .", "exists"),
         # Adapters.
         ("rig check refused", "package.module:Name"),
         ("rig check unwell:Name", "ZeroDivisionError"),

@@ -66,8 +66,8 @@ def test_a_trial_of_a_rig_is_drawn(palpate, desk):
         ("sound.mcap --to a.gif --fps -5", "fps = -5.0", "from 0.1 to 50"),
         ("sound.mcap --to a.gif --speed 0.001", "fps = 12.5", "a greater speed"),
         ("sound.mcap --to a.gif --begin-s 1 --end-s 0.5", "end_s = 0.5", "after the beginning"),
-        ("torn.mcap --to a.gif", "torn.mcap: holds nothing that can be read", "deleted"),
-        ("seven.mcap --to a.gif", "seven.mcap: /start", "what the cell looked like"),
+        ("torn.mcap --to a.gif", "torn.mcap: contains nothing readable", "deleted"),
+        ("seven.mcap --to a.gif", "seven.mcap: /start", "describe the cell"),
     ],
 )
 @pytest.mark.usefixtures("desk")

@@ -161,7 +161,7 @@ def test_what_ifs_leave_logs_marked_as_such(palpate, log, tmp_path):
     assert made.end.counterfactual
     # What the changed core did is reproducible like anything else, and the log is not overwritten.
     assert "1 of 1 equal" in palpate.succeed("replay", "out")
-    assert "is there already" in palpate.refusal("replay", log, *words.split(), "--out", "out")
+    assert "exists" in palpate.refusal("replay", log, *words.split(), "--out", "out")
 
 
 def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate, log, tmp_path):
@@ -185,4 +185,4 @@ def test_the_simulator_does_not_go_on_from_what_it_did_not_record(palpate, messa
     assert "only the simulator can continue it" in told(changed(messages, 0, in_start(world="zebra zero on serial")))
     other = changed(messages, indices(messages, "/tick")[3], lambda made: made.wrench.force_N.__setitem__(0, 0.25))
     assert "tick 3: this simulator gives another wrench than was recorded" in told(other)
-    assert "this simulator's model is not the one" in told(changed(messages, 0, another_model))
+    assert "this simulator's model differs" in told(changed(messages, 0, another_model))

@@ -160,8 +160,8 @@ def test_damaged_files_of_a_run(palpate, run, name):
 
 def test_what_is_no_result_is_refused(palpate, run, tmp_path):
     (tmp_path / "empty").mkdir()
-    assert "is no folder of palpate train, run or study" in palpate.refusal("report", "empty")
-    assert "is no folder" in palpate.refusal("report", "missing")
+    assert "is not a folder of palpate train, run or study" in palpate.refusal("report", "empty")
+    assert "is not a folder" in palpate.refusal("report", "missing")
     (tmp_path / "empty" / "study.toml").write_text("[study]")
     assert "without a finished condition" in palpate.refusal("report", "empty")
     (run / "report.html").write_text("mine")

@@ -67,7 +67,7 @@ def test_a_condition_that_fails_is_named_and_the_others_are_run(tmp_path, monkey
     assert done.code == 1
     assert "2 of 4 conditions are finished" in done.stdout
     assert "2 conditions failed" in done.stdout
-    assert done.stderr.count("failed: place = ") == 2
+    assert done.stderr.count("failed: place must be ") == 2
     assert finished_in(out) == ["q-learning,x_mm=400.0,seed=0", "torque,x_mm=400.0,seed=0"]
     assert len((out / "summary.csv").read_text().splitlines()) == 3
 

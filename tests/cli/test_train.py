@@ -120,13 +120,13 @@ def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate, tmp_path):
     assert "2 of 2 equal" in palpate.succeed("replay", tmp_path / "whole")
     shown = palpate.succeed("show", "run/policy.json")
     assert "8 actions; belief, " in shown
-    assert "touch model of " in shown
+    assert "contact model of " in shown
     # Ten motions a second are another task; its own time of an action is a preset.
     words = ("run", "--policy", "run/policy.json", "--trials", 1, "--seed", 2)
     assert "or use --learner belief, or --config" in palpate.refusal(*words, "--learner", "q-learning")
     palpate.succeed(*words, "--out", "used")
     palpate.succeed("report", "run")
-    assert "touch model of " in (tmp_path / "run" / "report.html").read_text()
+    assert "contact model of " in (tmp_path / "run" / "report.html").read_text()
 
 
 @pytest.fixture
@@ -158,7 +158,7 @@ def test_a_finished_run_says_so_is_left_alone_and_says_how_to_go_on(palpate, tra
     assert "run is finished: 3 of 3 trials; 50 more: palpate train --resume --out run --trials 53" in done
     assert files_in(run) == files_in(trained)
     again = palpate.refusal("train", "--out", "run")
-    assert again.endswith("or go on with that training: palpate train --resume --out run")
+    assert again.endswith("or resume that training: palpate train --resume --out run")
     assert "--resume" not in palpate.refusal("run", "--policy", "torque", "--out", "run").partition("palpate train")[0]
 
 

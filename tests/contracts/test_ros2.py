@@ -121,8 +121,8 @@ def test_sign_turns_a_wrench_that_the_tool_exerts():
     ("table", "problem"),
     [
         (replace(VELOCITIES, stops_without_commands=False), "velocities only with stops_without_commands = true"),
-        (replace(TABLE, joints=NAMES[:5]), "6 names, one a joint of ur5"),
-        (replace(TABLE, joints=(*NAMES[:5], NAMES[0])), "6 names, one a joint of ur5"),
+        (replace(TABLE, joints=NAMES[:5]), "6 names, one per joint of ur5"),
+        (replace(TABLE, joints=(*NAMES[:5], NAMES[0])), "6 names, one per joint of ur5"),
     ],
 )
 def test_table_that_cannot_work_is_refused_before_anything_opens(table, problem):

@@ -52,7 +52,7 @@ def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys, tm
     ("text", "words"),
     [
         ("It is\ntold `anew` so.", [(2, "told")]),
-        ("```\ntold\n```\nAnew, [nobody](beside-others.md)", [(4, "Anew"), (4, "nobody")]),
+        ("```\ntold\n```\nAnew, [nobody](other-frameworks.md)", [(4, "Anew"), (4, "nobody")]),
         ("The manifold reports it.", []),
     ],
 )

@@ -101,8 +101,8 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
     assert '"speed_mm_s" = 20.0' in (out / "run.toml").read_text()
     assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
     what_if = palpate("replay", out, "--jobs", 1, "--set", "task.press_kgf=0.3")
-    assert (what_if.code, "1 would have gone otherwise" in what_if.stdout) == (1, True)
-    assert "asks no policy" in palpate("replay", out, "--jobs", 1, "--policy", "torque").stdout
+    assert (what_if.code, "1 would have a different result" in what_if.stdout) == (1, True)
+    assert "uses no policy" in palpate("replay", out, "--jobs", 1, "--policy", "torque").stdout
     sys.modules.pop("surface_follow", None)
     task_kind.cache_clear()
     monkeypatch.setattr(sys, "path", [place for place in sys.path if place != str(PACKAGE)])
@@ -116,7 +116,7 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
         (f"run --task={TASK} --policy torque", f"none beside --task {TASK}"),
         (f"run {SHORT} --cell.contacts listed", "searched, with a contour"),
         (f"train {SHORT}", "a task that lets a policy choose"),
-        (f"compare {SHORT}", "asks no policy"),
+        (f"compare {SHORT}", "uses no policy"),
     ],
 )
 def test_what_does_not_go_with_it_is_one_line(palpate, words, told):

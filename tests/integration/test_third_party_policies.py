@@ -89,7 +89,7 @@ def test_it_is_trained_run_shown_and_compared(palpate, trained):
 def test_trials_replay_with_its_code_and_without_it(palpate, trained, monkeypatch):
     without = palpate.succeed("replay", trained)
     assert "2 of 2 equal in every bit" in without
-    assert "of 2 of them the decisions were taken from the log" in without
+    assert "of 2 of them the decisions come from the log" in without
     assert "No module named 'third_party_policies'" in without
     assert "install what made it" in palpate("replay", trained, "--set", "task.max_force_N=20").stdout
     refused = palpate.refusal("run", "--policy", trained / "policy.json", "--out", "run")

@@ -119,5 +119,5 @@ def test_slim_installed_it_is_on_its_own_trains_and_says_what_it_needs(site, tmp
     assert printed[: len(places) + 1] == [*places, f"palpate {version('palpate')}"]
     assert any(line.startswith("17 states") for line in printed)
     assert any("1 of 1 equal" in line for line in printed)
-    refused = "palpate: this needs torch, which a slim install leaves out: pip install torch"
+    refused = "palpate: this needs torch, which is missing in a slim installation: pip install torch"
     assert printed[-2:] == [refused, "[0, 0, 0, 0, 0, 2]"]

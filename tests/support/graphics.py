@@ -10,7 +10,7 @@ from palpate.core.errors import UsageError
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 INSERTION = GOLDEN / "oracle-blind.mcap"
-"""Zebra Zero, 297 ticks, hole 3 mm from where it is believed to be; contact at tick 118, actions from 132 to 188."""
+"""Zebra Zero, 297 ticks, hole 3 mm from at its nominal position; contact at tick 118, actions from 132 to 188."""
 
 
 @cache

@@ -21,7 +21,7 @@ class MemorySink(Sink):
     def open(self, path, metadata):
         self._log = None
         if path in self.streams:
-            self.losses.append(f"{path}: is there already")
+            self.losses.append(f"{path}: exists")
             return
         self.streams[path] = BytesIO()
         self._log = LogFile(self.streams[path], metadata)

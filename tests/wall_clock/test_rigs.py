@@ -63,7 +63,7 @@ def is_to_be_cut(out):
     return len(logs(out)) > finished_trials(out) and logs(out)[-1].stat().st_size > 60_000
 
 
-LATE = re.compile("fault|silent|no set-point for|no new|age|gap|late|a force of more than")
+LATE = re.compile("fault|silent|no set-point for|no new|age|gap|late|a force above")
 """What a run says that ended because something came late."""
 
 
@@ -122,7 +122,7 @@ def test_doctor_finds_both_devices_and_a_cable_pulled_in_mid_motion_ends_the_run
     assert any(word in last for word in ("fault", "silent", "safety trip", "gone")), last
     # The trial that was cut off is recorded up to there, with what ended it.
     # Here, without the stranger's package, the decisions come from the log.
-    taken = f"of {len(logs(out))} of them the decisions were taken from the log"
+    taken = f"of {len(logs(out))} of them the decisions come from the log"
     assert taken in require_equal(out, last)
 
 

@@ -1,1 +1,1 @@
-"""What connects the core to the world: ports over MuJoCo and fakes, experiments, results, the command line."""
+"""Adapters between the core and its environment: ports, experiments, results and the command line."""

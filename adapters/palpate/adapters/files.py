@@ -66,7 +66,7 @@ def require_no_file(path: Path, flag: str = "--out") -> None:
 def _require_free(path: Path, flag: str) -> None:
     # lexists, because a broken link must not be overwritten either.
     if os.path.lexists(path):
-        raise OutputError(str(path), "is there already and is never overwritten", f"name another file with {flag}")
+        raise OutputError(str(path), "exists and is never overwritten", f"name another file with {flag}")
 
 
 def require_free_folder(path: Path) -> None:

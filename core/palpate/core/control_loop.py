@@ -270,7 +270,7 @@ def trial_ticks(
 
 
 def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
-    """Read the sensor during a retraction, which follows positions and must not end because the sensor fails."""
+    """Read the sensor during a retraction, which a failed sensor must not end."""
     try:
         return sensor.read()
     except DeviceError:

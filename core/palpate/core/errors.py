@@ -45,7 +45,8 @@ class ConfigurationError(PalpateError, ValueError):
 
     def __init__(self, field: str, value: object, accepted: str) -> None:
         self.field, self.value, self.accepted = field, value, accepted
-        super().__init__(f"{field} = {_shown(value)} is refused: {accepted}")
+        text = f"{field} must be {accepted} (got {_shown(value)})"
+        super().__init__(f"{field} = {_shown(value)}: {accepted}" if accepted.startswith("no ") else text)
 
 
 class AssetError(ConfigurationError):
@@ -113,7 +114,7 @@ class PolicyError(PalpateError, RuntimeError):
 
     def __init__(self, policy: str, problem: str) -> None:
         self.policy = policy
-        super().__init__(f"policy {policy}: {problem}; the fault is the policy's own")
+        super().__init__(f"policy {policy}: {problem}; the fault is in the policy")
 
 
 class DeviceError(PalpateError, RuntimeError):
@@ -127,7 +128,7 @@ class DeviceError(PalpateError, RuntimeError):
 class FaultLatchedError(DeviceError):
     """The device stopped after a fault; a person must acknowledge it."""
 
-    def __init__(self, device: str, cause: str, remedy: str = "acknowledge it before going on") -> None:
+    def __init__(self, device: str, cause: str, remedy: str = "acknowledge it first") -> None:
         self.cause = cause
         super().__init__(device, f"stopped by a fault ({cause}); {remedy}")
 

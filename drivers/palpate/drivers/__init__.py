@@ -1,1 +1,1 @@
-"""Device protocols: codecs, conversations and transports. They import nothing of the core, and it nothing of them."""
+"""Device protocols: codecs, conversations and transports. Drivers and core do not import each other."""

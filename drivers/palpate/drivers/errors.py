@@ -29,7 +29,7 @@ class SettingError(DriverError, ValueError):
 
 
 class WiringError(DriverError):
-    """The device is missing, is another one, or cannot be reached."""
+    """The device is missing, differs from the configuration, or cannot be reached."""
 
 
 class RefusedError(DriverError, ValueError):
@@ -45,7 +45,7 @@ class SilentError(DriverError):
 
 
 class LateError(SilentError):
-    """The answer came after the deadline, or this computer was delayed; the device may be in order."""
+    """The answer came after the deadline, or this computer was delayed; the device may be intact."""
 
 
 class GarbledError(DriverError):

@@ -68,7 +68,7 @@ def frames_of(log: TrialLog, fps: int) -> dict[str, Any]:
         "observation.wrench_age_s": (frame_ns - found["wrench_ns"]) / _NS,
         "observation.valid": found["valid"],
         "action": found["applied"],
-        "action.asked": found["asked"],
+        "action.requested": found["asked"],
         "tick": tick,
         "next.reward": rewards,
         "next.done": last & (end is not None and not end.error),
@@ -110,7 +110,7 @@ def export(paths: Sequence[Path], out: Path, fps: int) -> int:
     episodes = [frames_of(log, fps) for log in logs]
     first = episodes[0]
     joints = [f"joint_{i}_rad" for i in range(1, first["observation.state"].shape[1] + 1)]
-    names = {"observation.state": joints, "action": joints, "action.asked": joints, "observation.wrench": _WRENCH}
+    names = {"observation.state": joints, "action": joints, "action.requested": joints, "observation.wrench": _WRENCH}
     features = {
         name: {"dtype": _DTYPES[values.dtype.kind], "shape": values.shape[1:] or (1,), "names": names.get(name)}
         for name, values in first.items()

@@ -148,10 +148,10 @@ def test_alphabet_may_be_named_and_decides_on_names():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("# alphabet: A B\nAB\n\nAC\n", r"strings\.line\[4\] = 'C' is refused: symbols of the alphabet A B"),
+        ("# alphabet: A B\nAB\n\nAC\n", r"strings\.line\[4\] must be symbols of the alphabet A B"),
         (
             "# alphabet: A B\nAB\n# alphabet: A C\nA\n",
-            r"strings\.line\[3\].*the same as above, A B: one alphabet a file",
+            r"strings\.line\[3\].*the same as above, A B: one alphabet per file",
         ),
         ("1\tAB\n2\tBA\n", r"strings\.line\[2\].*1 or 0, a tab, and the string"),
         ("1 ABBA\n0 AB\n", r"strings\.line\[1\].*a tab, not a blank"),

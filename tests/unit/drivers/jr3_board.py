@@ -1,4 +1,4 @@
-"""A scripted board at the other end of a fake link, and a clock that stands still unless told."""
+"""A scripted board at the other end of a fake link, and a clock that does not advance unless told."""
 
 import struct
 

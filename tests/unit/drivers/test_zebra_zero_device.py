@@ -304,7 +304,7 @@ def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line):
     arm.stop()
     assert (7, b"\x05") in line.modules[5].seen[-3:]
     assert (arm.stopped, arm.is_faulted) == (StopOutcome.NOT_SEEN, True)
-    assert "not every motor was seen at rest" in arm.fault
+    assert "not every motor was seen stationary" in arm.fault
 
 
 def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():

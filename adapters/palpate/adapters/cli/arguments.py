@@ -59,7 +59,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
     """Return the settings in the words as nested tables, and the first word that is not a setting, or an empty text.
 
     Raises:
-        UsageError: A setting lacks its value.
+        UsageError: A setting has no value.
     """
     tables: dict[str, Any] = {}
     place = 0
@@ -186,10 +186,10 @@ def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: M
     if rig:
         if "cell" in given:
             flag = f"--cell.{next(iter(given['cell']))}"
-            raise UsageError(f"{flag} sets up the simulated cell; with --rig, the rig says what is true of it")
+            raise UsageError(f"{flag} sets up the simulated cell; with --rig, the rig file describes the rig")
         for tables, name in ((table, own.config), (read_job(own.job) if own.job else {}, own.job)):
             if "cell" in tables and name:
-                sys.stderr.write(f"palpate: [cell] of {name} is ignored: the rig says what is true of it\n")
+                sys.stderr.write(f"palpate: [cell] of {name} is ignored: the rig file describes the rig\n")
     named = getattr(own, "policy", "")
     policies = {learner_in(file): file for file in ([named] if isinstance(named, str) else named)}
     config = configured(
@@ -228,7 +228,7 @@ def _one_line(boxed: str) -> str:
     """Return the parser's message without title, frame and hints."""
     parts = re.split(r"[─-]{5,}", " ".join(re.sub("[╭╮╰╯│]", " ", boxed).split()))
     message = (parts[1] if len(parts) > 1 else parts[0]).strip(" ─-")
-    if refused := re.search(r"Error parsing [^:]*: (\S+ = .* is refused: .*)$", message):
+    if refused := re.search(r"Error parsing [^:]*: (\S+ must be .* \(got .*\))$", message):
         return refused.group(1)
     if unread := re.search(r"Error parsing (--\S+): .*('.*')$", message):
         return f"{unread.group(1)} must be a number (got {unread.group(2)})"

@@ -7,7 +7,7 @@ from importlib import import_module
 
 
 class Command:
-    """One command: a line about it, and the modules of its function and of its options; a group has only the line."""
+    """One command: summary, and the modules of its function and options; a group has only a summary."""
 
     def __init__(self, text: str, module: str = "", options: str = "options") -> None:
         self.text, self.module, self.options = text, module, options
@@ -19,38 +19,36 @@ COMMANDS: dict[str, Command] = {
     "compare": Command("table of hand-written strategies and trained policies on the same trials", "compare"),
     "study": Command("many runs: settings, policies and seeds from one file, on several processes", "study"),
     "plan": Command("judge a job before anything moves: derived settings, regime, verdict; simulate it", "plan"),
-    "show": Command("print what a policy file holds", "show", "show"),
+    "show": Command("print the contents of a policy file", "show", "show"),
     "explore": Command("learn in a grid world with an ambiguous sensor, and compare with the optimum", "explore"),
     "infer": Command(
         "infer an automaton from symbol strings or recorded trials; show or compare automata", "infer", "infer"
     ),
     "replay": Command("feed recorded trials back through the core; every command and decision must be equal", "replay"),
-    "report": Command(
-        "one page about a run or a study, with its pictures, to be read in a browser", "report", "report"
-    ),
+    "report": Command("HTML page about a run or a study, with its plots", "report", "report"),
     "log": Command("look at recorded trials: info, plot, score, export, import"),
     "render": Command("make a video of a recorded trial", "render", "render"),
-    "emulate": Command("serve the simulated cell behind emulated serial and CAN wires", "emulate"),
+    "emulate": Command("serve the simulated cell through emulated serial, CAN and network devices", "emulate"),
     "rig": Command("commission a rig: doctor, calibrate, check, new"),
     "settings": Command("print every setting of a group: type, range, unit, default, help", "settings", "settings"),
-    "rig doctor": Command("examine the devices of a rig, and say what to do about what is wrong", "rig_doctor"),
+    "rig doctor": Command("examine the devices of a rig and print remedies for problems", "rig_doctor"),
     "rig calibrate": Command(
         "measure what a new rig lacks, step by step, and write it into the rig file", "rig_calibrate"
     ),
-    "rig check": Command("try the contract of a port on an adapter of your own", "rig_check"),
+    "rig check": Command("test your own adapter against the contract of its port", "rig_check"),
     "rig new": Command("print a rig file for an arm and a force sensor", "rig_new", "rig_new"),
     "log info": Command("summarise logs: configuration, timing, completeness, outcome", "log", "log"),
-    "log plot": Command("a picture of one trial over time", "log", "log"),
+    "log plot": Command("a plot of one trial over time", "log", "log"),
     "log score": Command("points of trials by a public score sheet", "log", "log"),
-    "log export": Command("the same data as CSV files or bags of ROS 2", "log", "log"),
-    "log import": Command("a bag of ROS 2 as a log", "log", "log"),
+    "log export": Command("the same data as CSV files or ROS 2 bags", "log", "log"),
+    "log import": Command("convert a ROS 2 bag to a log", "log", "log"),
 }
 
 GROUPS: dict[str, tuple[str, str]] = {
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
     "rig": ("Commission a rig of real or emulated devices.", "To begin: palpate rig doctor --rig FILE"),
 }
-"""Groups of commands, with their purpose and a further note."""
+"""Groups of commands, with their purpose and a note."""
 
 
 def commands_of(group: str = "") -> dict[str, Command]:
@@ -70,7 +68,7 @@ def help_of(group: str = "") -> str:
 
 
 def function_of(name: str) -> Callable[..., object]:
-    """Return the function of a command, which has its last word as name."""
+    """Return the function of a command, named after its last word."""
     word, module = name.split()[-1], import_module(f"palpate.adapters.cli.{COMMANDS[name].module}")
     found: Callable[..., object] = getattr(module, "import_" if word == "import" else word)
     return found

@@ -56,7 +56,7 @@ def _require_own(path: Path | None) -> None:
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
     first, _, rest = text.partition("\n")
     if first != _MARK + _digest(rest):
-        problem = "is there already, and not as palpate emulate wrote it"
+        problem = "exists, and was changed since palpate emulate wrote it"
         raise OutputError(str(path), problem, "name another file with --rig-file, or remove it")
 
 

@@ -50,7 +50,7 @@ def infer(options: InferOptions) -> int:
     if options.compare:
         return _compare(options)
     if not options.out:
-        raise UsageError("palpate infer needs --out, a folder for what comes of it")
+        raise UsageError("palpate infer needs --out, a folder for the result")
     out = Path(options.out)
     require_free_folder(out)
     strings = strings_from(options.files)
@@ -76,7 +76,7 @@ def infer(options: InferOptions) -> int:
     )
     if found.consistent is False:
         sys.stderr.write(
-            f"palpate: no network became consistent with all {found.strings} training strings; the best is kept in"
+            f"palpate: no network is consistent with all {found.strings} training strings; the best is in"
             f" {out}: try more --training.restarts, more --hidden units or --order 2\n"
         )
         return 2
@@ -96,7 +96,7 @@ def _report(found: automata.Inference) -> dict[str, object]:
         "strings": found.strings,
         "held_out": found.held_out,
         **_figures(found.chosen),
-        "beside": found.beside,
+        "baselines": found.baselines,
         "networks": len(found.training.networks),
         "consistent_networks": found.training.consistent,
         "lowest_loss": found.training.best.loss,
@@ -113,7 +113,7 @@ def _show(options: InferOptions) -> int:
     (machine,) = _automata(options.files, 1, "--show")
     if options.out:
         out = Path(options.out)
-        options.require("out", out.suffix == ".dot", "with --show a name that ends in .dot")
+        options.require("out", out.suffix == ".dot", "a name that ends in .dot, with --show")
         require_no_file(out)
         with new_file(out) as passing:
             passing.write_text(automata.to_dot_text(machine), encoding="utf-8")
@@ -129,7 +129,7 @@ def _compare(options: InferOptions) -> int:
     one, other = _automata(options.files, 2, "--compare")
     found = automata.difference(one, other)
     if found is None:
-        sys.stdout.write(f"they answer every word alike ({_size(one)}; {_size(other)})\n")
+        sys.stdout.write(f"they give the same output for every word ({_size(one)}; {_size(other)})\n")
         return 0
     sys.stdout.write(f"they differ, first in {found}\n")
     return 1

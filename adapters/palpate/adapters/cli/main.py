@@ -23,11 +23,11 @@ QUIET_S: Final = 5.0
 
 
 class Interrupts:
-    """Context in which the signals that end a process raise KeyboardInterrupt; ``raised`` says whether one did.
+    """Context in which the signals that end a process raise KeyboardInterrupt; ``raised`` is True after one.
 
-    SIGINT and SIGTERM do so also where a shell lets them be ignored. Another signal within ``QUIET_S`` does nothing: it
-    would interrupt the closing of logs and devices. Later ones raise again, for a command that still has not ended.
-    With ``last``, the process ends with the command: SIGINT is ignored from then on, and does not interrupt its end.
+    SIGINT and SIGTERM do so even if a shell ignores them. Another signal within ``QUIET_S`` is ignored, because it
+    would interrupt the closing of logs and devices. Later ones raise again. With ``last``, SIGINT is ignored after the
+    context, because the process ends with the command.
     """
 
     def __init__(self, *, last: bool = False) -> None:
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0: done; 1: the run failed; 2: something in the call, a file or a folder is wrong; 130: ended by Ctrl-C or
+        0: done; 1: the run failed; 2: an argument, a file or a folder is invalid; 130: ended by Ctrl-C or
             another signal.
     """
     _open_streams()
@@ -91,7 +91,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
     except ModuleNotFoundError as error:
         if error.name not in _LEFT_OUT:
             return _unexpected(error, debug=debug)
-        text = f"this needs {error.name}, which a slim install leaves out: pip install {error.name}"
+        text = f"this needs {error.name}, which is missing in a slim installation: pip install {error.name}"
         return _fail(errors.UsageError(text), 2, debug=debug)
     except KeyboardInterrupt:
         return _stopped()
@@ -104,9 +104,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
             return _fail(errors.PalpateError(f"{error.filename}: {error.strerror}"), 2, debug=debug)
         # For example, the output is redirected to a full disk.
         sys.stdout = open(os.devnull, "w")
-        return _fail(
-            errors.PalpateError(f"{error.strerror or error}; what was finished before is kept"), 1, debug=debug
-        )
+        return _fail(errors.PalpateError(f"{error.strerror or error}; earlier results are kept"), 1, debug=debug)
     except Exception as error:
         if not interrupts.raised:
             return _unexpected(error, debug=debug)
@@ -116,7 +114,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
 
 def _stopped() -> int:
     with suppress(OSError):
-        sys.stderr.write("\npalpate: stopped at once; what was finished is kept\n")
+        sys.stderr.write("\npalpate: stopped at once; finished results are kept\n")
     return 130
 
 
@@ -174,7 +172,7 @@ def _run(name: str, words: Sequence[str]) -> int:
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise errors.UsageError(
-            f"{name} is no command of {f'palpate {group}'.rstrip()}; {hint}there are {', '.join(known)}"
+            f"{name} is not a command of {f'palpate {group}'.rstrip()}; {hint}the commands are {', '.join(known)}"
         )
     # A command is imported after its arguments were checked, because it may load the simulator.
     from palpate.adapters.cli.arguments import parse

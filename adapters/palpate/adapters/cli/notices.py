@@ -58,7 +58,7 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
     """Print what will move on a rig and, unless it is emulated, ask a person once.
 
     Raises:
-        UsageError: There is no terminal to ask at.
+        UsageError: There is no terminal.
         ConfigurationError: ``--confirm`` names another rig.
         KeyboardInterrupt: The person does not confirm.
     """
@@ -76,8 +76,8 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
         options.require("confirm", options.confirm == file.name, f"{file.name!r}, the name of this rig")
         return
     if not sys.stdin.isatty():
-        raise UsageError(f"no terminal to ask at: --confirm {file.name!r} lets this rig move")
-    sys.stderr.write("palpate: a hand at the emergency stop; Enter begins, anything else ends: ")
+        raise UsageError(f"no terminal for a confirmation: --confirm {file.name!r} lets this rig move")
+    sys.stderr.write("palpate: keep a hand at the emergency stop; Enter starts, anything else ends: ")
     sys.stderr.flush()
     if sys.stdin.readline() not in ("\n", "\r\n"):
         raise KeyboardInterrupt
@@ -111,7 +111,7 @@ def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> 
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())
-    fate = "" if learned is None else ", learned from all the same" if learned else ", not learned from"
+    fate = "" if learned is None else ", learned from anyway" if learned else ", not learned from"
     return f"flagged for their timing: {summary['flagged']} of {summary['trials']} trials{fate} ({why})\n"
 
 

@@ -28,8 +28,8 @@ _GIF_MOST_FPS: Final = 50.0
 class RenderOptions(Settings):
     """Draw a recorded trial as a video (.mp4, .gif).
 
-    The arm follows the recorded encoders, and an arrow shows the measured force at the tip. Symbol, state, action, time
-    and phase are written in. Needs no display; the graphics library is EGL or OSMesa, MUJOCO_GL chooses.
+    The arm follows the recorded encoders, and an arrow shows the measured force at the tip. The picture shows symbol,
+    state, action, time and phase. No display is needed; MUJOCO_GL selects EGL or OSMesa.
     """
 
     log: Annotated[str, tyro.conf.Positional]

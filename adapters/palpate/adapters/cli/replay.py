@@ -73,7 +73,7 @@ def read_changes(options: ReplayOptions) -> Changes:
     changes = Changes(options.set, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"
-        raise ConfigurationError(flag, True, "a what-if: also --policy or --set")
+        raise ConfigurationError(flag, True, "given with --policy or --set, which make a what-if")
     return changes
 
 
@@ -90,19 +90,19 @@ def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict
         sys.stdout.write(f"and {len(explained) - _MOST_EXPLAINED} more that are not equal\n")
     counts = ((verdict, sum(one.verdict is verdict for one in replays)) for verdict in Verdict)
     equal = sum(one.verdict is Verdict.EQUAL for one in replays)
-    names = {Verdict.DIVERGED: "would have gone otherwise"} if changes.any else {}
+    names = {Verdict.DIVERGED: "would have a different result"} if changes.any else {}
     others = "".join(
         f", {n} {names.get(verdict, verdict.value)}" for verdict, n in counts if n and verdict is not Verdict.EQUAL
     )
     sys.stdout.write(f"{equal} of {len(replays)} equal in every bit{others}\n")
     other = sum(one.verdict is Verdict.EQUAL and one.other_code for one in replays)
     if other:
-        sys.stdout.write(f"the core's code is not the one that recorded {other} of them, and yet gives the same\n")
+        sys.stdout.write(f"{other} of them were recorded by different code of the core, with equal results\n")
     taken = [one for one in replays if one.recorded_decisions]
     if taken:
         sys.stdout.write(
-            f"of {len(taken)} of them the decisions were taken from the log, and all else computed again: perception,"
-            f" control, supervision and what decisions earned; the policy's code is not there"
+            f"of {len(taken)} of them the decisions come from the log, and the rest was computed again: perception,"
+            f" control, supervision and reinforcement; the policy's code is missing"
             f" ({taken[0].recorded_decisions})\n"
         )
 

@@ -16,10 +16,7 @@ from palpate.core.ports import Settings
 
 @dataclass(frozen=True)
 class ReportOptions(Settings):
-    """Make one page about a run or a study: FOLDER/report.html, a single file that needs no network.
-
-    An older report of palpate's is replaced.
-    """
+    """Create a self-contained HTML page about a run or a study, FOLDER/report.html. An older report is replaced."""
 
     folder: Annotated[str, tyro.conf.Positional]
     """Folder that palpate train, run or study left."""
@@ -32,7 +29,7 @@ def report(options: ReportOptions) -> int:
     folder = Path(options.folder)
     study, run = os.path.exists(folder / "study.toml"), os.path.exists(folder / "run.toml")
     if not study and not (run and os.path.exists(folder / "trials.csv")):
-        raise OutputError(str(folder), "is no folder of palpate train, run or study", "name one of these")
+        raise OutputError(str(folder), "is not a folder of palpate train, run or study", "name one of these")
     # Loaded here, because what draws takes a second to load.
     from palpate.adapters.visualisation.report import PAGE, html_of, require_free, run_page, study_page
 

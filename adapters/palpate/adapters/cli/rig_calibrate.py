@@ -20,8 +20,8 @@ from palpate.core.trial import find_ready_pose
 
 STEPS: Final = {
     "payload": "lift the tool above the plate and tilt it by up to 25 degrees to all sides; no cable may pull",
-    "plate": "press the peg on the plate with up to 7 N at four places 5 mm away from the believed hole",
-    "hole": "insert the peg three times; the torque leads it into the hole",
+    "plate": "press the peg on the plate with up to 7 N at four places 5 mm away from the nominal hole",
+    "hole": "insert the peg three times, guided by the torque",
 }
 _TABLE: Final = CalibrationTable.TABLE
 
@@ -39,7 +39,7 @@ def calibrate(options: CalibrateOptions) -> int:
     file = RigFile.load(path)
     arm_named(options.run.arm)
     if options.yes and not file.emulated:
-        raise UsageError(f"--yes is for emulated rigs only: at {file.name} a person confirms each step")
+        raise UsageError(f"--yes is for emulated rigs only: on {file.name} a person confirms each step")
     # Steps take minutes, so the rig file must be writable before the first step.
     if not (os.access(path, os.W_OK) and os.access(path.resolve().parent, os.W_OK)):
         raise OutputError(options.rig, "cannot be written", "make file and folder writable, or name a copy")
@@ -53,7 +53,7 @@ def calibrate(options: CalibrateOptions) -> int:
                 _do(step, options, path, latch)
                 done = True
     except _LeaveError:
-        sys.stderr.write("palpate: ended; what was found so far is in the rig file\n")
+        sys.stderr.write("palpate: ended; the results so far are in the rig file\n")
         return 130
     if done:
         job = f" --job {options.job}" if options.job else ""
@@ -116,7 +116,7 @@ def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) 
 def _confirmed(step: str, *, yes: bool) -> bool:
     sys.stderr.write(f"{step}: {STEPS[step]}\n")
     while not yes:
-        sys.stderr.write("Enter does it, s leaves it out, q ends: ")
+        sys.stderr.write("Enter starts it, s skips it, q ends: ")
         sys.stderr.flush()
         answer = sys.stdin.readline()
         if not answer or answer.strip() == "q":

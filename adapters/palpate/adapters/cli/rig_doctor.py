@@ -26,7 +26,9 @@ class _Terminal(Person):
 def doctor(options: DoctorOptions) -> int:
     """Examine a rig and print the report; 0 if all is well, 1 if something is wrong, 130 after Ctrl-C."""
     options.require("rig", bool(options.rig), "a rig file: palpate rig doctor --rig FILE")
-    options.require("acknowledge", options.move or not options.acknowledge, "nothing without --move: nothing moves")
+    options.require(
+        "acknowledge", options.move or not options.acknowledge, "left out without --move, because nothing moves"
+    )
     path = Path(options.rig)
     file = RigFile.load(path)
     before_move = FaultFile(path, options.acknowledge).begin if options.move else str

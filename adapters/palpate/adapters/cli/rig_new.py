@@ -11,7 +11,7 @@ from palpate.adapters.hardware import adapter_names, load_maker, settings_table
 from palpate.core.job import JOB_TABLES, STATED, Job
 from palpate.core.ports import OneOf, Settings
 
-_BEGIN: Final = """# Set what is different at your bench, then examine the devices before anything moves:
+_BEGIN: Final = """# Change what differs on your bench, then examine the devices before anything moves:
 #   palpate rig doctor --rig FILE
 #   palpate rig doctor --rig FILE --push    # a person pushes the tool: are the signs right?
 #   palpate rig doctor --rig FILE --move    # each joint moves by 0.001 rad; a hand at the emergency stop
@@ -70,7 +70,7 @@ def rig_text(arm: str, force: str, model: str = "") -> str:
 
 def job_text() -> str:
     """Return the text of a job file with the paper's peg; optional settings are comments."""
-    lines = ["# Lines that begin with # show what is taken if nothing is stated."]
+    lines = ["# Lines that begin with # show the defaults."]
     for name in JOB_TABLES:
         table = getattr(Job(), name)
         lines += ["", f"[{name}]"]
@@ -84,7 +84,7 @@ def _device(kind: str, name: str, more: list[str]) -> Iterator[str]:
     yield _line("adapter", name, "")
     yield from more
     table = settings_table(load_maker(kind, name))
-    yield from ["# Its package says which settings it has."] if table is None else _lines(table)
+    yield from ["# See its package for its settings."] if table is None else _lines(table)
 
 
 def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Iterator[str]:

@@ -21,7 +21,7 @@ def run(options: RunOptions) -> int:
     options.require("dry", not options.dry or bool(options.rig), "given with --rig only")
     alone = bool(options.rig or options.live or options.view)
     options.require("jobs", jobs == 1 or not alone, "1 with --rig, --live or --view")
-    options.require("view", not (options.view and options.rig), "the simulator, without --rig")
+    options.require("view", not (options.view and options.rig), "left out with --rig, because it shows the simulator")
     kind = "dry" if options.dry else "run"
     folder = folder_named(options.out, f"{config.scenario}-{kind}")
     claim = Claim.parse(options.claim) if options.claim else None
@@ -64,12 +64,14 @@ def run(options: RunOptions) -> int:
 
 
 def _dry(options: RunOptions, folder: RunFolder) -> int:
-    """Run the beginning of a trial on sensors and encoders alone, and print what was seen."""
+    """Run the start of a trial with sensors and encoders only, and print the measurements."""
     file = RigFile.load(Path(options.rig))
     rig = DryRig(file, options.run)
     scored, lines, recording = dry_run(notices.run_of(options, make_rig=lambda *_: rig), options.policy, folder)
     power = (
-        "the arm was switched on, for its adapter gives no angles otherwise" if rig.is_on else "the arm got no power"
+        "the arm was switched on, because its adapter gives no angles otherwise"
+        if rig.is_on
+        else "the arm got no power"
     )
     lines = [f"dry run: no command was sent, {power}", options.run.part.describe(), *lines]
     if scored.trip:

@@ -1,4 +1,4 @@
-"""``palpate settings``: every setting of a group, as it is declared."""
+"""``palpate settings``: every setting of a group, as declared."""
 
 import shutil
 import sys

@@ -11,7 +11,7 @@ from palpate.core.ports import Settings
 
 @dataclass(frozen=True)
 class ShowOptions(Settings):
-    """Print what a policy file holds: states, best actions, values, visits."""
+    """Print the contents of a policy file: states, best actions, values, visits."""
 
     file: Annotated[str, tyro.conf.Positional]
     """The policy file."""

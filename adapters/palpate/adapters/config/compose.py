@@ -40,7 +40,7 @@ def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, An
         if name not in _OF_A_JOB:
             near = did_you_mean(name, _OF_A_JOB)
             accepted = f"one of the tables {', '.join(_OF_A_JOB)}{near}; other settings belong in --config"
-            raise ConfigurationError(name, value, f"in a job, {accepted}")
+            raise ConfigurationError(name, value, f"{accepted}, in a job")
         if name != "arm" and not isinstance(value, Mapping):
             raise ConfigurationError(name, value, "a table")
     for name, fields in STATED.items():
@@ -74,7 +74,7 @@ def compose(
     require_one_of("scenario", name, tuple(SCENARIOS))
     require_one_of("learner", learner, tuple(LEARNERS))
     if name == JOB and job is None and not any("part" in table for table in tables):
-        raise ConfigurationError("scenario", name, f"--job FILE with it, or another scenario; {_EXAMPLES}")
+        raise ConfigurationError("scenario", name, f"given with --job FILE, or another one chosen; {_EXAMPLES}")
     chosen: dict[str, Any] = {"scenario": name, "learner": learner}
     preset = {} if task == INSERTION else {**task_kind(task).preset}
     if task != INSERTION:
@@ -184,7 +184,7 @@ def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFac
 
 
 def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
-    """Return the configuration of one trial: its place, in turn, and its own force limit.
+    """Return the configuration of one trial, with its place and its force limit.
 
     Args:
         drawn: Whether the trial draws a force limit, if the job says so.

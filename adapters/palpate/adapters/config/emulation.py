@@ -33,7 +33,7 @@ class EmulationConfig(Settings):
     divider: Annotated[int, Range(1, 14)] = 2
     """Control ticks per bus cycle: 2 is 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
-    """Seconds of devices, loop and physics in a second: below 1 where this computer does not keep time."""
+    """Simulated seconds per second of devices, loop and physics; use less than 1 on a slow computer."""
     hide: bool = False
     """Draw the tool's weight, the sensor's mounting, the plate's height, the hole's position and the gripper's
     stiffness from the seed, so that they differ from the rig file. Use it to practise palpate rig calibrate."""

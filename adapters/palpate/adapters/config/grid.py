@@ -21,7 +21,7 @@ HMM: Final = "hmm"
 """The learner with the displacement HMM."""
 LEARNERS: Final = (*RATES, HMM)
 INITIAL: Final = {"q": -4.0, "sarsa": 0.0}
-"""Q of each learner before the first visit. From -4, close to the cost of the way to the goal, Q-learning on an
+"""Q of each learner before the first visit. From -4, close to the cost of reaching the goal, Q-learning on an
 automaton's states needs half as many trials as from 0."""
 
 
@@ -50,7 +50,7 @@ class GridLearning(Settings):
     @override
     def check(self) -> None:
         is_free = self.alpha is None or self.learner != HMM
-        self.require("alpha", is_free, f"none; {HMM} learns a model, not a table")
+        self.require("alpha", is_free, f"left out: {HMM} learns a model, not a table")
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
 
     def parameters(self) -> QParameters:

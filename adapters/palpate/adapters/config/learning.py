@@ -65,8 +65,8 @@ class LearningConfig(Settings):
     gamma: Discount = 1.0
     """Discount factor."""
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
-    """Q before the first visit: near what the way to the goal costs. From 0, which promises the goal at once, values
-    sink for hundreds of trials and hide which action is best."""
+    """Q before the first visit: close to the cost of reaching the goal. From 0, values sink for hundreds of trials
+    and hide the best action."""
     optimistic_prior: Annotated[float, Range(0.0, 1e6)] = 0.0
     """Optimistic prior in Q for the options that the task's rule would choose; 0 starts all options equally."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0

@@ -25,7 +25,7 @@ class DeviceEntry:
     settings: Mapping[str, Any]
 
 
-_AboveZero: Final = Holds(lambda each: min(each) > 0.0, "three numbers above 0, one an axis")
+_AboveZero: Final = Holds(lambda each: min(each) > 0.0, "three numbers above 0, one per axis")
 _Noise: TypeAlias = Annotated[float, Range(0.0, 100.0, above=True)]
 _Ranges: TypeAlias = Annotated[Vector3, _AboveZero]
 
@@ -134,7 +134,7 @@ class RigFile(Settings):
         """
         table = read_toml(path, "rig")
         if (found := table.pop("format", RIG_FORMAT)) != RIG_FORMAT:
-            raise ConfigurationError("format", found, f"{RIG_FORMAT}, which this palpate reads, in {path}")
+            raise ConfigurationError("format", found, f"{RIG_FORMAT}, which this version reads, in {path}")
         require_keys("rig file", table, ["arm", "force_sensor"], ["rig", "operator", "watchdog", "calibration"])
         for name, value in table.items():
             if not isinstance(value, Mapping):
@@ -171,7 +171,7 @@ class RigFile(Settings):
             UsageError: Neither settings nor job state part and tool.
         """
         if job is None and not {"part", "tool"} <= set(table):
-            problem = 'a rig needs a job, which states part and tool: give --job FILE, or a line job = "FILE" in [rig]'
+            problem = 'a rig needs a job with part and tool: give --job FILE, or a line job = "FILE" in [rig]'
             raise UsageError(f"{problem} of {self.name}")
         drawn = overlay(ToolConfig(), merged(table.get("tool", {}), (job or {}).get("tool", {})))
         found = self.calibration.run_settings(drawn) if measured else {}
@@ -195,7 +195,9 @@ class RigFile(Settings):
             ConfigurationError: Neither is there, or the two differ.
         """
         if not self.model and not given:
-            accepted = 'in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad; or --arm NAME'
+            accepted = (
+                'stated: --arm NAME, or in the rig file [arm] name = "ur5e" or another, or urdf, flange and posture_rad'
+            )
             raise ConfigurationError("arm", given, accepted)
         if self.model and given not in ("", str(self.model)):
             raise ConfigurationError("arm", given, f"{self.model}, which the rig file has, or none")

@@ -132,10 +132,10 @@ class RunConfig(Settings):
     blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with grip, plate and yaw a peg that
     is not round: blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
-    """What learns: q-learning, sarsa, belief, hmm or options; a preset, as the scenario is."""
+    """Learner: q-learning, sarsa, belief, hmm or options; a preset, as the scenario is."""
     arm: str | ArmDescription = "zebra-zero"
-    """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one that another package
-    brings; in TOML a table [arm] as well, with urdf, flange and posture_rad of an arm of your own."""
+    """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one from another package;
+    in TOML a table [arm] as well, with urdf, flange and posture_rad of your own arm."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Seed of all random streams."""
     part: PartConfig = field(default_factory=PartConfig)

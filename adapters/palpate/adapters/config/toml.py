@@ -47,7 +47,7 @@ def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
     facts = table.pop("run")
     found = facts.get("format") if isinstance(facts, Mapping) else None
     if found != RUN_FORMAT:
-        raise ConfigurationError("run.format", found, f"{RUN_FORMAT!r}, which this palpate reads, in {path}")
+        raise ConfigurationError("run.format", found, f"{RUN_FORMAT!r}, which this version reads, in {path}")
     return dict(facts)
 
 

@@ -38,7 +38,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     _poses: int = 0
     """Number of poses sent."""
     _halted: bool = True
-    """Whether a command was in progress at the last halt, or the pose is not known yet."""
+    """Whether a command was in progress at the last halt, or the pose is unknown."""
     _stopped: bool = False
 
     @override
@@ -92,7 +92,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             rig.advance(rig.settle_ticks if self._halted else 0)
             here_rad = _where(rig)
             most_rad = 0.5 * rig.step_rad if self._halted else rig.tolerance_rad
-            _require_at("at rest", here_rad, self._rest_rad or here_rad, most_rad)
+            _require_at("stationary", here_rad, self._rest_rad or here_rad, most_rad)
             if self._halted:
                 self._rest_rad, self._halted = here_rad, False
 

@@ -88,7 +88,7 @@ class DeviceRig(Generic[DeviceT]):
         start_ns = self.clock.now_ns()
         while (before_ns := self.clock.now_ns()) <= start_ns + duration_ns:
             self.advance(1)
-            require("rig", self.clock.now_ns() > before_ns, "a clock that stands still", "advance() to pass time")
+            require("rig", self.clock.now_ns() > before_ns, "a clock that does not advance", "advance() to pass time")
 
 
 @dataclass(frozen=True, kw_only=True)

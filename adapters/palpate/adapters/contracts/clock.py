@@ -18,7 +18,7 @@ class ClockRig:
     """A clock on the test bench.
 
     Attributes:
-        tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
+        tolerance_ns: Permitted delay of ``sleep_until``; 0 for virtual time.
         step_ns: A sleep that is long compared with the tolerance.
         deadlines: Number of successive deadlines to test.
     """

@@ -14,7 +14,7 @@ from palpate.core.motion import tilt_rows
 from palpate.core.policy import Action, ControllerKind, Decision, FixedPolicy, Observation, Spatial
 
 _OVER_M: Final = 1e-3
-"""Height above the plate at which a tool that leans as a plate may do touches nothing."""
+"""Height above the plate at which a tilted tool touches nothing."""
 _SAME: Final = 1e-3
 
 
@@ -73,7 +73,7 @@ class OraclePose(Baseline):
         self._longest = step_m, turn_rad
 
     def choose(self, observation: Observation) -> Decision:
-        """Return an equal part of the remaining way, or the insertion above the hole."""
+        """Return an equal part of the remaining path, or the insertion above the hole."""
         x, y, _, *turned = self._pose()
         across = x - observation.reference_m[0], y - observation.reference_m[1]
         turn = [to - at for to, at in zip(self._turn_rad(turned), observation.turn_rad, strict=True)]
@@ -87,7 +87,7 @@ class OraclePose(Baseline):
         return Decision(Action(self.name, (across[0] / actions, across[1] / actions), lift), None, self.name)
 
     def _turn_rad(self, turned: Sequence[float]) -> tuple[float, float, float]:
-        """Return lean and yaw of the tool that align the peg, tilted in the grip, with the hole."""
+        """Return tilt and yaw of the tool that align the peg, tilted in the grip, with the hole."""
         heading_rad = radians(turned[3] if len(turned) > 3 else self._heading_deg)
         tilt = pin.exp3(self._tilt_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
         tool = pin.exp3(np.array(turned[:3] or (0.0, 0.0, 0.0))) @ tilt.T

@@ -100,7 +100,7 @@ def task_actions(config: RunConfig) -> tuple[Action, ...]:
 
 
 def plain_perception(config: RunConfig) -> Perception:
-    """Return the default perception, for policies without states of their own."""
+    """Return the default perception, for policies without states."""
     return build_perception(replace(config, perception=PerceptionConfig()))
 
 
@@ -261,7 +261,7 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
     accepted = (
         f"less than {contact_N:.2f} N, a contact, and {1e3 * torque_Nm / passed:.0f} mN m, of which the low-pass leaves"
         f" {1e3 * torque_Nm:.1f} mN m, a torque that points to the hole: insert with a finer sensor;"
-        " one in an arm's flange serves as a coarse guard beside it ([arm] force_stop_N)"
+        " one in an arm's flange serves as an additional coarse limit ([arm] force_stop_N)"
     )
     raise ConfigurationError("force_sensor.facts", told, accepted)
 
@@ -280,7 +280,7 @@ def open_rig(
     """
     if not rig_file:
         if acknowledge:
-            raise ConfigurationError("acknowledge", acknowledge, "nothing without --rig: a simulator keeps no fault")
+            raise ConfigurationError("acknowledge", acknowledge, "left out without --rig: a simulator keeps no fault")
         return SimulatedRig(config, ready)
     file, latch = RigFile.load(Path(rig_file)), FaultFile(Path(rig_file), acknowledge)
     accepted = replace(file, accept_kinematics=accept_kinematics)

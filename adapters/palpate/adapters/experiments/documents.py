@@ -26,7 +26,7 @@ def load_policy(path: str | Path) -> PolicyDocument:
 
 
 def save_policy(document: PolicyDocument, path: Path) -> None:
-    """Write a policy file as a whole or not at all; an old file stays intact until the new one is complete.
+    """Write a policy file atomically; an old file stays intact until the new one is complete.
 
     Raises:
         OSError: The file cannot be written.

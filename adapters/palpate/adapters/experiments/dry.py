@@ -114,7 +114,7 @@ def _listed(values: Iterable[float]) -> str:
 def _place(config: RunConfig, tip: pin.SE3) -> str:
     x, y, z = goal_in_base(config.task.goal).actInv(tip).translation * 1e3
     place = f"tip by the model of {config.arm}: ({_listed(1e3 * tip.translation)}) mm in the base"
-    return f"{place}, {-z:.1f} mm above the believed hole and {hypot(x, y):.1f} mm aside"
+    return f"{place}, {-z:.1f} mm above the nominal hole and {hypot(x, y):.1f} mm aside"
 
 
 def _way(config: RunConfig, ready: ReadyPose, q_rad: JointVector) -> str:
@@ -124,7 +124,7 @@ def _way(config: RunConfig, ready: ReadyPose, q_rad: JointVector) -> str:
     except DeviceError as error:
         return f"a run would not move from here: {error}"
     far_rad = max(abs(a - b) for a, b in zip(q_rad, approach.poses_rad[-1], strict=True))
-    out = f"draw the tool straight out for {ticks / CONTROL_RATE_HZ:.1f} s, then " if ticks else ""
+    out = f"retract the tool for {ticks / CONTROL_RATE_HZ:.1f} s, then " if ticks else ""
     return f"a run would first {out}go to the ready pose, joints by up to {far_rad:.3f} rad, from above"
 
 

@@ -33,7 +33,7 @@ class ChosenPolicy:
     """A policy, checked before anything is built.
 
     Args:
-        policy: A baseline's name, the path of a policy file, code, ``package.module:Name``, or a policy as it is.
+        policy: A baseline's name, the path of a policy file, code, ``package.module:Name``, or a policy object.
     """
 
     def __init__(self, policy: str | os.PathLike[str] | Policy, config: RunConfig) -> None:
@@ -57,7 +57,7 @@ class ChosenPolicy:
             self.perception = policies.perception_of(self.document, config, configured)
             self._made(tuple)
         elif configured is None:
-            accepted = "a policy file of a training, for it holds the perception that this configuration lacks"
+            accepted = "a policy file of a training, which contains the perception that this configuration lacks"
             raise ConfigurationError("policy", name, accepted)
         else:
             self.label, self.perception = code.partition(":")[2], configured

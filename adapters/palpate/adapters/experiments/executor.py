@@ -33,7 +33,7 @@ class Workers(Protocol):
 
 
 class ThisProcess(Workers):
-    """One call after the other in this process."""
+    """Runs calls sequentially in this process."""
 
     def count(self) -> int:
         """Return 1."""
@@ -49,7 +49,7 @@ class ThisProcess(Workers):
         return future
 
     def close(self) -> None:
-        """Do nothing, because no call is left running."""
+        """Do nothing: no call is running."""
 
 
 class LocalWorkers(Workers):

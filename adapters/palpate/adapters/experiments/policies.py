@@ -85,7 +85,7 @@ def policy_for(config: RunConfig, name: str) -> str:
             raise ConfigurationError("policy", name, accepted_policies())
         return name
     if name not in ("", NO_POLICY):
-        raise ConfigurationError("policy", name, f"none beside --task {task}, which asks no policy")
+        raise ConfigurationError("policy", name, f"left out with --task {task}, which uses no policy")
     return NO_POLICY
 
 
@@ -199,7 +199,7 @@ def accepted_policies() -> str:
 
 
 def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, str]:
-    """Return the policy file or the third-party policy with this name; ``accepted`` names are for the error.
+    """Return the policy file or the third-party policy with this name; ``accepted`` lists the valid names in the error.
 
     Raises:
         ConfigurationError: There is neither, or the file cannot be read.
@@ -252,7 +252,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         raise ConfigurationError(
             f"policy.perception.{where}",
             mine,
-            f"{wanted!r}, as the run is configured (or use {remedy}--config with the run.toml beside the policy)",
+            f"{wanted!r}, as the run is configured (or use {remedy}--config with the run.toml next to the policy)",
         )
     return own
 
@@ -318,7 +318,5 @@ def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
         return
     for name, value in tool_of(config).items():
         if learned.get(name) != value:
-            remedy = "or --learning.belief.other-tool, to begin with what another tool taught"
-            raise ConfigurationError(
-                name, value, f"{learned.get(name)!r}, of which the policy's touch model is ({remedy})"
-            )
+            remedy = "or --learning.belief.other-tool, to start from another tool's contact model"
+            raise ConfigurationError(name, value, f"{learned.get(name)!r}, as in the policy's contact model ({remedy})")

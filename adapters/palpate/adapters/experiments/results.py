@@ -1,4 +1,4 @@
-"""The folder of a run. Files are replaced as a whole, so that no error loses their content.
+"""The folder of a run. Files are replaced atomically, so that no error loses their content.
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
@@ -85,7 +85,7 @@ class TrialRow:
 
     Attributes:
         trip: Reason of a trip, by name and text; empty without one.
-        drawn: Other values of the trial, each in its own column after the others: its place, see ``Truth.drawn``.
+        drawn: Other values of the trial, each in its own column after the others: its place, see ``GroundTruth.drawn``.
     """
 
     trial: int
@@ -219,7 +219,7 @@ class RunFolder:
         if found:
             remedy = "name another folder with --out"
             if os.path.exists(self.path / "checkpoint.json"):
-                remedy += f", or go on with that training: palpate train --resume --out {shlex.quote(str(self.path))}"
+                remedy += f", or resume that training: palpate train --resume --out {shlex.quote(str(self.path))}"
             raise OutputError(str(self.path), f"already holds a run ({found[0]})", remedy)
 
     def create(self) -> None:
@@ -245,7 +245,7 @@ class RunFolder:
                 # Another process may have created a run since the check.
                 self.require_free()
             if before:
-                sys.stderr.write(f"palpate: {self.path} was left in the middle by {before}; it goes on from there\n")
+                sys.stderr.write(f"palpate: {self.path} was left unfinished by {before}; it continues from there\n")
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
@@ -266,7 +266,7 @@ class RunFolder:
             raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
-        """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`."""
+        """Write or replace a file atomically; ``durable`` as in :func:`write_whole`."""
         write_whole(self.path / name, content, durable=durable)
 
     def write_json(self, name: str, content: Any, *, durable: bool = True) -> None:

@@ -26,10 +26,10 @@ def render_table(document: PolicyDocument) -> str:
 def _touches(model: ContactModel | None) -> str:
     """Return the contact model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
     if model is None:
-        return f"no touch model yet: fewer than {MIN_CONTACTS} touches in trials that ended in the hole\n"
+        return f"no contact model yet: fewer than {MIN_CONTACTS} contacts in trials that ended in the hole\n"
     offset_x, offset_y = (1e3 * value for value in model.offset_Nm)
     head = (
-        f"touch model of {model.contacts} touches: offset {offset_x:.2f} {offset_y:.2f} N mm,"
+        f"contact model of {model.contacts} contacts: offset {offset_x:.2f} {offset_y:.2f} N mm,"
         f" {1e3 * model.bias_Nm:.2f} N mm from trial to trial; torque behind by {model.lag:g} of a step\n\n"
     )
     rows: list[tuple[str, ...]] = [("mm from the hole", "torque along N mm", "across N mm", "noise N mm")]

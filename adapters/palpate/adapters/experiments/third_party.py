@@ -30,7 +30,7 @@ def third_party_code(name: str) -> str:
 
 
 def third_party_entry(code: str) -> ThirdPartyEntry:
-    """Return the entry of a policy file for code as installed now, without learned state.
+    """Return the entry of a policy file for the installed code, without learned state.
 
     Raises:
         ConfigurationError: The code cannot be loaded.

@@ -65,7 +65,7 @@ class Checkpoint:
     clock_ticks: int
 
     def save(self, folder: RunFolder) -> None:
-        """Write the checkpoint into the folder as a whole."""
+        """Write the checkpoint into the folder atomically."""
         # Written after every trial: waiting for the disk would take 5 % of the time of a simulated one.
         folder.write_json("checkpoint.json", vars(self), durable=False)
 
@@ -156,9 +156,7 @@ class Subject:
         document, code = (None, "") if name == config.learner else policy_named(name, _TRAINED)
         brought = config.learning.programmed or config.learning.examples
         if (document is not None or code) and brought:
-            accepted = (
-                "nothing programmed and no examples beside --policy FILE or package.module:Name, which brings its own"
-            )
+            accepted = "empty, without examples, for --policy FILE or package.module:Name, which has its own"
             raise ConfigurationError("learning.programmed", brought, accepted)
         if code:
             third_party_entry(code)

@@ -142,7 +142,7 @@ def run_scored_trial(
 
 
 class _Witness(LoopObserver):
-    """Notes in the same tick which device, or whose lateness, caused a trip, because its data may change later."""
+    """Notes the device or the delay that caused a trip in the same tick, because its data may change later."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, self.blamed = rig, ""

@@ -103,7 +103,7 @@ class Trials:
             )  # fmt: skip
 
     def _turn_to(self, number: int) -> dict[str, float]:
-        """Prepare the place and the force limit of a trial; return what is its own."""
+        """Prepare the place and the force limit of a trial; return its own values."""
         whole, trial = self.run_config, number - self.first
         drawn = self._command == "train" and self.rig.simulated
         config = of_trial(whole, trial, drawn=drawn)

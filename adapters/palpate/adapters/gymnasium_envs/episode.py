@@ -112,7 +112,7 @@ class Episodes:
 
     @property
     def task(self) -> InsertionTask:
-        """Return the task of the trial; another place of the job has another one."""
+        """Return the task of the trial; places of the job have different tasks."""
         return _insertion(self._trials)
 
     @property
@@ -278,7 +278,7 @@ class Episodes:
 def _insertion(trials: experiments.Trials) -> InsertionTask:
     if not isinstance(trials.task, InsertionTask):
         name = trials.config.task.name
-        raise ConfigurationError("task.name", name, "insertion, which is what this is made for")
+        raise ConfigurationError("task.name", name, "insertion")
     return trials.task
 
 

@@ -126,7 +126,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         if render_mode not in (None, "rgb_array"):
             raise ConfigurationError("render_mode", render_mode, "rgb_array, or None")
         if rig and render_mode is not None:
-            raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
+            raise ConfigurationError("render_mode", render_mode, "None on a rig, which cannot be rendered")
         self.render_mode = render_mode
         self._drawn: tuple[_RunningCell, Stage] | None = None
         settings = configured(job, rig=rig, scenario=scenario, arm=arm, task=task, settings=config)

@@ -45,7 +45,7 @@ class StateIndex:
 class TipWrench:
     """Tip and wrench, (9,), task frame: x y z in m from the nominal goal, force in N, torque about the tip in N m.
 
-    For a tool that turns, (12,): also its commanded orientation, lean about x and y and yaw about z, in rad.
+    For a tool that turns, (12,): also its commanded orientation, tilt about x and y and yaw about z, in rad.
 
     The core derives its symbols from the same values: the tip position from the encoders, z into the hole; the wrench
     tared, filtered and moved to the tip. Values are clipped to the bounds: the exploration area plus 2 mm; from above
@@ -117,7 +117,7 @@ def index_of(action: Any, count: int) -> int:
     # Some agents wrap the number into an array.
     number = np.asarray(action)
     if number.size != 1 or number.dtype.kind not in "iu" or not 0 <= number.item() < count:
-        raise ActionRefusedError(f"action {action!r} is refused: a whole number from 0 to {count - 1}", action)
+        raise ActionRefusedError(f"action must be a whole number from 0 to {count - 1} (got {action!r})", action)
     return int(number.item())
 
 
@@ -153,11 +153,12 @@ class FreeSteps:
 
 
 class Twists:
-    """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, lean about x and y, and yaw, task frame.
+    """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, tilt about x and y, and yaw, task frame.
 
-    x, y and z are shares of the longest step, the others shares of the turn that one action makes at 11 degrees/s. With
-    z below 0 the tool is lifted and moves in free space (law ``lift``); otherwise it keeps pressing (``step``), and an
-    upright tool enters the hole where it loses contact. The lengths of steps and turns are limited as for free steps.
+    x, y and z are shares of the longest step, the others shares of the turn that one action makes at 11 degrees/s.
+    With z below 0 the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing
+    (``step``), and an upright tool enters the hole where it loses contact. The lengths of steps and turns are limited
+    as for free steps.
     """
 
     def __init__(self, longest_m: float, action_s: float) -> None:
@@ -189,6 +190,6 @@ def _shares(action: Any, count: int) -> list[float]:
         shares = np.empty(0)
     if shares.shape != (count,) or not (np.abs(shares) <= 1.0).all():
         numbers = {2: "two", 6: "six"}[count]
-        raise ActionRefusedError(f"action {action!r} is refused: {numbers} finite numbers from -1 to 1", action)
+        raise ActionRefusedError(f"action must be {numbers} finite numbers from -1 to 1 (got {action!r})", action)
     found: list[float] = shares.tolist()
     return found

@@ -60,7 +60,7 @@ class AdapterArm(ServedArm):
     def _require_sound(self) -> None:
         for device in self._devices:
             if device.life is Life.FAULTED:
-                raise DeviceError(self.name, device.fault or "a fault that says nothing of itself")
+                raise DeviceError(self.name, device.fault or "a fault without a description")
 
     @override
     def stop(self) -> None:

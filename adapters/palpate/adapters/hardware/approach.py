@@ -1,4 +1,4 @@
-"""The way of a real arm to the ready pose from any pose."""
+"""Approach of a real arm to the ready pose from any pose."""
 
 from dataclasses import dataclass
 from math import copysign, dist, pi, tau
@@ -37,7 +37,7 @@ _STAYS_SAMPLES: Final = 5
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
 """Ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
 
-An arm that is delayed by 0.2 s near the end of the way then has little to catch up, with the plate 3 mm away.
+An arm that is delayed by 0.2 s near the end of the path then has little to catch up, with the plate 3 mm away.
 """
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
 """Time for which the arm waits at its position for new samples; after a pause they may be too old."""
@@ -48,7 +48,7 @@ _TIMEOUT_TICKS: Final = 3 * CONTROL_RATE_HZ
 
 @dataclass(frozen=True, slots=True)
 class ReadyPosePath:
-    """Data for the way of an arm to the ready pose from any pose.
+    """Path of an arm to the ready pose from any pose.
 
     Attributes:
         clear_m: Height of the tip over the plate from which the arm may move freely.
@@ -96,7 +96,7 @@ def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
         nearer = q - copysign(tau, q - ready)
         if abs(q - ready) > pi and (low <= nearer <= high or not low <= q <= high):
             problem = f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad"
-            remedy = "see whether its encoder has lost a turn, or bring it nearer by hand"
+            remedy = "check whether its encoder has lost a turn, or move it closer by hand"
             raise DeviceError("joint encoder", f"{problem}: {remedy}")
 
 
@@ -121,7 +121,7 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
     for tick in range(1, ticks + 1):
         q_rad, limited = inverse.step(q_rad, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
         if limited:
-            raise DeviceError("rig", "the tool cannot be drawn straight back from where it was left: move it by hand")
+            raise DeviceError("rig", "the tool cannot be retracted from its position: move it by hand")
         path.append(q_rad)
     return path
 
@@ -163,9 +163,9 @@ def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: fl
             if trip is None:
                 tick, blind = tick + 1, 0
                 if dist(wrench.force_N, first_N) > limit_N:
-                    raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
+                    raise DeviceError("rig", f"a force above {limit_N:g} N on the path to the ready pose")
             elif (blind := blind + 1) > _BLIND_TICKS:
-                raise DeviceError("rig", f"{trip} on the way to the ready pose")
+                raise DeviceError("rig", f"{trip} on the path to the ready pose")
             if tick:
                 # Without valid samples the arm is commanded to hold its pose.
                 target = path[min(tick, len(path)) - 1]
@@ -187,7 +187,7 @@ def _require_free(arm: ArmCommand, reason: CommandReason) -> None:
         # By then the fault that stopped the arm is known.
         arm.stop()
         why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
-        raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
+        raise DeviceError("rig", f"the arm was held back on the path to the ready pose: {why}")
 
 
 APPROACH_HEIGHT_M: Final = 0.1
@@ -195,7 +195,7 @@ APPROACH_HEIGHT_M: Final = 0.1
 
 
 def find_approach(config: RunConfig, ready: ReadyPose) -> ReadyPosePath:
-    """Return the way to the ready pose from any pose: clear of the plate, well above it, then down.
+    """Return the path to the ready pose from any pose: clear of the plate, well above it, then down.
 
     Raises:
         UnreachableError: The arm cannot reach these poses.

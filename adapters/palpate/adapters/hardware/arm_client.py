@@ -38,11 +38,12 @@ _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
-"""A process that is inactive for this much longer than the set-point time-out counts as hanging, because a cycle on a
+"""A process that is inactive for longer than the set-point time-out by this much counts as hanging, because a cycle
+on a
 line that does not answer takes time."""
 _LATE_NS: Final = 40_000_000
-"""A process that is inactive for this time is late, or killed; an arm without another stop is held meanwhile."""
-_LEFT: Final = "what stops the arm now is its drives' own time-outs; switch the arm off if it moves"
+"""Time of inactivity after which a process is late or dead; an arm without its own stop is then held."""
+_LEFT: Final = "only the drives' own time-outs stop the arm now; switch it off if it moves"
 
 
 class ArmClient(ManagedDevice, JointEncoder, ArmCommand):

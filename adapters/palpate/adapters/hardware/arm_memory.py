@@ -1,4 +1,4 @@
-"""Shared memory of loop and arm process: set-points one way, joints and faults the other, without waiting."""
+"""Shared memory of loop and arm process: set-points in one direction, joints and faults in the other."""
 
 import mmap
 import pickle
@@ -9,7 +9,7 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar
 from palpate.core.ports import AppliedCommand, JointSample, JointVector
 
 _HEAD: Final = struct.Struct("<QII")
-"""Number of the note, length and checksum of what follows."""
+"""Number, length and checksum of the note that follows."""
 _SLOT_BYTES: Final = 1 << 14
 _WORDS_BYTES: Final = 64
 NoteT = TypeVar("NoteT")

@@ -254,7 +254,7 @@ class Assignment(NamedTuple):
 
 
 def _setting_priority(real_time: RealTimeConfig) -> Callable[[], object]:
-    """Return a function that puts a thread into the real-time class, if the run uses it, above a loop that hangs."""
+    """Return a function that gives a thread a higher real-time priority than the loop's, if the run uses any."""
     if not real_time.scheduling:
         return lambda: None
 
@@ -277,7 +277,7 @@ def main() -> None:
         was_left = _serve(Assignment(*line.recv()), line, memory, lambda: os.getppid() != loop)
     if was_left:
         with suppress(OSError):
-            sys.stderr.write("palpate: the loop is gone without a word; the arm was stopped\n")
+            sys.stderr.write("palpate: the loop ended unexpectedly; the arm was stopped\n")
     # The process ends immediately, even if an adapter has left threads.
     os._exit(0)
 

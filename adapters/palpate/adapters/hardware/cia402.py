@@ -39,7 +39,7 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
     zeros = table.zero_counts or (0,) * joints
     for name, vector in (("nodes", table.nodes), ("counts_per_rad", table.counts_per_rad), ("zero_counts", zeros)):
         if len(vector) != joints:
-            raise ConfigurationError(f"arm.{name}", vector, f"{joints} numbers, one a joint of {context.arm.name}")
+            raise ConfigurationError(f"arm.{name}", vector, f"{joints} numbers, one per joint of {context.arm.name}")
     with translating("arm"):
         drives = tuple(
             JointDrive(

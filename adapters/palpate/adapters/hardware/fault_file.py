@@ -86,7 +86,7 @@ class FaultFile(FaultLatch):
         Raises:
             FaultLatchedError: A fault is open, perhaps since another program ran.
             DeviceError: A device still reports a fault.
-            OutputError, OSError: The file cannot be read or written: a fault would be lost, and so nothing moves.
+            OutputError, OSError: The file cannot be read or written: a fault would be lost, so nothing moves.
         """
         self._load()
         if self._given is not None:
@@ -122,7 +122,7 @@ class FaultFile(FaultLatch):
             raise
 
     def end(self) -> None:
-        """Wait until a new fault is on the disk, and print how to acknowledge it."""
+        """Wait until a new fault is stored on disk, and print how to acknowledge it."""
         self._wait()
         if self.cause and self._path is not None:
             problem = self._write_if_possible()

@@ -18,7 +18,7 @@ _NAME: Final = "JR3"
 _LEAVE_S: Final = 5.0
 """Longest wait for a board to stop its stream."""
 _DEAD_S: Final = 0.2
-"""The same for a board that has failed, which may not answer the request."""
+"""Time limit for a failed board, which may not answer the request."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Compares the model of an arm with the tool pose that its controller reports, and the tool with what is entered there.
 
-An arm is led by its model, so one of another arm, or nominal lengths of an arm that was calibrated, lead it elsewhere.
+A wrong or uncalibrated model moves the arm to wrong poses.
 """
 
 from collections.abc import Sequence

@@ -26,7 +26,7 @@ class OperatorStop:
 
     A context manager that belongs to the main thread, because of the signal. While the main thread is busy in C the
     signal waits; an arm that gets no set-points meanwhile is stopped by its own process.
-    The signal's handler, too, stops the arm and tells once what tripped.
+    The signal handler also stops the arm and reports once what tripped.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class OperatorStop:
 
 
 def _is_ours(fd: int) -> bool:
-    """Whether it is a terminal, and we do not run in its background: changing it there would stop the process."""
+    """Whether it is a terminal with this process in the foreground; a background process that changes it is stopped."""
     if not os.isatty(fd):
         return False
     try:

@@ -1,4 +1,4 @@
-"""Adapters for an arm and a force sensor with ROS 2: connection and marks."""
+"""Adapters for an arm and a force sensor with ROS 2: connection and validity marks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -76,13 +76,13 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
     frame: str = "tool0"
     """frame_id of the messages. Another one ends the run."""
     sign: Annotated[int, OneOf(1, -1)] = 1
-    """-1 where the messages give what the tool exerts on the world."""
+    """-1 if the messages give the wrench that the tool exerts on its environment."""
     rate_Hz: Annotated[float, Range(1.0, 10_000.0)] = 500.0
     """Rate of the messages."""
 
 
 class Ros2DriverArm(DriverArm):
-    """An arm that its controller does not stop, so that each of two processes makes a link to it."""
+    """An arm that its controller does not stop; each of the two processes therefore connects to it."""
 
     def __init__(
         self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], context: RigContext
@@ -123,10 +123,10 @@ def make_ros2_arm(table: Ros2ArmTable, context: RigContext) -> DriverArm:
 
 
 def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link]) -> DriverArm:
-    """The same over a link of the caller's."""
+    """Return the arm over a given link."""
     joints = table.joints or tuple(Kinematics(context.arm, ToolGeometry()).model.names)[1:]
     if len(set(joints)) != len(context.lower_rad):
-        accepted = f"{len(context.lower_rad)} names, one a joint of {context.arm.name}"
+        accepted = f"{len(context.lower_rad)} names, one per joint of {context.arm.name}"
         raise ConfigurationError("arm.joints", joints, accepted)
     velocities = table.mode == _VELOCITIES
     if velocities and not table.stops_without_commands:
@@ -141,9 +141,9 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
 
 
 class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
-    """A force sensor, or an estimate, that ROS 2 publishes."""
+    """Force sensor, measured or estimated, that publishes over ROS 2."""
 
-    REMEDY = "see that the robot's driver publishes, and that its clock and this computer's are synchronised"
+    REMEDY = "check that the robot's driver publishes, and that its clock and this computer's are synchronised"
 
     def __init__(self, link: Callable[[], Ros2Link], clock: Clock, table: Ros2WrenchTable) -> None:
         super().__init__("ROS 2 wrench", clock, table)

@@ -29,7 +29,7 @@ def reported_by(sensor: object) -> SensorFactsTable:
 
 
 def missing_facts(stated: SensorFactsTable, reported: SensorFactsTable) -> tuple[str, ...]:
-    """Return the names of properties that neither states."""
+    """Return the names of properties that neither source states."""
     known = _known(reported) | _known(stated)
     return tuple(name for name in asdict(stated) if name != "frame" and name not in known)
 
@@ -38,7 +38,7 @@ def gathered(stated: SensorFactsTable, reported: SensorFactsTable) -> SensorFact
     """Return the properties for a run. A rig file may narrow a range, but must not contradict the sensor.
 
     Raises:
-        ConfigurationError: A property is stated by neither, or the rig file contradicts the sensor.
+        ConfigurationError: A property is missing, or the rig file contradicts the sensor.
     """
     missing = missing_facts(stated, reported)
     if missing:

@@ -82,7 +82,7 @@ class ServedArm(ABC):
         return False
 
     def run_out(self) -> float | None:
-        """Move slowly, end the commands, and return the seconds until the arm stood; None if it did not by itself."""
+        """Move slowly, end the commands, and return the time until the arm stopped, s; None if it did not stop."""
         return None
 
     def stand_by(self) -> StandBy | None:

@@ -61,7 +61,7 @@ def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
 
 
 def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
-    """The same over a link of the caller's."""
+    """Return the arm over a given link."""
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
     with translating("arm"):
@@ -94,7 +94,7 @@ def judged(driver: ArmDriver, context: RigContext) -> list[str]:
 class UrToolForceSensor(PolledForceSensor[UrToolForce]):
     """The force sensor in the flange of an e-Series arm."""
 
-    REMEDY = "see that the controller is switched on, and that no firewall stands before port 30004"
+    REMEDY = "check that the controller is switched on, and that no firewall blocks port 30004"
 
     def __init__(self, link: Callable[[], UrLink], clock: Clock, table: UrToolTable) -> None:
         super().__init__(_TOOL, clock, table)

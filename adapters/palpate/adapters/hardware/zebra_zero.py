@@ -26,7 +26,7 @@ from palpate.drivers.zebra_zero import CountsStore, JointLimits, SixCounts, Tran
 _NAME: Final = "Zebra Zero"
 _JOINTS: Final = 6
 _OTHERS: Final = ("ur3", "ur5", "ur10", "z1")
-"""Arms of six joints, of other makers, that come with palpate."""
+"""Six-joint arms of other makers that ship with palpate."""
 
 
 @dataclass(frozen=True)
@@ -59,22 +59,22 @@ class ZebraTable(ArmTable):
     port: str = "/dev/ttyUSB0"
     """Serial port of the bus."""
     baud: Annotated[int, OneOf(*BAUD_DIVISORS)] = 115_200
-    """Its rate, once the modules are awake."""
+    """Baud rate after start-up."""
     adapter_latency_ms: Annotated[float, Range(0.0, 100.0)] = 1.0
     """Latency timer of the USB adapter."""
     divider: Annotated[int, Range(1, 14)] = 3
     at_home: bool = False
-    """A person's word that the arm rests in its home pose whenever its controller was switched on."""
+    """Confirmation that the arm is in its home pose whenever its controller is switched on."""
     counts_file: str = ""
     """File that keeps the counters between runs; empty disables it."""
     joint1_sign: Annotated[int, OneOf(1, -1)] = 1
-    """Sense in which joint 1 counts."""
+    """Direction in which joint 1 counts."""
     wrist_factor: Annotated[float, Range(0.1, 10.0)] = 1.0
-    """Factor on the wrist's counts: 1.38488, 24 to 17.33, with the other gears."""
+    """Factor on the wrist's counts: 1.38488 (24:17.33) with the other gears."""
     require_power: bool = True
-    """No report of the motors' supply is a fault; false for amplifiers that never report it."""
+    """Treat a missing report of the motor supply as a fault; false for amplifiers that never report it."""
     use_limit_inputs: bool = True
-    """A limit input that is set is a fault; false where no switch is wired to it."""
+    """Treat an active limit input as a fault; false if no switch is wired to it."""
     velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = 1.0
     """Limit of each joint's velocity."""
     acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = 19.0

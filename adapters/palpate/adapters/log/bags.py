@@ -55,7 +55,7 @@ class BagTopics:
     """Topics and conventions of a bag to read.
 
     Attributes:
-        joint_states: Topic; empty for the only one of its type. wrench: The same.
+        joint_states: Topic; empty for the only one of its type. wrench: Topic; empty for the only one of its type.
         joints: Names of the joints in the messages, base first; empty for those of the model.
         sign: -1 if the wrenches are those of the tool on the environment.
     """
@@ -218,7 +218,7 @@ def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
                 # A driver that leaves its stamps at zero has only the time of receipt.
                 yield stamp.sec * _NS + stamp.nanosec or received_ns, connection.msgtype, message
     except (AnyReaderError, OSError) as error:
-        raise LogError(str(bag), "", f"is no bag ({error})", "name a folder that ros2 bag recorded") from error
+        raise LogError(str(bag), "", f"is not a bag ({error})", "name a folder that ros2 bag recorded") from error
 
 
 def _only(bag: Path, connections: Sequence[Connection], kind: str, option: str, topic: str) -> Connection:

@@ -68,7 +68,7 @@ def bytes_of(path: str | Path) -> bytes:
         return Path(path).read_bytes()
     except (OSError, TypeError, ValueError) as error:
         reason = getattr(error, "strerror", error)
-        raise LogError(str(path), "", f"cannot be read ({reason})", "name a log that is there") from error
+        raise LogError(str(path), "", f"cannot be read ({reason})", "name an existing log") from error
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
@@ -82,7 +82,7 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
     if not data:
         raise LogError(path, "", "is empty", "nothing was recorded; delete it")
     if not data.startswith(MCAP0_MAGIC):
-        raise LogError(path, "offset 0", "is no MCAP file", "name a log that palpate recorded")
+        raise LogError(path, "offset 0", "is not an MCAP file", "name a log that palpate recorded")
     stream, found, ours, damage = BytesIO(data), list[RawMessage](), dict[int, int](), ""
     checked = False
     try:

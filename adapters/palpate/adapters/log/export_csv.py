@@ -23,7 +23,7 @@ _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Write the logs into a new folder: directly for one log, in a subfolder each for several; return these folders.
+    """Export logs to a new folder, several in subfolders; return the folders of the logs.
 
     Raises:
         LogError: A log cannot be read; nothing is written.

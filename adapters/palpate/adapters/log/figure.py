@@ -20,7 +20,7 @@ def figure_kind(path: Path, setting: str) -> str:
     """Return the format from a figure's file name: png, svg or pdf.
 
     Raises:
-        ConfigurationError: The suffix is another one; ``setting`` names the setting.
+        ConfigurationError: The suffix is not supported; ``setting`` names the setting.
     """
     kind = path.suffix.lower().removeprefix(".")
     if kind not in _NOTHING:

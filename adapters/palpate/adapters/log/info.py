@@ -57,7 +57,7 @@ def _origin(log: TrialLog) -> dict[str, Any]:
     try:
         scenario = tomllib.loads(start.config_toml).get("scenario", "")
     except tomllib.TOMLDecodeError as error:
-        problem = f"is no TOML ({error})"
+        problem = f"is not TOML ({error})"
         raise LogError(log.path, "start.config_toml", problem, "it was not written by palpate") from error
     names = ("command", "arm", "seed", "policy", "frozen", "temperature", "world", "schema", "derived_from")
     world = json_in(log, "start.world_json", start.world_json)
@@ -66,7 +66,7 @@ def _origin(log: TrialLog) -> dict[str, Any]:
             f"{one['by']}: {one['reason']} (after: {one['cause']})" for one in world.get("acknowledged", [])
         ]
     except (TypeError, KeyError) as error:
-        problem = "says in no known way who acknowledged what"
+        problem = "has an acknowledgement in an unknown form"
         raise LogError(log.path, "start.world_json", problem, "it was altered") from error
     return {
         **{name: getattr(start, name) for name in names},

@@ -26,9 +26,9 @@ def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
     try:
         found = json.loads(text) if text else {}
     except ValueError as error:
-        raise LogError(log.path, field, f"is no JSON ({error})", "it was not written by palpate") from error
+        raise LogError(log.path, field, f"is not JSON ({error})", "it was not written by palpate") from error
     if not isinstance(found, dict):
-        raise LogError(log.path, field, "is no JSON object", "it was not written by palpate")
+        raise LogError(log.path, field, "is not a JSON object", "it was not written by palpate")
     return found
 
 

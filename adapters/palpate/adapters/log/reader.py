@@ -98,7 +98,7 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
         LogError: The messages are not those of one trial, or have another format.
     """
     if not messages and damage:
-        raise LogError(path, "", f"holds nothing that can be read: {damage}", "it can only be deleted")
+        raise LogError(path, "", f"contains nothing readable: {damage}", "it can only be deleted")
     if not messages:
         raise LogError(path, "", "holds no messages of palpate's", "name a log that palpate recorded")
     gap = _gap(messages)
@@ -142,14 +142,16 @@ def _missing(messages: list[RawMessage], place: int) -> str:
 def _start_of(path: str, messages: list[RawMessage]) -> records.StartRecord:
     first = messages[0]
     if first.channel != START.id:
-        raise LogError(path, "", "does not begin with what the trial started with", "it cannot be replayed")
+        raise LogError(path, "", "does not begin with the start record", "it cannot be replayed")
     try:
         schema = message_class(START.message).FromString(first.payload).schema
     except Exception as error:
-        raise LogError(path, "message 0", f"is no start of a trial ({error})", _THIRD_PARTY) from error
+        raise LogError(path, "message 0", f"is not a start record ({error})", _THIRD_PARTY) from error
     if schema != SCHEMA:
-        raise LogError(path, "", f"has format {schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it")
-    return _decoded(path, "message 0", "lacks what a trial starts with", records.StartRecord, first.payload)
+        raise LogError(
+            path, "", f"has format {schema!r}", f"this version reads {SCHEMA!r}; use the version that wrote it"
+        )
+    return _decoded(path, "message 0", "lacks the start record of a trial", records.StartRecord, first.payload)
 
 
 def _decoded(path: str, where: str, problem: str, kind: type[R], payload: bytes) -> R:

@@ -1,4 +1,6 @@
-"""Score of a trial on the sheet of the AI for Industry Challenge (intrinsic-dev/aic, docs/scoring.md, March 2026).
+"""Score of a trial by the score sheet of the AI for Industry Challenge.
+
+Source: intrinsic-dev/aic, docs/scoring.md, March 2026.
 
 The sheet is for cable plugs: here the port is the hole, the plug the peg. The penalty for off-limit contacts is
 omitted, because no log contains such contacts.

@@ -43,7 +43,7 @@ def tare_of(log: TrialLog) -> Tare:
             bias = _floats(found.groups())
             if bias is not None:
                 return Tare(bias, f"tare event at tick {event.tick}")
-    return Tare((0.0,) * 6, "nothing: raw, for there is no tare event")
+    return Tare((0.0,) * 6, "nothing: raw, because there is no tare event")
 
 
 def _floats(texts: tuple[str, ...]) -> tuple[float, ...] | None:
@@ -94,7 +94,10 @@ def config_of(log: TrialLog) -> RunConfig:
         return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
     except (tomllib.TOMLDecodeError, ConfigurationError) as error:
         raise LogError(
-            log.path, "start.config_toml", f"is no configuration of this palpate ({error})", "use the one that wrote it"
+            log.path,
+            "start.config_toml",
+            f"is not a configuration of this version ({error})",
+            "use the version that wrote it",
         ) from error
 
 
@@ -165,7 +168,7 @@ class _Tip:
                 log.path,
                 "start.arm",
                 f"its arm's model cannot be used ({error})",
-                "fix that, or use the palpate that wrote it",
+                "fix it, or use the version that wrote it",
             ) from error
         self._base_in_task = goal_in_base(config.task.goal).inverse()
 

@@ -68,7 +68,7 @@ def packed(batch: Sequence[LogMessage], losses: list[str]) -> Iterator[RawMessag
 
 
 class FileSink(Sink):
-    """Writes each log into a file, with a time-out for its end. An error in one log does not affect later ones."""
+    """Writes each log into a file, with a time-out for its end. An error in one log does not affect the next ones."""
 
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
         self.losses = []

@@ -97,7 +97,7 @@ def _alphabet_of(lines: Mapping[int, str]) -> tuple[str, ...] | None:
         if line.startswith(_ALPHABET):
             names = tuple(map(_name, line.removeprefix(_ALPHABET).split()))
             if found is not None and found != names:
-                accepted = f"the same as above, {' '.join(found)}: one alphabet a file"
+                accepted = f"the same as above, {' '.join(found)}: one alphabet per file"
                 raise ConfigurationError(f"strings.line[{place}]", line, accepted)
             found = names
     return found

@@ -90,7 +90,7 @@ class TrialRecorder:
         """Open the log of a trial and return its observer; a what-if is counterfactual off the recorded path."""
         subject = self._subject
         if subject is None:
-            raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
+            raise OutputError(str(self._folder), "the subject of the recording is not set", "call of() first")
         self._close(None)
         facts = {**subject.constant, "seed": setup.seed, "trial": setup.index}
         names = ("schema", "command", "arm", "policy", "seed", "trial")

@@ -50,7 +50,7 @@ def recorded_turn(world_json: str) -> Vector3:
 
 
 def recorded_drawn(world_json: str) -> dict[str, float]:
-    """Return the other drawn quantities of the trial, as in ``Truth.drawn``; empty if there are none."""
+    """Return the other drawn quantities of the trial, as in ``GroundTruth.drawn``; empty if there are none."""
     drawn = _world(world_json).get("drawn")
     given = drawn.items() if isinstance(drawn, Mapping) else ()
     return {name: float(value) for name, value in given if isinstance(value, (int, float))}

@@ -82,7 +82,7 @@ class DrawnCell:
                 plate_reach_m=cell.plate_reach_m(wander_m(config.task)),
             )
         except (PalpateError, ValueError) as error:
-            problem = f"does not say what the cell looked like ({error})"
+            problem = f"does not describe the cell ({error})"
             raise LogError(log.path, "/start", problem, "it cannot be drawn") from error
         hole = true_hole_m(log)
         self.hole_known = hole is not None

@@ -34,7 +34,7 @@ def continue_in_mujoco(trial: ReplayedTrial) -> ScoredTrial:
         rig.set_clock_ticks(facts["ticks"])
         rig.prepare(rebuilt.setup.index)
         if rig.world().facts["model_sha256"] != facts.get("model_sha256"):
-            problem = "this simulator's model is not the one that recorded"
+            problem = "this simulator's model differs from the recording's"
             remedy = "use the versions that recorded it, or leave --continue-in-mujoco"
             raise LogError(log.path, "/start", problem, remedy)
         path = _RecordedPath(trial.tape)

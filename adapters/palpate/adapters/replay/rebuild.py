@@ -71,7 +71,7 @@ class Changes:
 
     @property
     def any(self) -> bool:
-        """Whether anything is changed."""
+        """Whether there is a change."""
         return bool(self.settings) or self.policy is not None
 
 
@@ -159,7 +159,7 @@ class Rebuilder:
 
     @property
     def what_if(self) -> bool:
-        """Whether anything is changed."""
+        """Whether there is a change."""
         return self._changes.any
 
     def rebuild(self, log: TrialLog) -> Rebuilt:
@@ -235,7 +235,7 @@ class Rebuilder:
         if isinstance(other, ThirdPartyEntry):
             return perception, third_party_policy(other, config, perception, frozen=True)
         if other is None and log.start.policy == OUTSIDE:
-            return perception, self._told(log, config, perception, "an agent outside chose the actions")
+            return perception, self._told(log, config, perception, "an external agent chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, baseline(other or log.start.policy, config, lambda: _hole(log, world))
         document = PolicyDocument.from_json_text(log.start.policy_json)
@@ -260,7 +260,7 @@ class Rebuilder:
     def _told(self, log: TrialLog, config: RunConfig, perception: Perception, problem: str) -> Policy:
         """Return a policy that repeats the recorded decisions."""
         if self.what_if:
-            text = f"the policy's code is not there, and the log holds no answer to a what-if ({problem})"
+            text = f"the policy's code is missing, and the log cannot answer a what-if ({problem})"
             raise LogError(log.path, "", text, "install what made it, or name another --policy")
         return RecordedDecisions(task_actions(config), problem, 6 + len(perception.extractor.names))
 

@@ -1,4 +1,4 @@
-"""Films, reports and live views of recorded trials."""
+"""Videos, reports and live views of recorded trials."""
 
 import lazy_loader
 

@@ -61,7 +61,7 @@ def viewed(rig: SimulatedRig) -> Iterator[None]:
         UsageError: There is no display.
     """
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in DISPLAYS):
-        instead = "palpate render makes films of recorded trials without a display"
+        instead = "palpate render makes videos of recorded trials without a display"
         raise UsageError(f"there is no display ({' and '.join(DISPLAYS)} are not set); {instead}")
     import mujoco.viewer
 

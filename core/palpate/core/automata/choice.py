@@ -70,7 +70,7 @@ class ExtractionSettings(Settings):
                 break
         if not fits:
             raise ConfigurationError(
-                "extraction.most_states", self.most_states, "more, fewer hidden units, or a lower q"
+                "extraction.most_states", self.most_states, "larger, or use fewer hidden units or a lower q"
             )
 
     def partition(self, network: Network, intervals: int, tree: PrefixTree | None = None) -> Partition | None:

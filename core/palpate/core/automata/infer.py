@@ -61,7 +61,7 @@ class Inference:
         chosen: The chosen automaton. For prediction, the held-out strings determine its q, then it is extracted again
             with all strings.
         extracts: Candidates from the same network, by q; for acceptance, only the chosen automaton.
-        beside: Held-out losses of the baselines, the last zero to three symbols, by name; for prediction only.
+        baselines: Held-out losses of the baselines, the last zero to three symbols, by name; for prediction only.
     """
 
     chosen: Extract
@@ -70,7 +70,7 @@ class Inference:
     training: Training
     strings: int
     held_out: int
-    beside: dict[str, float]
+    baselines: dict[str, float]
 
     @property
     def machine(self) -> Machine:
@@ -95,9 +95,9 @@ class Inference:
         if chosen.agreement is not None:
             lines.append(f"agreement: {chosen.agreement:.1%} of the held-out strings ({self.held_out} strings)")
         if chosen.loss is not None:
-            beside = ", ".join(f"{name} {loss:.4f}" for name, loss in self.beside.items())
+            baselines = ", ".join(f"{name} {loss:.4f}" for name, loss in self.baselines.items())
             lines.append(
-                f"cross-entropy on {self.held_out} held-out strings: {chosen.loss:.4f} nats a symbol; {beside}"
+                f"cross-entropy on {self.held_out} held-out strings: {chosen.loss:.4f} nats per symbol; {baselines}"
             )
         return "\n".join(lines)
 
@@ -131,11 +131,11 @@ def infer(
         raise ConfigurationError("inference.held_out", 0.0, "above 0: held-out strings choose q")
     training = train(strings, shape, settings.training, progress, held_tree)
     finalists = training.networks[: settings.finalists]
-    beside: dict[str, float] = {}
+    baselines: dict[str, float] = {}
     if held_tree is not None and reading is Readout.PREDICTION:
         network, extracts = _predictor(finalists, tree, held_tree, settings.extraction)
         machines = {f"last {count}": last_symbols(tree, count) for count in range(4)}
-        beside = {name: model_loss(machine, tree, held_tree) for name, machine in machines.items()}
+        baselines = {name: model_loss(machine, tree, held_tree) for name, machine in machines.items()}
         tree = PrefixTree.of(whole)
         chosen = _whole(cheapest(extracts), tree, settings.extraction)
     else:
@@ -148,7 +148,7 @@ def infer(
         training=training,
         strings=len(strings.words),
         held_out=0 if held_out is None else len(held_out.words),
-        beside=beside,
+        baselines=baselines,
     )
 
 

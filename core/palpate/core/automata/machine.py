@@ -33,7 +33,7 @@ class Machine:
     """A deterministic finite machine. States and symbols are numbers; names serve people and files.
 
     Attributes:
-        transitions: Next state by state and symbol, (states, symbols); None where it is unknown.
+        transitions: Next state by state and symbol, (states, symbols); None if unknown.
         state_outputs: Output of each state.
         labels: Readable names of the states; empty for numbered names. They do not affect the behaviour.
 

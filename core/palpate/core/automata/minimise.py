@@ -46,7 +46,7 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
         same order of their first states.
     """
     if apart is not None and len(apart) != len(machine.transitions):
-        raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one a state")
+        raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one per state")
     reachable = machine.reachable()
     block_of = _numbered(
         {state: (machine.state_outputs[state], None if apart is None else apart[state]) for state in reachable}
@@ -102,7 +102,7 @@ class AutomatonDifference:
     """A word for which two machines have different outputs. It is always truthy, even for the empty word.
 
     Attributes:
-        outputs: Outputs of the two machines after the word; None where the word takes an unknown transition.
+        outputs: Outputs of the two machines after the word; None if the word takes an unknown transition.
     """
 
     word: tuple[int, ...]
@@ -132,9 +132,9 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
         ConfigurationError: The machines are of different kinds, or their alphabets differ, even in the order alone.
     """
     if one.kind is not other.kind:
-        raise ConfigurationError("automaton.kind", other.kind.value, f"{one.kind.value}, as of the other machine")
+        raise ConfigurationError("automaton.kind", other.kind.value, f"{one.kind.value}, like the other machine")
     if one.alphabet != other.alphabet:
-        accepted = f"{one.alphabet}, in this order, as of the other machine"
+        accepted = f"{one.alphabet}, in this order, like the other machine"
         raise ConfigurationError("automaton.alphabet", other.alphabet, accepted)
     # The search is breadth first over pairs of states, so it finds each pair by its shortest word.
     queue: deque[tuple[tuple[int, ...], tuple[int | None, int | None]]] = deque([((), (one.start, other.start))])

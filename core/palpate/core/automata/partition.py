@@ -38,7 +38,7 @@ class Partition:
         network: The network, with s symbols and h hidden units.
         intervals: Number of intervals of each hidden unit, q.
         vectors: Hidden state that represents each state, (n, h).
-        transitions: State after each state and symbol, (n, s); -1 where no string leads.
+        transitions: State after each state and symbol, (n, s); -1 if no string leads there.
         cells: Cell number of each state, (n,).
         last: Last symbol of each state, (n,); -1 for the start, or for all states if symbols are not distinguished.
     """

@@ -130,7 +130,9 @@ class Strings:
         known: dict[tuple[int, ...], bool] = {}
         for word, label in zip(self.words, self.labels, strict=True):
             if known.setdefault(word, label) is not label:
-                raise ConfigurationError("strings", self._shown(word), "each string either accepted or rejected")
+                raise ConfigurationError(
+                    "strings", self._shown(word), "strings that are labelled alike where they are equal"
+                )
 
     def _shown(self, word: tuple[int, ...]) -> str:
         return brief([self.alphabet[symbol] for symbol in word])

@@ -35,8 +35,8 @@ class AutomatonState(Settings):
 
     Attributes:
         automaton: Names of the automaton's states.
-        transitions: Next state by state and symbol, (states, symbols); None where it is unknown.
-        anchors: Anchor of each symbol, (symbols,); None where there is none.
+        transitions: Next state by state and symbol, (states, symbols); None if unknown.
+        anchors: Anchor of each symbol, (symbols,); None if it has none.
 
     Raises:
         ConfigurationError: The sizes are inconsistent, or a state is named ``lost``.
@@ -52,7 +52,7 @@ class AutomatonState(Settings):
 
     @override
     def check(self) -> None:
-        self.require("automaton", LOST not in self.automaton, f"other names than {LOST}: it means that none is known")
+        self.require("automaton", LOST not in self.automaton, f"names other than {LOST}, which is the unknown state")
         states, symbols = len(self.automaton), len(self.symbols)
         known = {None, *range(states)}
         rows = all(len(row) == symbols and known.issuperset(row) for row in self.transitions)

@@ -118,8 +118,8 @@ class Training:
         if reading is Readout.PREDICTION:
             return reached
         if self.consistent:
-            return f"{reached}; {self.consistent} right about every training string"
-        return f"{reached}; none is right about every training string"
+            return f"{reached}; {self.consistent} correct about every training string"
+        return f"{reached}; none is correct about every training string"
 
 
 def train(

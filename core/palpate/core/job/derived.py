@@ -185,7 +185,7 @@ class Derived:
     lateral_m_per_N_s: Annotated[float, "integral gain of the lateral force in the hole"]
     capture_m: Annotated[float, "half-width of the strip that takes the peg into the hole at the speed of a search"]
     pitch_m: Annotated[float, "distance of neighbouring paths of a search"]
-    slide_m_s: Annotated[float, "highest speed on the plate, at which a caught peg stops within the force limit"]
+    slide_m_s: Annotated[float, "highest speed on the plate, at which a wedged peg stops within the force limit"]
     half_width_m: Annotated[float, "half the side of the searched square"]
     step_m: Annotated[float, "length of an exploratory step"]
     time_s: Annotated[float, "time limit of the exploration"]

@@ -24,7 +24,7 @@ class Regime:
     jam_number: Annotated[float, "jam number J: force that jams a tilted peg over the press of the search"]
     jam_depth_m: Annotated[float, "depth at which it jams under that press (inf: it does not)"]
     wedge_number: Annotated[float, "wedge number W = mu theta D / 2 c: above 1 two walls may hold a tilted peg"]
-    wall_N: Annotated[float, "force of each wall on a tilted peg on the way down"]
+    wall_N: Annotated[float, "force of each wall on a tilted peg during the descent"]
     held_N: Annotated[float, "force with which friction on both walls may hold a pull back"]
     search_s: Annotated[float, "one sweep of the searched square"]
     noise_m: Annotated[float, "standard deviation of depth by the noise of the force"]

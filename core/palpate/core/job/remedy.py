@@ -53,7 +53,7 @@ class Verification:
         source = "" if regime.response_noise_N < 1.5 * job.noise_N else ", mostly of the encoders' steps"
         remedies = " or ".join(islice(self._remedies(), _NAMED)) or "use a quieter sensor and another gripper"
         return (
-            f"a contact cannot be verified: that takes {takes}, the longest window is {_BUDGET_S:.2g} s, with a dither"
+            f"no contact can be verified: that takes {takes}, the longest window is {_BUDGET_S:.2g} s, with a dither"
             f" of {regime.dither_N:.2g} N in a noise of {regime.response_noise_N:.2g} N{source}: {remedies}"
         )
 

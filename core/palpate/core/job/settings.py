@@ -31,8 +31,8 @@ _PHASE: Final = 0.6521
 """Phase of the gripper's fastest spring in a step of the simulated cell, rad, as in the paper's cell. At twice this
 phase a light peg in a stiff gripper chatters in a tight hole."""
 _SLIP: Final = 5.0
-"""Slip distance of a peg in a simulation step over its radial clearance. With 7 and 12 the peg was driven into both
-walls at once and chattered."""
+"""Slip distance of a peg in a simulation step over its radial clearance. With higher values the peg is driven into
+both walls at once and chatters."""
 _LEAST_LEVER_MM: Final = 60.0
 """Lever of the inertia of a tool on a small peg, whose centre of mass is about this far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0

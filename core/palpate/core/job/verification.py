@@ -10,8 +10,8 @@ from typing import Final
 from palpate.core.ports import PERIOD_S
 
 HALF_PERIOD_TICKS: Final = (3, 8)
-"""Range of half-periods, without the upper bound: servos smooth shorter ones away, and longer ones look alike from
-trial to trial."""
+"""Range of half-periods, without the upper bound: servos smooth shorter ones away, and longer ones differ too little
+between trials."""
 HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
 """Mean half-period in ticks."""
 PEAK: Final = 1.5

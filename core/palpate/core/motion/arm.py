@@ -66,13 +66,13 @@ class ArmDescription(Settings):
     @override
     def check(self) -> None:
         joints = len(self.posture_rad)
-        self.require("posture_rad", joints in (6, 7), "6 or 7 numbers, one a joint")
+        self.require("posture_rad", joints in (6, 7), "6 or 7 numbers, one per joint")
         for field, value in (("name", Path(self.urdf).stem), ("encoder_step_rad", (2 * pi / _COUNTS,) * joints)):
             if not getattr(self, field):
                 object.__setattr__(self, field, value)
         servos = ("servo_stiffness_Nm_per_rad", "servo_armature_kg_m2")
         for field in ("encoder_step_rad", *servos, "lower_rad", "upper_rad", "velocity_limit_rad_s"):
-            accepted = f"{joints} numbers, one a joint as in posture_rad"
+            accepted = f"{joints} numbers, one per joint as in posture_rad"
             self.require(field, len(getattr(self, field)) in (0, joints), accepted)
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class ArmDescription(Settings):
             return Path(__file__).parent / self.urdf.removeprefix(_OURS)
         if not self.urdf.startswith(_ROBOT_DATA):
             if self.urdf.startswith("package://"):
-                raise AssetError("arm", self.urdf, f"a path, or {_ROBOT_DATA}...; other packages are not looked for")
+                raise AssetError("arm", self.urdf, f"a path, or {_ROBOT_DATA}...; other packages are not searched")
             return Path(self.urdf)
         # The PyPI package installs files under the environment's cmeel prefix, without a Python module to find them.
         relative = Path("cmeel.prefix/share/example-robot-data/robots") / self.urdf.removeprefix(_ROBOT_DATA)
@@ -194,7 +194,7 @@ def arm_named(arm: str | ArmDescription) -> ArmDescription:
                 accepted = f"an arm that can be loaded; {entry.value} cannot ({error})"
                 raise ConfigurationError("arm", arm, accepted) from error
             if not isinstance(found, ArmDescription):
-                raise ConfigurationError("arm", arm, f"an ArmDescription behind {entry.value}")
+                raise ConfigurationError("arm", arm, f"an ArmDescription at {entry.value}")
             return found
     known = ", ".join([*ARMS, *sorted(entry.name for entry in others)])
     raise ConfigurationError("arm", arm, f"one of {known}, or a table [arm] with urdf, flange and posture_rad")

@@ -111,7 +111,7 @@ class InverseKinematics:
         raise UnreachableError(
             field,
             f"({position}) mm",
-            f"a place that {kinematics.arm.name} reaches with its tool axis as asked and tool.tip_mm as stated",
+            f"a place that {kinematics.arm.name} reaches with the required tool axis and tool.tip_mm",
         )
 
     def turning(self, q_rad: JointVector, axis: Vector3) -> list[float]:

@@ -135,7 +135,7 @@ def perception_from_dict(data: object) -> Perception:
     """Read the result of :func:`perception_to_dict`.
 
     Raises:
-        ConfigurationError: The schema is another one, keys are missing or unknown, or a stage is wrong.
+        ConfigurationError: The schema differs, keys are missing or unknown, or a stage is wrong.
     """
     if not isinstance(data, dict):
         raise ConfigurationError("perception", data, f"a table with schema {SCHEMA!r}")

@@ -128,7 +128,7 @@ class LastSymbols(Settings):
     def check(self) -> None:
         symbols = len(self.symbols)
         count = sum(symbols**size for size in range(1, self.length + 1))
-        accepted = f"one that makes at most {MOST_SYMBOLS} states; with {symbols} symbols there are {count}"
+        accepted = f"a number that gives at most {MOST_SYMBOLS} states; with {symbols} symbols there are {count}"
         self.require("length", count <= MOST_SYMBOLS, accepted)
         fitted(f"{_TABLE}.states", self.states, Names)
 

@@ -34,7 +34,7 @@ OwnLearner = TabularLearner | BeliefLearner | HmmLearner
 def tabular_learner(
     parameters: QParameters, states: Sequence[str], actions: Sequence[Action], *, frozen: bool = False
 ) -> TabularLearner:
-    """Create the tabular learner with such settings: Sarsa(lambda) or Q-learning."""
+    """Create the tabular learner with these settings: Sarsa(lambda) or Q-learning."""
     if isinstance(parameters, SarsaParameters):
         return Sarsa(states, actions, parameters, frozen=frozen)
     return QLearning(states, actions, parameters, frozen=frozen)
@@ -48,7 +48,7 @@ def new_learner(
     *,
     frozen: bool = False,
 ) -> OwnLearner:
-    """Create the learner with such settings.
+    """Create the learner with these settings.
 
     Args:
         bounds: Task bounds for a belief.
@@ -177,7 +177,7 @@ class LearnerEntry(Settings):
         """Create the learner with this state for a task.
 
         Raises:
-            ConfigurationError: The state is of another task, or invalid.
+            ConfigurationError: The state belongs to another task, or is invalid.
         """
         learner = new_learner(self.parameters, states, actions, bounds, frozen=frozen)
         begun = learner.get_state()

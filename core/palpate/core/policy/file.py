@@ -177,7 +177,7 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         raise ConfigurationError("policy", ", ".join(type(part).__name__ for part in parts), accepted)
     states, actions = named[0].states, named[0].actions
     if any(part.states != states or part.actions != actions for part in named):
-        raise ConfigurationError("policy", "parts that differ", "the same states and actions in all its parts")
+        raise ConfigurationError("policy", "parts that differ", "one whose parts have the same states and actions")
     if len(learners) > 1:
         raise ConfigurationError("policy", "several learners", "at most one learner")
     return PolicyDocument(

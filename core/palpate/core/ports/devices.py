@@ -52,7 +52,7 @@ class Device(Protocol):
 
     @abstractmethod
     def close(self) -> None:
-        """Release the device for good; allowed at any time, also repeatedly."""
+        """Release the device permanently; allowed at any time, also repeatedly."""
 
 
 @runtime_checkable

@@ -40,7 +40,7 @@ class FaultLatch:
     @property
     def remedy(self) -> str:
         """Return the action required of a person."""
-        return "acknowledge it before going on"
+        return "acknowledge it first"
 
     def set(self, cause: str) -> None:
         """Latch a trip or fault; the first cause is kept."""

@@ -1,7 +1,7 @@
 """The life cycle of every device adapter, as one table.
 
 ``construct`` opens nothing; ``configure`` opens and checks the device; ``activate`` enables it; ``deactivate`` undoes
-that; ``close`` releases the device for good. A fault latches. Only ``acknowledge_fault``, the decision of a person,
+that; ``close`` releases the device permanently. A fault latches. Only ``acknowledge_fault``, the decision of a person,
 clears it. The state is then *configured*, never *active*.
 """
 
@@ -59,7 +59,7 @@ class ActiveInside:
 
     @abstractmethod
     def close(self) -> None:
-        """Release the device for good."""
+        """Release the device permanently."""
 
     def __enter__(self) -> Self:
         try:
@@ -128,7 +128,7 @@ class ManagedDevice(ActiveInside):
                 self._fault = self._fault or cause
 
     def close(self) -> None:
-        """Release the device for good; allowed at any time, also repeatedly."""
+        """Release the device permanently; allowed at any time, also repeatedly."""
         if self._life is not Life.CLOSED:
             try:
                 self._on_close()

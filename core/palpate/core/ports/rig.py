@@ -43,7 +43,7 @@ class SensorFacts:
                 raise ConfigurationError(f"{_TABLE}.{name}", value, "a standard deviation, a finite number from 0 up")
         for name in ("range_N", "range_Nm"):
             if len(value := getattr(self, name)) != 3 or not all(each > 0.0 for each in value):
-                raise ConfigurationError(f"{_TABLE}.{name}", value, "three numbers above 0, one an axis")
+                raise ConfigurationError(f"{_TABLE}.{name}", value, "three numbers above 0, one per axis")
         if not (isfinite(self.rate_Hz) and self.rate_Hz > 0.0):
             raise ConfigurationError(f"{_TABLE}.rate_Hz", self.rate_Hz, "a finite number above 0")
         if not self.frame:
@@ -146,10 +146,10 @@ class Rig(Protocol):
         Raises:
             ConfigurationError: This rig has one place.
         """
-        raise ConfigurationError("place.further_mm", "further places", "none on this rig")
+        raise ConfigurationError("place.further_mm", "further places", "left out: this rig has one place")
 
     def stopped_by(self) -> str:
-        """Return what else stopped the arm since the last :meth:`prepare`; empty if nothing did."""
+        """Return the outside cause of a stop since the last :meth:`prepare`; empty if there is none."""
         return ""
 
     def device_behind(self, sample: str) -> str:

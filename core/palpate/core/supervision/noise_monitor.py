@@ -129,12 +129,12 @@ class NoiseMonitor:
 
 
 def _deviation(values: Sequence[float]) -> float:
-    """Return the sample standard deviation; the exact one of the standard library takes a fifth of a tick for six."""
+    """Return the sample standard deviation; the standard library's exact one takes too long."""
     mean = sum(values) / len(values)
     return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
 
 
 def _bands(noise: Sequence[float]) -> _Six:
-    """Return the half-widths; a channel without noise gets one that no value is within."""
+    """Return the half-widths; for a channel without noise, one that no value satisfies."""
     a, b, c, d, e, f = (BAND * each if each > 0.0 else -1.0 for each in noise)
     return (a, b, c, d, e, f)

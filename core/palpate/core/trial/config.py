@@ -51,7 +51,7 @@ class TaskConfig(Settings):
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
     """Length of one exploratory step."""
     slide_speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 32.84
-    """Highest speed on the plate, at which a caught peg stops within the force limit."""
+    """Highest speed on the plate, at which a wedged peg stops within the force limit."""
     directions: Annotated[int, Range(2, 360)] = 8
     """Number of step directions for the policy, evenly spaced about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
@@ -88,7 +88,7 @@ class TaskConfig(Settings):
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """Additional play in the mouth of the hole, by chamfers or broken edges; 0 computes it, at least 0.2."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
-    """A measured force above this ends the trial at once; a true peak above it is no success."""
+    """A measured force above this ends the trial at once; a true peak above it is not a success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
     """Height above the plate at which the sensor is tared and the approach begins."""
     travel_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0

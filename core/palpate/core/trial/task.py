@@ -71,7 +71,7 @@ class Task(Protocol):
     @property
     @abstractmethod
     def report(self) -> TrialReport:
-        """Return the report of the present or last trial; setting its outcome ends the trial."""
+        """Return the report of the current or latest trial; setting its outcome ends the trial."""
 
     @property
     @abstractmethod

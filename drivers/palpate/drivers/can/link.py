@@ -1,6 +1,6 @@
 """A CAN bus with python-can, polled without a thread.
 
-A receive thread of python-can ends without a word when a serial CAN adapter sends a malformed line (INFERENCE from its
+A receive thread of python-can ends silently when a serial CAN adapter sends a malformed line (INFERENCE from its
 notifier.py; seen on a pseudo-terminal), so none is used here: each poll calls ``recv``. CANopen needs such a thread;
 see :mod:`palpate.drivers.cia402.link`.
 """
@@ -25,7 +25,7 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier, of the payload's real length, whatever the interface claimed."""
+    """A data frame with an 11-bit identifier, of the payload's real length, even if the interface claimed another."""
 
     can_id: int
     data: bytes = b""
@@ -44,7 +44,7 @@ _STALLED_S: Final = 0.001
 
 
 class BoundedSlcanBus(slcanBus):
-    """A serial CAN adapter that takes each frame within ``FRAME_TIMEOUT_S``, or ``can.CanError`` is raised.
+    """Serial CAN adapter that raises ``can.CanError`` if it does not accept a frame within ``FRAME_TIMEOUT_S``.
 
     FACT (python-can 4.6.1, ``slcan.py``): ``slcanBus`` sends with no time limit and then drains (``tcdrain``), so an
     adapter that stops taking bytes holds its caller for ever; and closing the bus writes to it first, so that the port
@@ -70,7 +70,7 @@ class BoundedSlcanBus(slcanBus):
             self._wait_s = FRAME_TIMEOUT_S
 
     def shutdown(self) -> None:
-        """Tell the adapter to leave the bus, if it still listens, and close the port in any case."""
+        """Request the adapter to leave the bus, if it still responds, and always close the port."""
         can.BusABC.shutdown(self)
         if self.serialPortOrig.is_open:
             with suppress(can.CanError):
@@ -82,7 +82,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
     """Open a bus.
 
     Args:
-        interface: Of python-can: ``socketcan``, ``slcan``, ``virtual``, and so on.
+        interface: Interface name of python-can, such as ``socketcan``, ``slcan`` or ``virtual``.
         bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
 
     Raises:
@@ -159,7 +159,7 @@ class CanLink:
         return frames
 
     def send(self, frame: CanFrame) -> bool:
-        """Send a frame; False when the interface did not take it, with which the time-out of the request deals.
+        """Send a frame; False if the interface did not accept it; the time-out of the request then applies.
 
         Raises:
             SilentError: The interface is gone.

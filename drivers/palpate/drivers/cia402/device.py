@@ -200,5 +200,5 @@ class Cia402Arm(LatchingArm):
     def _positions_rad(self) -> tuple[float, ...]:
         known = [view.position_rad for view in self._exchange.views if view.position_rad is not None]
         if len(known) != len(self.settings.joints):
-            raise SilentError("arm", "not every drive has told its position", "check the bus")
+            raise SilentError("arm", "not every drive has reported its position", "check the bus")
         return tuple(known)

@@ -18,7 +18,7 @@ _KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise 
 
 @dataclass(frozen=True, slots=True)
 class AxisView:
-    """One joint as the last SYNC showed it; None for what is not known yet.
+    """State of one joint at the last SYNC; None for unknown values.
 
     Attributes:
         state: State in the statusword; None also if it matches no pattern.

@@ -90,7 +90,8 @@ class ArmDriver(Protocol):
     Raises:
         StateError: By any request in the wrong state, or with a joint outside its limits.
         RefusedError: By ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
-        SettingError, WiringError: By ``open``: the device is missing, is another one, or has other settings.
+        SettingError, WiringError: By ``open``: the device is missing, differs from the configuration, or has other
+        settings.
         SilentError, GarbledError: The bus, or a device on it, is silent or sends invalid data.
         DeviceFaultError: A device reports a fault, or a pose is not allowed.
     """

@@ -94,8 +94,8 @@ FLOWING = frozenset(_FLOWING)
 class RequestInFlight:
     """Holds the only pending request.
 
-    An acknowledgement "not initialised" does not complete the request, which is repeated after its time-out: a board
-    that is booting answers so, and the other content of such an answer is stale (FACT).
+    An acknowledgement "not initialised" does not complete the request, which is repeated after its time-out. A booting
+    board sends it, with otherwise stale content (FACT).
     """
 
     def __init__(self) -> None:

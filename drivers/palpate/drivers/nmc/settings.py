@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 POWER_UP_BAUD: Final = 19_200
-"""FACT (libnmc): where every module is after power-up and after HARD_RESET."""
+"""Baud rate of every module after power-up and after HARD_RESET. FACT: libnmc."""
 
 BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000: 4}
 """Data byte of SET_BAUD by baud rate.
@@ -46,7 +46,7 @@ class SerialTiming:
     """The line and the adapter.
 
     Attributes:
-        adapter_latency_s: What the adapter adds to every exchange. What a module takes before it answers is NOT FOUND.
+        adapter_latency_s: Latency that the adapter adds to every exchange. The response time of a module is NOT FOUND.
     """
 
     baud: int

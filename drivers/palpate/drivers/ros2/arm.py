@@ -108,7 +108,7 @@ class Ros2Arm(LatchingArm):
         """Move the last joint slowly, end the commands, and wait for the robot's own stop.
 
         Returns:
-            Seconds until the joint stood; None if it did not, after which it was stopped.
+            Time until the joint was stationary, s; None if it had to be stopped.
 
         Raises:
             DriverError: The joint does not follow, or the robot falls silent.
@@ -165,7 +165,7 @@ class Ros2Arm(LatchingArm):
         self._seen_rad, self._time_ns, self._heard_ns = angles[-1], times_ns[-1], now_ns
 
     def _await_news(self) -> None:
-        """Wait for a new message, because received ones may be old or of a fault."""
+        """Wait for a new message, because received ones may be old or precede a fault."""
         self._link.take()
         begin_ns, before_ns = self._now_ns(), self._time_ns
         while self._time_ns == before_ns:

@@ -81,7 +81,7 @@ def joint_angles(message: Any, joints: Sequence[str], topic: str) -> tuple[float
 
 
 def await_publisher(link: Ros2Link, timeout_s: float, sleep: Callable[[float], None]) -> None:
-    """Wait for the publisher; raises WiringError if there is not exactly one that fits."""
+    """Wait for the publisher; raises WiringError unless exactly one matches."""
     waited_s = 0.0
     while not link.publishers():
         if waited_s >= timeout_s:

@@ -23,7 +23,7 @@ _domains: Final = dict[int, tuple[str, Any]]()
 
 
 class Ros2Link:
-    """A participant of a domain, which reads a topic of a type, and writes commands to another, if named."""
+    """DDS participant that reads one topic and, if requested, writes commands to another."""
 
     def __init__(self, network: Ros2Network, reads: tuple[str, str], writes: str = "") -> None:
         self.network, (self.reads, self.kind), self.writes = network, reads, writes

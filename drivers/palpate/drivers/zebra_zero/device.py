@@ -140,9 +140,10 @@ class ZebraZero(LatchingArm):
         }
 
     def stop(self) -> None:
-        """Bring every motor whose servo is on to rest and keep it there, and keep its counters.
+        """Stop every motor whose servo is on, hold it, and store its counters.
 
-        Any time, twice too; never raises. Nothing moves after a stop until the servos are switched on again, and a
+        May be called at any time and repeatedly; never raises. Nothing moves after a stop until the servos are
+        switched on again, and a
         dead line is not tried again: only a stop that was not seen to succeed is repeated.
         """
         if self._state in (ArmState.NEW, ArmState.CLOSED):
@@ -167,7 +168,9 @@ class ZebraZero(LatchingArm):
         elif self.fault is None and self.stopped is servos.StopOutcome.LINE_DEAD:
             self._fail(SilentError(DEVICE, self.stopped.value, "check cable and supply, then acknowledge"))
         elif self.fault is None and self.stopped is servos.StopOutcome.NOT_SEEN:
-            self._fail(DeviceFaultError(DEVICE, self.stopped.value, "see that the arm stands still, then acknowledge"))
+            self._fail(
+                DeviceFaultError(DEVICE, self.stopped.value, "check that the arm is stationary, then acknowledge")
+            )
 
     def acknowledge(self) -> None:
         """Clear a latched fault and the modules' sticky bits. Only a person may decide this.

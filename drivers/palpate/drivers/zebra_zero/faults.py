@@ -37,7 +37,7 @@ _REMEDIES: Final = {
 
 
 class ArmFaultError(DeviceFaultError):
-    """A fault of the arm, of one motor, 1 to 6, or of none."""
+    """A fault of the arm or of one motor, 1 to 6."""
 
     def __init__(self, kind: FaultKind, axis: int | None, detail: str = "") -> None:
         self.kind, self.axis = kind, axis

@@ -42,7 +42,7 @@ SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
 ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
 _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
-"""Time without a reply after which a stop considers the line dead."""
+"""Time without a reply after which a stop treats the line as dead."""
 _DEAD_TRIES: Final = 3
 """Smallest number of requests without a reply by then, for any time-outs of the bus."""
 
@@ -51,8 +51,8 @@ class StopOutcome(enum.Enum):
     """Result of a stop."""
 
     NOTHING_ON = "no servo was on"
-    STATIONARY = "every motor was seen at rest"
-    NOT_SEEN = "not every motor was seen at rest"
+    STATIONARY = "every motor was seen stationary"
+    NOT_SEEN = "not every motor was seen stationary"
     LINE_DEAD = "no motor could be reached"
 
 
@@ -64,13 +64,12 @@ def bring_to_rest(
     *,
     are_all: bool,
 ) -> StopOutcome:
-    """Stops the motors smoothly with their amplifiers on, and watches until they rest; abruptly after the time-out.
+    """Stops the motors smoothly with their amplifiers on, and abruptly after a time-out.
 
-    A line without any answer is not waited for so long: the motors get the command, and no more can be done.
+    If the line is dead, it sends the command once and does not wait.
 
     Args:
-        addresses: Modules whose servos are on. One that turns out to have switched itself off is left so: a stop
-            might switch it on again.
+        addresses: Modules whose servos are on. One that has switched itself off stays off.
     """
     if not addresses:
         return StopOutcome.NOTHING_ON

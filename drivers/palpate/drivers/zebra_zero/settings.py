@@ -38,13 +38,13 @@ class JointLimits:
 
 
 REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
-"""Items of every reply in a cycle. AUX costs a byte an axis and shows at once when a servo went off."""
+"""Items of every reply in a cycle. AUX costs one byte per axis and shows immediately that a servo is off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 """Firmware of the PIC-SERVO SC that takes a new trapezoid while one runs. FACT: data sheet."""
 
 
 class Streaming(enum.Enum):
-    """How set-points reach a motor; decided by the firmware of the modules.
+    """Method of sending set-points to a motor, determined by the firmware of the modules.
 
     ``TRAPEZOID`` loads a new target position while the last is still being approached, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new
@@ -77,7 +77,7 @@ GAINS: Final = nmc.set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ZebraZeroSettings:
-    """The arm and how it is run. Values without a mark are choices of this driver.
+    """Settings of the arm. Values without a mark are choices of this driver.
 
     Attributes:
         divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
@@ -108,7 +108,7 @@ class ZebraZeroSettings:
 
     @property
     def highest_rate_Hz(self) -> float:
-        """The highest rate that leaves the reserve; both ways of streaming take the same time. CALC."""
+        """The highest rate that leaves the reserve; both streaming methods take the same time. CALC."""
         line = nmc.SerialTiming(self.bus.baud, self.bus.adapter_latency_s)
         setpoint = nmc.stop_motor(nmc.StopControl.AMP_ENABLE | nmc.StopControl.HERE, 0)
         exchange_s = line.exchange_s(setpoint.size_bytes + nmc.reply_size_bytes(REPLY_ITEMS))

@@ -1,4 +1,4 @@
-"""One round over all axes: accepted replies, set-points and faults."""
+"""One scan of all axes: accepted replies, set-points and faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -19,7 +19,8 @@ from palpate.drivers.zebra_zero.settings import (
 class Tracking:
     """Accepts plausible replies.
 
-    A reply of another axis, or a damaged one that has the right sum, shows as a jump that no motor can make: more than
+    A reply of another axis, or a damaged one that has the right sum, appears as an impossible jump of a motor: more
+    than
     twice what the highest velocity allows, plus the position error at which the firmware gives up; without that where
     another axis stands just there.
     """
@@ -65,7 +66,7 @@ class Tracking:
         self._misses = [0] * JOINTS
 
     def take(self, axis: int, reply: Reply, now_ns: int, *, is_driven: bool) -> int:
-        """Accept a reply unless its position is impossible; return 0, or how many in a row were rejected."""
+        """Accept a reply unless its position is impossible; return 0, or the number of consecutive rejections."""
         index, counts = axis - 1, reply.position_counts
         if counts is None:
             return self._mismatch(index)

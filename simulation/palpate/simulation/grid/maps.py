@@ -58,7 +58,7 @@ class GridMap:
         _check_rows(rows)
         places = [(x, y) for y, row in enumerate(rows) for x in range(len(row)) if row[x] in ascii_uppercase]
         if not places:
-            raise ConfigurationError("grid.map", "/".join(rows), "at least one cell beside the goal")
+            raise ConfigurationError("grid.map", "/".join(rows), "at least one cell next to the goal")
         letters = [rows[y][x] for x, y in places]
         symbols = tuple(sorted(set(letters)))
         object.__setattr__(self, "rows", rows)

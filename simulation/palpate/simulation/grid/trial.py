@@ -89,7 +89,7 @@ class Walker:
 
     @property
     def walk(self) -> Walk:
-        """Course of the trial so far."""
+        """The trial so far."""
         return Walk(self._start, tuple(self._symbols), tuple(self._actions), reached=self.cell is None)
 
     def observation(self) -> Observation:

@@ -1,4 +1,4 @@
-"""Body inertias and servos of the simulated arm, where its description states none."""
+"""Body inertias and servos of the simulated arm if its description states none."""
 
 from math import hypot, isfinite, pi
 from typing import Final

@@ -36,7 +36,7 @@ class PegConfig(Settings):
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
     """Height of the segment that the flat of a keyed peg removes."""
     contact: Annotated[str, OneOf("hull", "spheres")] = "hull"
-    """hull: a peg with sides is one solid body; spheres: it has contact spheres, as a round one has."""
+    """hull: a peg with sides is one solid body; spheres: it has contact spheres like a round peg."""
     diameter_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
     """Diameter of the peg, or of its inscribed circle for a polygon."""
     clearance_mm: Annotated[float, Range(0.001, 5.0)] = 0.075

@@ -16,7 +16,7 @@ VALID_SHARE: Final = 0.25
 _UPRIGHT: Final = 0.95
 _DEEP: Final = 0.99, 1e-4  # impedance in depth, and the depth in metres
 _SKIN: Final = 0.1
-"""Depth of the skin over the clearance: with 0.05 to 0.1 a peg jams as statics predict, with 0.2 deeper."""
+"""Depth of the skin over the clearance. With more, a peg jams deeper than statics predict."""
 _DEEPEST_SKIN_MM: Final = 0.004  # a peg may sink into the plate by 5 um
 _SURFACE: Final = 0.5
 """Impedance at the surface of the skin: with 0.3 to 0.7 a peg jams as statics predict, with 0.8 it slips."""
@@ -37,7 +37,7 @@ def contact_impedance(cell: CellConfig) -> tuple[float, float, float, float, flo
 
 
 def is_tight(cell: CellConfig) -> bool:
-    """Return True if plain walls would yield by half of what makes the cell invalid."""
+    """Return True if plain walls would yield by half of the limit for a valid cell."""
     return _give_mm(cell, _plain(cell)) > 0.5 * VALID_SHARE * cell.peg.clearance_mm
 
 
@@ -47,7 +47,7 @@ def give_mm(cell: CellConfig) -> float:
 
 
 def wedge_force_N(cell: CellConfig) -> float:
-    """Return the largest wall force on a tilted peg during its descent: k (lean - 2 c / l) / l."""
+    """Return the largest wall force on a tilted peg during its descent: k (tilt - 2 c / l) / l."""
     tilt, c_mm, depth_mm = cell.total_tilt_mrad * 1e-3, cell.peg.clearance_mm, cell.peg.hole_depth_mm
     at_mm = min(depth_mm, 4.0 * c_mm / tilt) if tilt else depth_mm
     return max(1e3 * cell.compliance.tilt_Nm_per_rad * (tilt - 2.0 * c_mm / at_mm) / at_mm, 0.0)

@@ -106,7 +106,7 @@ class SampleDelay:
         self._past.clear()
 
     def passed(self, wrench: list[float]) -> list[float]:
-        """Add this tick's wrench, (6,); return the delayed one, at first the oldest available."""
+        """Add this tick's wrench, (6,); return the delayed one, or the oldest available at the start."""
         self._past.append(wrench)
         newer, older = (self._past[max(len(self._past) - 1 - ago, 0)] for ago in (self._whole, self._whole + 1))
         return [a + self._rest * (b - a) for a, b in zip(newer, older, strict=True)]

@@ -43,7 +43,7 @@ def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path):
     assert RigFile.load(path).arm_model("ur5e") == "ur5e"
     path.write_text(RIG + 'name = "ur5e"\n')
     assert RigFile.load(path).model == RigFile.load(path).arm_model("ur5e") == "ur5e"
-    with pytest.raises(ConfigurationError, match="arm = 'ur10e' is refused: ur5e, which the rig file has"):
+    with pytest.raises(ConfigurationError, match="arm must be ur5e, which the rig file has"):
         RigFile.load(path).arm_model("ur10e")
     path.write_text(RIG + 'name = "ur5e"\ncalibration = "own.yaml"\n')
     calibrated = RigFile.load(path).model
@@ -53,7 +53,7 @@ def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path):
 @pytest.mark.parametrize(
     ("text", "refused"),
     [
-        ("format = 1\n" + RIG, "format = 1 is refused: 2, which this palpate reads"),
+        ("format = 1\n" + RIG, "format must be 2, which this version reads"),
         (RIG + URDF.replace("flange", "flansch"), "missing flange"),
     ],
 )

@@ -74,7 +74,7 @@ class Narrow(SimulatedRig):
 def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_to():
     silent = replace(QUICK, cell=replace(QUICK.cell, sensor=SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0)))
     with Narrow(silent, ready_pose()) as rig:
-        with pytest.raises(ConfigurationError, match=r"max_force_N = 30.0 is refused: below 28, the sensor"):
+        with pytest.raises(ConfigurationError, match=r"max_force_N must be below 28, the sensor"):
             supervisor_of(rig, QUICK, ready_pose())
         fits = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=25.0))
         assert supervisor_of(rig, fits, ready_pose()).trip is None

@@ -134,9 +134,9 @@ def test_on_a_rig_a_trial_with_untrustworthy_data_ends_the_run():
     with pytest.raises(DeviceError, match=r"trial 1: sensor fault: force sample stale$"):
         require_sound(rig, scored, first=3)
     with pytest.raises(DeviceError, match=r"force sample stale \(JR3\)$"):
-        require_sound(rig, replace(scored, blamed="JR3"), first=3)
+        require_sound(rig, replace(scored, trip_source="JR3"), first=3)
     with pytest.raises(DeviceError, match=r"\(JR3: late; fault of the arm: stop not seen\)"):
-        require_sound(rig, replace(scored, blamed="JR3: late", stopped_by="fault of the arm: stop not seen"))
+        require_sound(rig, replace(scored, trip_source="JR3: late", stopped_by="fault of the arm: stop not seen"))
 
 
 STRICT = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))

@@ -98,10 +98,10 @@ def test_a_trial_that_goes_straight_into_the_hole_is_skipped():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"actions": "both"}, "actions = 'both' is refused: one of discrete, continuous"),
-        ({"failure_penalty": -1.0}, "failure_penalty = -1.0 is refused"),
-        ({"job": "nowhere.toml"}, "job = 'nowhere.toml' is refused: a file that exists"),
-        ({"render_mode": "human"}, "render_mode = 'human' is refused: rgb_array, or None"),
+        ({"actions": "both"}, "actions must be one of discrete, continuous"),
+        ({"failure_penalty": -1.0}, "failure_penalty must be "),
+        ({"job": "nowhere.toml"}, "job must be a file that exists"),
+        ({"render_mode": "human"}, "render_mode must be rgb_array, or None"),
     ],
 )
 def test_what_there_is_not_is_refused(arguments, message):
@@ -165,9 +165,9 @@ def test_a_trial_may_be_named_and_those_after_it_follow(env, begun):
 @pytest.mark.parametrize(
     ("seed", "options", "message"),
     [
-        (None, {"tria": 1}, "options = {'tria': 1} is refused: a table such as"),
-        (None, 5, "options = 5 is refused: a table such as"),
-        (2**63, None, "seed = 9223372036854775808 is refused"),
+        (None, {"tria": 1}, "options must be a table such as"),
+        (None, 5, "options must be a table such as"),
+        (2**63, None, "seed must be "),
     ],
 )
 def test_what_is_refused_changes_nothing(env, begun, seed, options, message):

@@ -51,7 +51,7 @@ def test_a_discrete_action_is_the_compass_step_of_that_number(kind):
 
 @pytest.mark.parametrize("action", [-1, 8, 1.0, np.float32(1), nan, "1", None, True, [1, 2], np.array([1, 2])])
 def test_a_discrete_action_out_of_range_or_of_another_kind_is_refused(action):
-    with pytest.raises(ActionRefusedError, match="is refused: a whole number from 0 to 7"):
+    with pytest.raises(ActionRefusedError, match="must be a whole number from 0 to 7"):
         NumberedActions(STEPS).decision(action)
 
 
@@ -73,7 +73,7 @@ def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x,
     "action", [(1.0001, 0.0), (0.0, -1.5), (nan, 0.0), (0.0, inf), (0.0,), (0.0, 0.0, 0.0), 3, None, "ab", [[0.0, 1.0]]]
 )
 def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action):
-    with pytest.raises(ActionRefusedError, match="is refused: two finite numbers from -1 to 1"):
+    with pytest.raises(ActionRefusedError, match="must be two finite numbers from -1 to 1"):
         FreeSteps(1e-3).decision(action)
 
 
@@ -94,5 +94,5 @@ def test_a_twist_turns_by_no_more_than_the_longest_turn():
     spatial = Twists(2e-3, 0.1).decision((0.0, 0.0, 0.0, 0.5, 0.0, -1.0)).action.spatial
     assert degrees(hypot(*spatial.turn_rad)) == pytest.approx(1.1)
     assert spatial.turn_rad[0] == pytest.approx(-0.5 * spatial.turn_rad[2])
-    with pytest.raises(ActionRefusedError, match="is refused: six finite numbers from -1 to 1"):
+    with pytest.raises(ActionRefusedError, match="must be six finite numbers from -1 to 1"):
         Twists(2e-3, 0.1).decision((0.0, 0.0))

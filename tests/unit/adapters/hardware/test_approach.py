@@ -160,7 +160,7 @@ def test_sensor_that_passes_silence_off_as_news_ends_the_way():
         first, reads = rig.ports.force_sensor.read(), count()
         frozen = Altered(rig.ports.force_sensor, lambda _: replace(first, sequence=first.sequence + next(reads)))
         begin_ns = rig.ports.clock.now_ns()
-        with pytest.raises(DeviceError, match=r"SAMPLE_STALE: .* on the way to the ready pose"):
+        with pytest.raises(DeviceError, match=r"SAMPLE_STALE: .* on the path to the ready pose"):
             way(replace(rig.ports, force_sensor=frozen), 0.2)
         assert rig.ports.clock.now_ns() - begin_ns < 500_000_000
 
@@ -168,7 +168,7 @@ def test_sensor_that_passes_silence_off_as_news_ends_the_way():
 def test_something_in_the_way_stops_the_arm():
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
-        with pytest.raises(DeviceError, match="N on the way"):
+        with pytest.raises(DeviceError, match="N on the path"):
             way(rig.ports, limit_N=0.001)
         reason = rig.ports.arm.send(JointCommand(APPROACH.poses_rad[0])).reason
     assert reason is CommandReason.STOPPED

@@ -192,7 +192,7 @@ def test_a_process_that_dies_is_a_fault_at_once_and_acknowledging_it_starts_anot
     fakes.send()
     fakes.started[0].loop._closed = True
     fakes.pass_ms(2)
-    with pytest.raises(FaultLatchedError, match=r"fake arm: .*arm's process has ended; what stops the arm"):
+    with pytest.raises(FaultLatchedError, match=r"fake arm: .*arm's process has ended; only the drives"):
         fakes.send()
     fakes.arm.stop()
     fakes.servos.__init__(  # the device, as a new process finds it

@@ -128,21 +128,26 @@ def test_damage_is_named():
 def test_false_size_of_a_chunk_is_refused():
     for claimed in (3, 2**40):
         head = struct.pack("<QQQII", 0, 0, claimed, 0, 4) + b"zstd" + struct.pack("<Q", 3) + b"abc"
-        assert "can be read" in complaint(MCAP0_MAGIC + struct.pack("<BQ", Opcode.CHUNK, len(head)) + head)
+        assert "contains nothing readable" in complaint(
+            MCAP0_MAGIC + struct.pack("<BQ", Opcode.CHUNK, len(head)) + head
+        )
 
 
 @pytest.mark.parametrize(
     ("data", "expected"),
     [
         (b"", "is empty"),
-        (MCAP0_MAGIC, "holds nothing that can be read: offset 8: the file ends without its footer"),
+        (MCAP0_MAGIC, "contains nothing readable: offset 8: the file ends without its footer"),
         (rewritten(third_party=True), "holds no messages of palpate's"),
         (log_bytes([]), "holds no messages of palpate's"),
-        (log_bytes(messages(begin=None)), "does not begin with what the trial started with"),
+        (log_bytes(messages(begin=None)), "does not begin with the start record"),
         (log_bytes(messages(begin=start(schema="palpate.log/3"))), "has format 'palpate.log/3'"),
         (log_bytes(SMALL + SMALL), "message 1: is a second /start"),
-        (log_bytes([RawMessage(START.id, 0, b"\xff")]), "message 0: is no start of a trial"),
-        (log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/4")]), "message 0: lacks what a trial starts with"),
+        (log_bytes([RawMessage(START.id, 0, b"\xff")]), "message 0: is not a start record"),
+        (
+            log_bytes([RawMessage(START.id, 0, b"\x0a\x0dpalpate.log/4")]),
+            "message 0: lacks the start record of a trial",
+        ),
         (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"\xff", 9)]), "message 9 on /event: is no Event"),
         (log_bytes([*SMALL, RawMessage(EVENT.id, 0, b"", 9)]), "message 9 on /event: is no Event"),
         (log_bytes([*SMALL, RawMessage(TICK.id, 0, b"\xff", 9)]), "message 6 of /tick: is no Tick"),

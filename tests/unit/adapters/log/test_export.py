@@ -114,7 +114,7 @@ def test_files_folders_and_patterns_once_each(tmp_path):
 
 
 def test_calls_that_are_none_are_refused(tmp_path):
-    with pytest.raises(ConfigurationError, match="jobs = 0 is refused: a whole number from 1 to 1024"):
+    with pytest.raises(ConfigurationError, match="jobs must be a whole number from 1 to 1024"):
         next(replay_files([], WhatIf(), 0))
     with pytest.raises(LogError, match="nowhere: is not there"):
         find_logs([tmp_path / "nowhere"])

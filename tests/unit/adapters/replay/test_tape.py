@@ -192,5 +192,5 @@ def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, sour
     log.start = replace(log.start, policy="gone:Policy", policy_json=document.to_json_text(), learner_json="")
     log.decisions = [replace(each, source=source) for each in log.decisions]
     assert told in Rebuilder().rebuild(log).recorded_decisions
-    with pytest.raises(LogError, match="the log holds no answer to a what-if"):
+    with pytest.raises(LogError, match="the log cannot answer a what-if"):
         Rebuilder(Changes(settings=("task.press_kgf=0.4",))).rebuild(log)

@@ -76,5 +76,5 @@ def test_a_port_that_is_taken_is_refused_in_one_line():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        with pytest.raises(ConfigurationError, match=r"^live_port = \d+ .*Address already in use.*--live-port"):
+        with pytest.raises(ConfigurationError, match=r"^live_port must be .*Address already in use.*--live-port"):
             LiveView.serving(taken.getsockname()[1])

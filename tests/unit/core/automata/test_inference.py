@@ -139,7 +139,7 @@ class TestChoice:
             drift(), long, ExtractionSettings(most_intervals=6, most_states=3, merge_symbols=True), HELD
         )
         assert [(extract.intervals, extract.raw_states) for extract in found] == [(2, 1), (3, 1)]
-        with pytest.raises(ConfigurationError, match=r"extraction\.most_states = 2 is refused: more"):
+        with pytest.raises(ConfigurationError, match=r"extraction\.most_states must be larger"):
             accepting_extract(three_steps(), AB_LABELLED, ExtractionSettings(fewest_intervals=4, most_states=2))
 
 

@@ -99,7 +99,7 @@ class TestMinimal:
         assert refused.value.field == "automaton.alphabet"
         assert str(tuple(alphabet)) in str(refused.value)
         moore = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (True,))
-        with pytest.raises(ConfigurationError, match="'moore' is refused: dfa"):
+        with pytest.raises(ConfigurationError, match="must be dfa"):
             difference(ALL, moore)
 
 

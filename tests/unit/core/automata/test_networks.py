@@ -23,15 +23,15 @@ class TestStrings:
     @pytest.mark.parametrize(
         ("texts", "labels", "alphabet", "said"),
         [
-            ([], [], "AB", r"strings = \(\) is refused: at least one string"),
+            ([], [], "AB", r"strings must be at least one string"),
             (["AB", ""], [], None, r"strings\[1\].*at least one symbol"),
-            (["AB", "AXB"], [], "AB", r"strings\[1\] = 'X' is refused: symbols of the alphabet A B"),
-            (["AAA", "A"], [], "AB", "strings = 'A A A' is refused: strings in which two different symbols occur"),
+            (["AB", "AXB"], [], "AB", r"strings\[1\] must be symbols of the alphabet A B"),
+            (["AAA", "A"], [], "AB", "strings must be strings in which two different symbols occur"),
             (
                 ["AB", "BA", "AB"],
                 [True, True, False],
                 None,
-                "strings = 'A B' is refused: each string either accepted or",
+                "strings must be strings that are labelled alike",
             ),
             (["AB", "BA"], [True], None, "true or false for each of 2"),
             (["AB"], [], "ABA", "different names"),
@@ -125,7 +125,7 @@ shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s.reading.val
 
 
 def loss_string_by_string(network, strings):
-    """The definition, without a tree: nats a symbol (with the end), or a string; and whether all is right."""
+    """The definition, without a tree: nats per symbol (with the end), or a string; and whether all is right."""
     total, drawn, right = 0.0, 0, True
     for place, word in enumerate(strings.words):
         hidden = network.start_state[np.newaxis]
@@ -211,7 +211,7 @@ class TestTraining:
         assert training.consistent == 0
         assert training.best.loss == min(point.best_loss for point in training.curve)
         assert training.curve[-1].best_loss > training.best.loss
-        assert "none is right about every training string" in training.summary
+        assert "none is correct about every training string" in training.summary
 
     def test_training_lowers_the_loss_to_that_of_the_source(self):
         # After an a comes a b with 3 in 4, an a otherwise; after a b the end.

@@ -65,7 +65,7 @@ class TestArms:
         ]
         monkeypatch.setattr(arm_module, "entry_points", lambda group: entries if group == "palpate.arms" else [])
         assert arm_named("own") is bench
-        with pytest.raises(ConfigurationError, match="an ArmDescription behind "):
+        with pytest.raises(ConfigurationError, match="an ArmDescription at "):
             arm_named("no")
         with pytest.raises(ConfigurationError, match="xarm7, no, own, or a table"):
             arm_named("puma")
@@ -186,7 +186,7 @@ class TestUrdf:
             ("posture_rad", (0.0, 2.6, 0.0, 0.0, 0.0, 0.0), "arm.posture_rad[1]", "from -2.5 to 2.5, the limits of"),
             ("posture_rad", (0.0,) * 5, "arm.posture_rad", "6 or 7 numbers"),
             ("lower_rad", (2.5,) * 6, "arm.lower_rad", "less than upper_rad = 2.5 at joint j0"),
-            ("upper_rad", (1.0,), "arm.upper_rad", "6 numbers, one a joint"),
+            ("upper_rad", (1.0,), "arm.upper_rad", "6 numbers, one per joint"),
             ("velocity_limit_rad_s", (0.0,) * 6, "arm.velocity_limit_rad_s[0]", "above 0"),
         ],
     )  # fmt: skip

@@ -64,7 +64,7 @@ def test_invalid_decision_is_fault_of_policy(gives, said):
     text = str(caught.value)
     assert said in text
     assert text.startswith("policy strange.module:Strange: ")
-    assert text.endswith("; the fault is the policy's own")
+    assert text.endswith("; the fault is in the policy")
     assert "\n" not in text
 
 
@@ -89,7 +89,7 @@ def test_slow_choice_by_clock_of_rig_ends_trial():
 def test_policy_without_method_is_refused(name):
     whole = Deciding()
     parts = {part: getattr(whole, part) for part in ("serves", "begin_trial", "choose", "learn") if part != name}
-    with pytest.raises(ConfigurationError, match=rf"Strange' is refused: .*SimpleNamespace lacks {name}"):
+    with pytest.raises(ConfigurationError, match=rf"must be .*SimpleNamespace lacks {name}"):
         wrapped(SimpleNamespace(**parts))
 
 

@@ -69,7 +69,7 @@ def mean_of(wrenches: Array) -> tuple[Array, Array]:
 
 
 def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
-    """Return weight, centre of mass and mounting angle from wrenches at rest in several poses.
+    """Return weight, centre of mass and mounting angle from wrenches of a stationary tool in several poses.
 
     Means and standard deviations are (n, 6), N and N m, as measured.
 
@@ -101,7 +101,7 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
     mounting = Estimate(float((turn + 180.0) % 360.0 - 180.0), degrees(sd[1]))
     load = Payload(Estimate(float(weight), float(sd[0])), (x, y, z), mounting)
     if misfit_N > _MISFIT_SHARE * weight + 3.0 * float(spread[:, :3].mean()):
-        problem = f"the forces are {misfit_N:.2g} N beside those of a rigid tool of {weight:.3g} N"
+        problem = f"the forces are {misfit_N:.2g} N different from those of a rigid tool of {weight:.3g} N"
         raise UndeterminedError("weight", problem, "a tool that no cable pulls, and a sensor whose axes are right")
     _require("weight", load.weight_N, _WEIGHT_SHARE * weight, "N", "poses held longer, or tilted further")
     for axis, centre in zip("xyz", load.centre_of_mass_m, strict=True):
@@ -114,7 +114,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
     """Return depth of the plate's surface, m, and stiffness, N/m, from pressing and releasing.
 
     Args:
-        direction: +1 on the way in, -1 on the way out, (n,); friction and delay cause the difference between them.
+        direction: +1 while pressing, -1 while releasing, (n,); friction and delay cause the difference between them.
 
     Raises:
         UndeterminedError: There are too few samples, or the force does not increase with depth as for a spring.
@@ -194,5 +194,5 @@ def _linear_load(down: Array, means: Array) -> Array:
 
 def _require(what: str, estimate: Estimate, most: float, unit: str, missing: str) -> None:
     if not estimate.sd <= most < inf:
-        problem = f"known to {estimate.sd:.2g} {unit} only, {most:.2g} {unit} are wanted"
+        problem = f"known to {estimate.sd:.2g} {unit} only, {most:.2g} {unit} are required"
         raise UndeterminedError(what, problem, missing)

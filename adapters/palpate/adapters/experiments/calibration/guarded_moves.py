@@ -61,7 +61,7 @@ class GuardedMoves:
 
     @contextmanager
     def moving(self) -> Iterator[None]:
-        """Allow motion within the context, and stop the arm at its end in any case."""
+        """Allow motion within the context, and always stop the arm at its end."""
         arm, clock = self._ports.arm, self._ports.clock
         with self._loop():
             if arm.life is Life.ACTIVE:
@@ -104,7 +104,7 @@ class GuardedMoves:
             target = pin.SE3(begin.rotation, begin.translation + way * (tick / ticks))
             q_rad, limited = self._inverse.step(self._requested, target)
             if limited:
-                raise DeviceError("rig", "the arm cannot move its tool straight from here: bring it elsewhere by hand")
+                raise DeviceError("rig", "the arm cannot move its tool straight from here: move it elsewhere by hand")
             yield self.tick(q_rad)
 
     def go(self, target_in_base: pin.SE3) -> None:

@@ -146,7 +146,7 @@ class Commissioning:
             if report.outcome is not Outcome.INSERTED:
                 outcome = "nothing" if report.outcome is None else report.outcome.value
                 problem = f"insertion {trial + 1} ended with {outcome}: {report.events[-1].detail}"
-                raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--place)")
+                raise UndeterminedError("hole's place", problem, "a nominal place within 3 mm (--place)")
             x, y, _ = self._goal.act(np.array(task.tip_m))
             places.append((float(x), float(y)))
         return estimates.hole(places, 2e-3 * self.config.cell.peg.clearance_mm)
@@ -160,7 +160,7 @@ class Commissioning:
 
     def _go_above(self) -> None:
         """Withdraw the tool and lift it well above the expected hole."""
-        self._notify("on the way to 100 mm above the believed hole")
+        self._notify("moving to 100 mm above the nominal hole")
         self._withdraw()
         self.arm.joint_line(self._approach.poses_rad[0])
 
@@ -212,8 +212,8 @@ class Commissioning:
 
         lowest = at(_ABOVE_M)
         if not any(force_N(readings) > _TOUCH_N for readings in arm.tip_line(lowest, _DOWN_M_S)):
-            problem = f"no contact down to {_ABOVE_M * 1e3:g} mm below where it is believed"
-            raise UndeterminedError("plate's height", problem, "a nearer belief (--place.z-mm)")
+            problem = f"no contact down to {_ABOVE_M * 1e3:g} mm below its nominal height"
+            raise UndeterminedError("plate's height", problem, "a more accurate nominal height (--place.z-mm)")
         rows = []
         for direction, target in ((1.0, lowest), (-1.0, at(height_m))):
             for readings in arm.tip_line(target, _PRESS_M_S):

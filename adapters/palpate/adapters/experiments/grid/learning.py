@@ -48,7 +48,7 @@ def grid_named(name: str, size: int) -> GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Exact mean steps from a random start; no optimum with a belief (known map, unknown place) if it takes long."""
+    """Exact mean steps from a random start; the optimum with a belief is None if it takes too long."""
 
     full: float
     belief: float | None
@@ -66,7 +66,7 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
 
 
 def states_named(name: str, grid: GridMap) -> StateIdentifier:
-    """Return the state identification of a map: ``symbols``, ``last-2``, ``last-3`` and so on, or an automaton file.
+    """Return the state identification of a map: ``symbols``, ``last-2``, ``last-3``, ..., or an automaton file.
 
     Raises:
         ConfigurationError: The name is unknown, there are too many states to learn, or the file is not an automaton

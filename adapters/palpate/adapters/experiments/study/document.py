@@ -179,7 +179,7 @@ class Study:
         """
         table = read_toml(path, "study file")
         if not table:
-            raise ConfigurationError("study file", str(path), f"one that is not empty, with a table {_TABLES[0]}")
+            raise ConfigurationError("study file", str(path), f"a file that is not empty, with a table {_TABLES[0]}")
         for key in table:
             if key not in _TABLES:
                 accepted = f"one of {', '.join(_TABLES)}{did_you_mean(key, _TABLES)}"
@@ -195,7 +195,9 @@ class Study:
                 raise ConfigurationError(name, value, "a table")
         grids = [dict(_settings(_table("grid", grid))) for grid in (grids if isinstance(grids, list) else [grids])]
         if any("seed" in settings for settings in (base, *grids)):
-            raise ConfigurationError("seed", "[base] or [grid]", "seeds in the table [study]: seeds = [0, 1, 2]")
+            raise ConfigurationError(
+                "seed", "[base] or [grid]", "given as given as given as seeds in the table [study]: seeds = [0, 1, 2]"
+            )
         seeds = range(head.seeds) if isinstance(head.seeds, int) else tuple(head.seeds)
         job = str(path.resolve().parent / head.job) if head.job else ""
         values = tuple({name: _values(name, found) for name, found in grid.items()} for grid in grids)
@@ -232,9 +234,15 @@ class Study:
             for seed in self.seeds:
                 name = ",".join(quote(word, safe="=+") for word in (*words, f"seed={seed}"))
                 if name in seen:
-                    raise ConfigurationError("study", name, "each combination of settings, policy and seed once")
+                    raise ConfigurationError(
+                        "study",
+                        name,
+                        "a file with a file with a file with each combination of settings, policy and seed once",
+                    )
                 if len(name) > _LONGEST:
-                    accepted = f"fewer settings in a grid, or shorter values: a folder of at most {_LONGEST} characters"
+                    accepted = (
+                        f"a file with fewer or shorter settings in its grid: folder names have {_LONGEST} characters"
+                    )
                     raise ConfigurationError("study", name, accepted)
                 seen.add(name)
                 own = replace(config, seed=seed)

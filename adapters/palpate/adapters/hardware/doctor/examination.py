@@ -1,4 +1,4 @@
-"""Examination of a rig device by device; each is closed in any case."""
+"""Examination of a rig device by device; each is always closed."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Examination:
         if not move:
             return
         if report.count(Level.WRONG):
-            report.add(Level.NOTE, Topic.MOVE, "nothing was moved, because something is wrong", "correct that first")
+            report.add(Level.NOTE, Topic.MOVE, "nothing was moved because of the problems above", "correct that first")
             return
         self._settings.before_move()
         arm.deactivate()
@@ -106,7 +106,7 @@ class Examination:
         report_moves(arm, arm, clock, self._context.upper_rad, report)
 
     def _await_stop(self, entry: DeviceEntry, opened: ExitStack) -> None:
-        """Try the statement that the robot stops by itself, without the process that would stop it."""
+        """Test the claim that the robot stops by itself, without the process that would stop it."""
         arm = served(arm_maker(entry.adapter)(entry.settings, self._context), self._context)
         opened.callback(arm.close)
         arm.open()
@@ -114,7 +114,7 @@ class Examination:
         stood_s = arm.run_out()
         text = "moved on for 1 s after the last command and was then stopped"
         if stood_s is not None:
-            text = f"stood {stood_s * 1e3:.0f} ms after the last command"
+            text = f"stationary {stood_s * 1e3:.0f} ms after the last command"
         remedy = 'stops_without_commands = true is wrong: remove it and use mode = "positions"'
         self._of_arm.judge(Topic.MOVE, stood_s is not None, text, remedy)
 

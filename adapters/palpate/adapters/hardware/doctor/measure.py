@@ -103,7 +103,7 @@ def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> Measure
         return None
     noise = MeasuredNoise(float(sigmas[:3].max()), float(sigmas[3:].max()), series.rate_Hz)
     text = f"noise {noise.force_N:.2g} N and {noise.torque_Nm:.2g} N m (one sigma)"
-    remedy = "leave the tool alone and let the arm rest; if it stays, check shield, ground and filter"
+    remedy = "leave the tool alone and keep the arm stationary; if it stays, check shield, ground and filter"
     report.judge(Topic.NOISE, noise.force_N <= _STILL_N, text, remedy, Level.NOTE)
     return noise
 
@@ -117,7 +117,7 @@ def report_facts(
     lines = [f"{name} = {values.get(name, '[x, y, z]')}" for name in missing or ("noise_N", "noise_Nm")]
     remedy = f"below [force_sensor] write facts = {{ {', '.join(lines)} }}"
     if missing:
-        text = f"neither rig file nor sensor states {', '.join(missing)}, without which no run begins"
+        text = f"neither rig file nor sensor states {', '.join(missing)}, which every run requires"
         by_hand = " (x, y, z: from the data sheet)" if "[x, y, z]" in remedy else ""
         report.add(Level.WRONG, Topic.FACTS, text, remedy + by_hand)
         return

@@ -26,7 +26,7 @@ _GOOD_RAD: Final = 0.25 * STEP_RAD
 def report_moves(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Move the joints, from the last to the first, until one does not follow; stop the arm in any case."""
+    """Move the joints, last to first, until one does not follow; always stop the arm at the end."""
     behind_rad = 0.0
     try:
         for joint in reversed(range(len(upper_rad))):
@@ -42,7 +42,7 @@ def report_moves(
 
 
 def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str, float]:
-    """Return the motion of a joint, a remedy if it does not follow, and how far it is behind at most."""
+    """Return the motion of a joint, a remedy if it does not follow, and its largest lag."""
     start = encoder.read().position_rad
     step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
     there, lag = _go(arm, encoder, clock, start, joint, (0.0, step))
@@ -65,7 +65,7 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
 def _go(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, way: tuple[float, float]
 ) -> tuple[JointVector, float]:
-    """Return the final pose of the arm, and the largest distance between set-point and joint on the way."""
+    """Return the final pose of the arm, and the largest distance between set-point and joint during the motion."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)

@@ -61,7 +61,7 @@ class PushCheck:
     def _push_sideways(self) -> None:
         self._person.notify("Let go of the tool.\n")
         if not self._wait(lambda force_N: force_N < 0.5 * PUSH_N):
-            remedy = "see whether the tool touches something"
+            remedy = "check whether the tool touches something"
             self._report.add(Level.NOTE, Topic.PUSH, "the force did not return to where it was", remedy)
             return
         self._rest = self._mean(_MEAN_S)

@@ -1,4 +1,4 @@
-"""Ask the operating system for real-time behaviour, report the result, and give everything back."""
+"""Request real-time scheduling from the operating system, report the result, and restore everything afterwards."""
 
 import ctypes
 import gc
@@ -44,11 +44,11 @@ class RealTimeResult(NamedTuple):
 
 
 class RealTime:
-    """What a run gets from the system. A context manager around the run; :meth:`loop` goes around each trial.
+    """Real-time resources of a run. A context manager around the run; :meth:`loop` is the context of each trial.
 
     Locked memory and frozen objects belong to the process and last as long as the run. Priority and CPU belong to the
     loop's thread and last as long as :meth:`loop`: a process that is started outside of it inherits neither. A thread
-    of a bus asks for both with :func:`join_loop`.
+    of a bus requests both with :func:`join_loop`.
     """
 
     def __init__(self, config: RealTimeConfig) -> None:
@@ -85,10 +85,9 @@ class RealTime:
 
     @contextmanager
     def loop(self) -> Iterator[None]:
-        """Around a trial, in the thread that runs it: priority and CPU as granted.
+        """Set priority and CPU of the trial's thread, as granted, within the context.
 
-        Other threads must release the interpreter sooner than they usually do: no priority helps a loop that waits for
-        it.
+        Other threads release the interpreter sooner, because priority does not help a loop that waits for it.
         """
         with ExitStack() as opened:
             opened.callback(sys.setswitchinterval, sys.getswitchinterval())
@@ -104,15 +103,15 @@ class RealTime:
 
 
 def take_real_time(priority: int) -> RealTimeResult:
-    """Put this thread, and all that it starts, into the real-time class for good, at a priority of 1 to 99."""
+    """Put this thread, and all that it starts, into the real-time class permanently, at a priority of 1 to 99."""
     take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
 
 
 def join_loop(config: RealTimeConfig) -> None:
-    """Put this thread for good on the loop's CPU and into its real-time class, as far as the run requests them.
+    """Set the loop's CPU and real-time class for this thread, permanently, if the run requests them.
 
-    For a thread that the loop waits for: on another CPU it may hold the interpreter while it does not run. A refusal is
+    The loop may wait for such a thread, which on another CPU could hold the interpreter without running. A refusal is
     reported for the loop.
     """
     if config.cpu >= 0:

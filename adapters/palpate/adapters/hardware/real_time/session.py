@@ -1,4 +1,4 @@
-"""The real-time settings of one run, and how punctual its loop was."""
+"""Real-time settings of one run, and the timing of its loop."""
 
 from time import perf_counter_ns
 from typing import Any, Final
@@ -22,9 +22,8 @@ def _ends(section: str) -> Any:
 
 
 class LoopTimer(LoopObserver):
-    """Keeps the longest time of each section of a tick, and a histogram of how late ticks begin.
-
-    It is first among the observers: what the others do counts as part of the next section.
+    """Records the longest duration of each section of a tick, and a histogram of the ticks' delays. It must be the
+    first observer: the time of the others counts towards the next section.
 
     Attributes:
         longest_ns: Longest time of each section, by name.
@@ -75,13 +74,13 @@ class LoopTimer(LoopObserver):
         return int(self._counts.sum())
 
     def late_ms(self) -> dict[str, float]:
-        """Median, 99th percentile and maximum of how late ticks began, in ms."""
+        """Median, 99th percentile and maximum of the ticks' delays in ms."""
         below = np.cumsum(self._counts)
         median, p99 = (float(_EDGES_ms[np.searchsorted(below, share * self.ticks) + 1]) for share in (0.5, 0.99))
         return {"median": round(median, 4), "p99": round(p99, 4), "max": round(self._worst_ns * 1e-6, 4)}
 
     def end(self, section: str) -> None:
-        """Note the time since the section before."""
+        """Record the duration of the section that ends."""
         now_ns = perf_counter_ns()
         took_ns, self._then_ns = now_ns - self._then_ns, now_ns
         if took_ns > self.longest_ns[section]:

@@ -1,4 +1,4 @@
-"""One page about a run or a study: its pictures, its tables, and what they were made of; see :func:`.build.page_of`."""
+"""One page about a run or a study: pictures, tables and their sources; see :func:`.build.page_of`."""
 
 import lazy_loader
 

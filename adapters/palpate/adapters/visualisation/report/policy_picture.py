@@ -20,7 +20,7 @@ def policy_picture(document: PolicyDocument) -> Picture:
     """Draw the best action of each state; x to the right, y down, as seen from above.
 
     The paper's position and torque regions become two maps in which each state lies on the side of the hole where it
-    is measured, so that good arrows point to the middle: the hole is at heading (-ty, tx).
+    is measured, so that correct arrows point to the middle: the hole is at heading (-ty, tx).
     """
     rows = [row for row in document.table if row.visits or row.source != LEARNED] or list(document.table)
     rows = sorted(rows, key=lambda row: -row.visits)[:_MOST_STATES]
@@ -58,7 +58,7 @@ def policy_picture(document: PolicyDocument) -> Picture:
 
 
 def _on_maps(document: PolicyDocument) -> dict[str, Place] | None:
-    """Return places of position regions, and to their right of torque regions; None of other states."""
+    """Return places of position regions, and to their right of torque regions; None for other states."""
     places: dict[str, Place] = {}
     for state in document.states:
         words = state.split(" ")

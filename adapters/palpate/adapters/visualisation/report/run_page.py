@@ -114,7 +114,7 @@ def figures_row(name: str, rows: Sequence[experiments.TrialRow]) -> tuple[str, .
 
 
 HEAD: Final = ("", "trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]", "trips")
-CAPTION: Final = "Brackets: 95 % intervals, exact of success, by order statistics of medians"
+CAPTION: Final = "Brackets: 95 % intervals, exact for success, by order statistics for medians"
 
 
 def _facts(run: RunSource) -> tuple[tuple[str, str], ...]:
@@ -176,7 +176,7 @@ def _curve(run: RunSource) -> Picture:
 
 
 def _forces(run: RunSource) -> list[Picture]:
-    """Return the course of the first and the last trial, and of the one with the highest force."""
+    """Return force plots of the first and the last trial, and of the one with the highest force."""
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
     chosen: dict[int, tuple[experiments.TrialRow, str]] = {}
     for row, words in ((run.rows[0], "first"), (run.rows[-1], "last"), (peak, "highest force")):

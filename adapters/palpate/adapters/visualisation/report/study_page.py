@@ -41,7 +41,7 @@ def study_page(folder: Path) -> Page:
         if (places / condition.name / SUMMARY).exists()
     ]  # fmt: skip
     if not runs:
-        raise OutputError(str(folder), "is a study without a finished condition", "let palpate study run first")
+        raise OutputError(str(folder), "is a study without a finished condition", "run palpate study first")
     runs.sort(key=lambda run: ([_rank(value) for value in run.fields.values()], run.policy, run.seed))
     groups: dict[tuple[Setting, str], list[ReportedCondition]] = {}
     for run in runs:
@@ -72,8 +72,8 @@ def _figures(groups: Mapping[tuple[Setting, str], Sequence[ReportedCondition]]) 
         mean = shown_interval(*mean_with_interval([mean_s(run.source.late) for run in runs]))
         rows.append((name, str(len(runs)), trials, success, mean, *others))
     caption = (
-        "Brackets: 95 % intervals, exact of success, Student's t over seeds of the mean, by order statistics of"
-        " medians. Of policies that learn, the last trials count"
+        "Brackets: 95 % intervals, exact for success, Student's t over seeds for the mean, order statistics for"
+        " medians. For policies that learn, the last trials count"
     )
     return PageTable(caption, (HEAD[0], "seeds", *HEAD[1:]), tuple(rows))
 

@@ -1,4 +1,4 @@
-"""A recorded trial as a film."""
+"""A recorded trial as a video."""
 
 import lazy_loader
 

@@ -169,7 +169,7 @@ def outcome_of(log: TrialLog) -> str:
 
 def notes_of(*, tared: bool, hole_known: bool, world: str, part: str = "hole") -> list[str]:
     """Return notes for the viewer on what is drawn from assumptions."""
-    place = f"{part}: where the {world} had it" if hole_known else f"{part}: where it is believed to be"
+    place = f"{part}: where the {world} had it" if hole_known else f"{part}: at its nominal position"
     return [place] if tared else [place, "force: raw, weight included"]
 
 

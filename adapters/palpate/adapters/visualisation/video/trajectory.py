@@ -40,11 +40,11 @@ class Trajectory:
         return min(begin, last), min(end, last)
 
     def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
-        """Return a moment for each picture of a film, including the last; ``speed`` is trial time per film time."""
+        """Return a moment for each frame of a video, including the last; ``speed`` is trial time per video time."""
         step_s = speed / fps
         count = floor((end_s - begin_s) / step_s + _SAME_S) + 1
         if count > most:
-            accepted = f"fewer pictures a second, or a greater speed: {count} are more than {most}"
+            accepted = f"lower, or the speed higher: {count} frames are more than {most}"
             raise ConfigurationError("fps", fps, accepted)
         times = [begin_s + k * step_s for k in range(count)]
         if end_s - times[-1] > _SAME_S:

@@ -1,4 +1,4 @@
-"""Films as MP4 or GIF; each picture is written when it is painted."""
+"""Videos as MP4 or GIF; each frame is written when it is rendered."""
 
 from collections.abc import Iterable
 from fractions import Fraction
@@ -11,7 +11,7 @@ from PIL import Image
 from palpate.core.errors import UsageError
 
 HOLD_S: Final = 1.0
-"""Time for which a film shows its last picture."""
+"""Time for which a video shows its last frame."""
 
 
 def require_video() -> Any:

@@ -15,7 +15,7 @@ from palpate.core.policy.belief.arithmetic import Floats
 LENGTH_M: Final = 1e-7
 """Unit of stored positions, whole multiples in every log; an encoder step is far larger."""
 TORQUE_NM: Final = 1e-6
-"""Unit of stored torques, a thousandth of a good sensor's noise."""
+"""Unit of stored torques, a thousandth of the noise of a precise sensor."""
 FORCE_N: Final = 1e-3
 """Unit of stored forces."""
 NOMINAL_N: Final = 4.9
@@ -111,7 +111,7 @@ class ContactTrial:
             ConfigurationError: The data have another form.
         """
         accepted = (
-            "the hole as two whole numbers, each touch as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
+            "the hole as two whole numbers, each contact as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
             " 100 N m, the pressing force in mN up to 1 kN"
         )
         if not isinstance(data, Mapping) or set(data) != {"hole", "contacts"}:

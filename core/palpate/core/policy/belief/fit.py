@@ -47,7 +47,7 @@ def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
     """
     examples = Examples.of(trials)
     if (count := len(examples.trial)) < MIN_CONTACTS:
-        accepted = f"at least {MIN_CONTACTS} touches in trials that ended in the hole"
+        accepted = f"at least {MIN_CONTACTS} contacts in trials that ended in the hole"
         raise ConfigurationError("contact model", f"{count} contacts", accepted)
     return min((_ModelFit(examples, lag) for lag in _LAGS), key=lambda fit: fit.pooled).model()
 

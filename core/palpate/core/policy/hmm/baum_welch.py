@@ -116,14 +116,14 @@ LEAST: Final = 1e-12
 
 
 class Shifts:
-    """Propagation of messages through one action, which shifts a state by its displacement or leaves it as it is.
+    """Propagation of messages through one action, which shifts a state by its displacement or leaves it unchanged.
 
     Messages have one row per trial, (trials, states).
 
     Args:
         targets: Target of each action from each state, (actions, states): a state, n for the goal, or n + 1 for an
             unknown state.
-        blocked: Probability that an action leaves a state as it is, (actions, states).
+        blocked: Probability that an action leaves a state unchanged, (actions, states).
         start: Probability of each state at the start, (states,).
         emissions: Probability of each symbol, (states, symbols).
     """
@@ -165,7 +165,7 @@ class Shifts:
         return joint
 
     def stays(self, before: Floats, after: Floats, actions: Numbers, following: Numbers) -> Floats:
-        """Return the unnormalised probability that the action left each state as it was."""
+        """Return the unnormalised probability that the action left each state unchanged."""
         joint = before * after
         joint *= self.blocked[actions]
         joint *= self.emitted[following]
@@ -183,7 +183,7 @@ class Expected:
     Attributes:
         visits: Number of times that each symbol was read in each state, by the next action, (actions + 1, symbols,
             states); the last index is for no action.
-        stays: Number of times that an action left a state as it was, (actions, states).
+        stays: Number of times that an action left a state unchanged, (actions, states).
         starts: Number of trials that started in each state, (states,).
         log_likelihood: Log-likelihood of all trials, including their arrivals at the goal.
     """

@@ -1,7 +1,7 @@
 """Hidden Markov model of the offset from the goal, with known displacements and learned observations.
 
 The hidden state is the offset from the goal, in steps. An action either changes it by its known displacement or leaves
-it as it is. P(blocked | offset, action) and P(symbol | offset) are learned by Baum-Welch. If a trial reached the goal,
+it unchanged. P(blocked | offset, action) and P(symbol | offset) are learned by Baum-Welch. If a trial reached the goal,
 the offset before its last action is known, which anchors all its readings.
 """
 
@@ -62,7 +62,7 @@ class DisplacementHmm:
     Attributes:
         offsets: Offsets (u, v) from the goal, in steps; a move to any other offset counts as blocked.
         start: Probability of each offset at the start, (offsets,).
-        blocked: Probability that an action leaves the offset as it is, (actions, offsets).
+        blocked: Probability that an action leaves the offset unchanged, (actions, offsets).
         emissions: Probability of each symbol, (offsets, symbols).
     """
 

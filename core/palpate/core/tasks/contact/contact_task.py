@@ -200,7 +200,7 @@ class ContactTask(Task):
 
     @property
     def report(self) -> TrialReport:
-        """Return the report of the present or last trial."""
+        """Return the report of the current or latest trial."""
         return self._state.report
 
     @property

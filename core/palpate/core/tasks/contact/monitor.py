@@ -332,7 +332,7 @@ class Monitor:
             self.loose.restart()
 
     def wait(self, where: str, *, supported: bool = False) -> None:
-        """Count a tick at standstill; report a mismatch after the time-out, or after a window that contradicts.
+        """Count a tick at standstill; report a mismatch after the time-out, or if the stiffness is contradicted.
 
         Args:
             supported: True if the tool presses on something rigid.

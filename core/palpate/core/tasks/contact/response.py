@@ -117,7 +117,7 @@ class Response:
             self._fit_last(samples)
 
     def verified_since_restart(self) -> bool:
-        """Return whether all samples since the restart verify the response narrowly; the tool must be stationary."""
+        """Return whether all samples since the restart verify the response narrowly, with a stationary tool."""
         if self._end - self._first < self.window:
             return False
         self._fit_last(min(self._end - self._first, MOST_SAMPLES))

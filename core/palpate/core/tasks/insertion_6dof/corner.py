@@ -27,7 +27,7 @@ _WEDGED_N: Final = 1.5
 """Lateral force above which a tool is wedged on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
 _LEAD_SHARE: Final = 1.0 / 60.0
-"""Advance per action over the inside distance, while the force on each wall is below that limit, friction's."""
+"""Advance per action over the inside distance, while the force on each wall is below the friction limit."""
 _LONGEST_PUSH: Final = 30
 _SLOWEST_M: Final = 0.5e-3
 """Actions of the longest push in place, and distance per action towards it."""
@@ -151,7 +151,7 @@ class Corner:
         return max(ceil(turns), ceil((hypot(dx, dy) - _NEAR_M) / _STEP_M), 0)
 
     def tilting(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """Return an action up, then in equal parts over the corner and to the tilt."""
+        """Return the next action: first up, then in equal steps over the corner and to the tilt."""
         self.tilted += 1
         rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.tilted == 1 else 0.0
         if self.tilted == 1 and hypot(*observation.force_N[:2]) > _WEDGED_N:

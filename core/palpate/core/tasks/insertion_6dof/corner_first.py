@@ -21,8 +21,8 @@ LONGEST_WITHDRAWAL: Final = 20
 STAND_SHARE: Final = 0.2
 """Turn towards upright per action, as a share of the tilt."""
 _STUCK_SHARE: Final = 0.62
-"""Depth over that of a tilted corner at which an almost upright tool is stuck in an insertion; it is inserted once
-more, then withdrawn."""
+"""Depth, over that of a tilted corner, at which an almost upright tool counts as stuck; it is inserted again, then
+withdrawn."""
 
 
 class _Act(Enum):

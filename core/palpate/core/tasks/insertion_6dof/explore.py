@@ -33,7 +33,7 @@ long."""
 _WALL_N: Final = 1.0
 """Force of contact with a wall."""
 _RAISED_M: Final = 4e-4
-"""Height by which a waiting tool is raised to be free: more than the dither, and 2 N of the gripper if it is held."""
+"""Lift that frees a waiting tool: more than the dither, and 2 N of gripper force if it is held."""
 _RAISED_AFTER: Final = 0.25
 """Share of the time-out after which it is raised."""
 _ALONG_TICKS: Final = 4

@@ -19,12 +19,12 @@ _STUCK_TICKS: Final = 2 * CONTROL_RATE_HZ
 _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """Largest time for a tilted peg on an edge of the floor to comply until it is flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Ticks per turn of a wobble, and without progress before it begins. Half of it gave the same results."""
+"""Ticks per turn of a wobble, and without progress before it begins."""
 TILTED_RAD: Final = 0.03
 """Largest tilt of an inserted peg, 26 mrad in trials without a fault; withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
-"""Distance by which a wobbling peg must sink to have been held by the walls."""
+"""Distance that a wobbling peg must sink to show that the walls held it."""
 
 
 class SpatialInsert(Insert):

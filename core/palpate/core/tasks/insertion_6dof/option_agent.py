@@ -63,12 +63,12 @@ _BY_RULE: Final = {
 
 
 def can_start(option: str, state: str) -> bool:
-    """Return True if the initiation set of an option contains a state, both by name."""
+    """Return True if the initiation set of an option contains a state, given their names."""
     return state.startswith(_INITIATION[option.partition(" ")[0]])
 
 
 def by_rule(option: str, state: str) -> bool:
-    """Return True if an option, of any size, is the one that corner-first takes in a state, both by name."""
+    """Return True if an option, of any size, is the one that corner-first takes in a state, given their names."""
     situation, _, before = state.removesuffix(" at first").partition(" after ")
     upright = _INSERT if situation == "upright in the hole" else _TILT
     otherwise = upright if situation.startswith("upright") else _PUSH if before == _TILT else _TILT

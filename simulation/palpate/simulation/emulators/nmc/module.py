@@ -37,7 +37,7 @@ class NmcModule:
         self._power_up()
 
     def power_up(self) -> None:
-        """Return to the state after power-up, as HARD_RESET does; motor supply and switches stay as they are."""
+        """Return to the state after power-up, as HARD_RESET does; motor supply and switches do not change."""
         previous = self.servo
         self.servo = PicServo(self._axis, self._plant, powered=previous.powered)
         self.set_limits(*previous.limits)

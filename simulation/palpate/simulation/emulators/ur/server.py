@@ -15,7 +15,7 @@ DASHBOARD_PORT, SCRIPT_PORT, RTDE_PORT = 29999, 30003, 30004
 _GREETING: Final = b"Connected: Universal Robots Dashboard Server\n"
 _ADDRESSES: Final = 60
 _QUIET_NS: Final = 20_000_000
-"""A script is complete when nothing more of it arrives for this time."""
+"""Silence after which a script is complete."""
 _HOPELESS: Final = 1 << 20
 """The server disconnects a client that leaves more bytes than this unread, as the controller does."""
 

@@ -55,7 +55,7 @@ def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long
     config = overlay(CONFIG, {"task": {"goal": {"z_mm": 45.0}}})
     with SimulatedRig(CONFIG, READY) as rig:
         rig.prepare(0)
-        with pytest.raises(UndeterminedError, match="no contact down to 8 mm below where it is believed"):
+        with pytest.raises(UndeterminedError, match="no contact down to 8 mm below its nominal height"):
             Commissioning(rig, config).plate()
 
 

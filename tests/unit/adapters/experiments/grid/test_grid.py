@@ -62,9 +62,9 @@ def test_an_automaton_of_another_map_is_refused(cells, tmp_path):
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("magic", "state = 'magic' is refused: symbols, last-2, last-3 and so on, or an automaton file"),
+        ("magic", "state must be symbols, last-2, last-3 and so on, or an automaton file"),
         ("last-0", "state = 'last-0'"),
-        ("missing.json", "state = 'missing.json' is refused: a readable"),
+        ("missing.json", "state must be a readable"),
     ],
 )
 def test_what_gives_no_states_is_refused(name, says):
@@ -105,7 +105,7 @@ def test_it_computes_in_one_thread_whatever_else_is_set_and_sets_nothing_for_oth
     ("settings", "says"),
     [
         ({"temperature_floor": 2.0}, "temperature_floor = 2"),
-        ({"alpha": 0.5, "learner": "hmm"}, "alpha = 0.5 is refused: none; hmm learns a model, not a table"),
+        ({"alpha": 0.5, "learner": "hmm"}, "alpha must be none; hmm learns a model, not a table"),
     ],
 )
 def test_settings_that_do_not_go_together_are_refused_by_the_name_of_their_flag(settings, says):

@@ -130,7 +130,7 @@ def judged(stated, reported=REPORTED):
 def test_missing_facts_come_with_the_line_to_write():
     ((level, text),) = judged(SensorFactsTable())
     assert level is Level.WRONG
-    assert "noise_N, noise_Nm, without which no run begins" in text
+    assert "noise_N, noise_Nm, which every run requires" in text
     facts = SensorFactsTable(**tomllib.loads(text.partition("below [force_sensor] write ")[2])["facts"])
     assert (facts.noise_N, facts.noise_Nm) == (0.0789, 0.00321)
     assert {level for level, _ in judged(facts)} == {Level.OK}

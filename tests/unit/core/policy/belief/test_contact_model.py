@@ -108,7 +108,7 @@ class TestFit:
         assert np.mean([across for _, across in model.cue_Nm[4:8]]) == pytest.approx(-CUE_NM, rel=0.1)
 
     def test_too_few_touches_are_refused(self):
-        with pytest.raises(ConfigurationError, match="at least 6 touches"):
+        with pytest.raises(ConfigurationError, match="at least 6 contacts"):
             fit_contact_model(trials(1, contacts=5))
 
     def test_a_trial_that_fell_straight_into_the_hole_changes_nothing(self):

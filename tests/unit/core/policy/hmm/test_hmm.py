@@ -89,7 +89,7 @@ class TestModel:
             ConfigurationError, match="at least half a step along x or y, the longest side being 1 steps"
         ):
             lattice_steps((*compass_actions(1e-3), Action("nudge", (4e-4, 0.0))), 1)
-        with pytest.raises(ConfigurationError, match="'40400 hidden states' is refused: at most 2896"):
+        with pytest.raises(ConfigurationError, match="must be at most 2896"):
             HmmLearner(("A", "B"), grid_actions(), HmmParameters(reach=100))
 
 

@@ -1,4 +1,4 @@
-"""A tool that is caught while it is lifted gives way; no trial without a fault ends in a trip for it."""
+"""A tool that is caught while it is lifted complies; no trial without a fault ends in a trip for it."""
 
 import pytest
 

@@ -84,7 +84,7 @@ def test_the_rule_takes_one_kind_of_skill_in_each_state_and_only_where_that_may_
     states = LastAction(Situations.symbols, KINDS).states
     taken = {state: {kind for kind in KINDS if by_rule(kind, state)} for state in states}
     assert {len(kinds) for kinds in taken.values()} == {1}
-    # No tool leans at first or stands in the hole after less than a stand.
+    # No tool is tilted at first or stands in the hole after less than a stand.
     assert all(can_start(kind, state) for state, (kind,) in taken.items() if "first" not in state)
     said = ["upright on the plate at first", "corner turning after tilt", "tilted on the plate after push",
             "corner wedged after push", "corner wedged after drive", "corner seated after push",

@@ -12,7 +12,7 @@ class Approach(RunningPhase):
     """Presses straight down until there is a reaction force.
 
     Attributes:
-        touched: True if the plate was touched; if the phase is over without, the tip is below the plate.
+        touched: True if the plate was touched; if the phase ends without contact, the tip is below the plate.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:

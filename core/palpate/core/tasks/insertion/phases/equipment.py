@@ -19,9 +19,9 @@ class Controllers:
     """The controllers for each kind of motion.
 
     Attributes:
-        press: Position control across, pressing along the tool axis.
-        along: The pressing only.
-        inserting: Down a hole with the lateral force controlled to zero; it ignores its target.
+        press: Position control across the tool axis, constant press along it.
+        along: Press along the tool axis only.
+        inserting: Descent with the lateral force controlled to zero; ignores its target.
     """
 
     free: Controller

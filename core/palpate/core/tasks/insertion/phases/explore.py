@@ -174,7 +174,7 @@ class Explore(RunningPhase):
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """Return by how much the surface may be higher, because of the filter's delay or the edge of a hole.
+        """Return how much higher the surface may be because of the filter's delay or the edge of a hole.
 
         It is not higher than where the peg rested next to the hole's mouth.
         """

@@ -29,11 +29,11 @@ a third of the time for it."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
 """Six times the stall time, which includes the harder press and the checks."""
 _SLOWED: Final = 3.0
-"""Factor by which friction may slow the descent that damping and press give."""
+"""Factor by which friction may slow the descent relative to damping and press."""
 _REST_S: Final = 5.0
-"""Time on the way for responses, stalls and harder presses."""
+"""Time during the descent for responses, stalls and harder presses."""
 _PAST_FLOOR_M: Final = 3e-4
-"""Distance below the lowest possible floor at which there is no floor."""
+"""Distance below the lowest possible floor beyond which there is none."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
 """Ticks at depth until floor or wall must respond: five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
@@ -172,7 +172,7 @@ class Insert(RunningPhase):
         return along * ux, along * uy
 
     def _out_of_reach(self, vx: float, vy: float) -> bool:
-        """Return True if the tip is as far out as a wall can be, and this velocity leads further out."""
+        """Return True if the tip is as far out as a wall can be, and this velocity points further out."""
         x, y = self._motion.reference_m[0] - self._from_m[0], self._motion.reference_m[1] - self._from_m[1]
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
