@@ -33,7 +33,7 @@ class ScoredTrial:
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
         flagged: Why the trial's timing is not admitted; empty for an admitted trial.
         stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
-        blamed: Device whose samples or lateness ended the trial; empty if there is none.
+        trip_source: Device whose samples or lateness ended the trial; empty if there is none.
         own: Values in which its job differs from that of the run, by column of trials.csv.
     """
 
@@ -43,7 +43,7 @@ class ScoredTrial:
     exploration_time_s: float
     flagged: str = ""
     stopped_by: str = ""
-    blamed: str = ""
+    trip_source: str = ""
     own: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -60,7 +60,7 @@ class ScoredTrial:
     @property
     def cause(self) -> str:
         """The trip with the device or person that caused it."""
-        told = "; ".join(filter(None, (self.blamed, self.stopped_by)))
+        told = "; ".join(filter(None, (self.trip_source, self.stopped_by)))
         return f"{self.trip} ({told})" if told else self.trip
 
 
@@ -130,7 +130,7 @@ def run_scored_trial(
             recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
     scored = score(config, report, rig.truth())
-    scored = replace(scored, stopped_by=rig.stopped_by(), blamed=witness.blamed)
+    scored = replace(scored, stopped_by=rig.stopped_by(), trip_source=witness.trip_source)
     if scored.trip and rig.simulated:
         rig.latch.release()
     elif scored.trip and (report.outcome is not Outcome.STOPPED or scored.stopped_by):
@@ -145,7 +145,7 @@ class _Witness(LoopObserver):
     """Notes the device or the delay that caused a trip in the same tick, because its data may change later."""
 
     def __init__(self, rig: Rig) -> None:
-        self._rig, self.blamed = rig, ""
+        self._rig, self.trip_source = rig, ""
         self._trip: Trip | None = None
 
     @override
@@ -153,7 +153,7 @@ class _Witness(LoopObserver):
         change = supervised.command_override
         if change is not None and change.trip is not None and self._trip is None:
             self._trip = change.trip
-            self.blamed = self._told(change.trip)
+            self.trip_source = self._told(change.trip)
 
     def _told(self, trip: Trip) -> str:
         if trip.reason is TripReason.LATE_CYCLE:

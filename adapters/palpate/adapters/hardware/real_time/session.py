@@ -22,8 +22,9 @@ def _ends(section: str) -> Any:
 
 
 class LoopTimer(LoopObserver):
-    """Records the longest duration of each section of a tick, and a histogram of the ticks' delays. It must be the
-    first observer: the time of the others counts towards the next section.
+    """Records the longest duration of each section of a tick, and a histogram of the ticks' delays.
+
+    It must be the first observer: the time of the others counts towards the next section.
 
     Attributes:
         longest_ns: Longest time of each section, by name.
