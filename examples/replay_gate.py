@@ -20,7 +20,7 @@ from pathlib import Path
 from palpate import core
 from palpate.adapters.cli.main import main as palpate
 
-CHANGED_FILE = Path("motion", "laws.py")
+CHANGED_FILE = Path("motion", "controllers.py")
 BEFORE, AFTER = "m * (fz - z)", "m * fz - m * z"
 
 

@@ -100,9 +100,9 @@ class TestRandomness:
 
     def test_purposes_are_never_renumbered(self):
         # Logs depend on these values.
-        names = "START HOLE SENSOR POLICY PARTITION FITTING RANDOM_WALKS HOLE_SHIFT GRIP ZERO HIDDEN PLATE DITHER"
+        names = "START HOLE SENSOR POLICY PARTITION FITTING RANDOM_WALKS HOLE_SHIFT GRIP ZERO HIDDEN PLATE DITHER LIMIT"
         assert [purpose.name for purpose in sorted(Purpose, key=lambda one: one.value)] == names.split()
-        assert [purpose.value for purpose in Purpose] == [*range(13)]
+        assert [purpose.value for purpose in Purpose] == [*range(14)]
 
     def test_streams_stay_what_they_were(self):
         # Another generator or another way of spawning would silently change every published result.
