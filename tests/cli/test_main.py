@@ -49,7 +49,7 @@ def test_versions(palpate):
 
 
 def test_misspelt_command_is_refused_with_the_nearest_one(palpate):
-    assert "did you mean train? there are" in palpate.refusal("tarin")
+    assert "did you mean train? the commands are" in palpate.refusal("tarin")
     assert "did you mean info?" in palpate.refusal("log", "inof")
 
 

@@ -75,7 +75,7 @@ def desk(palpate, trained, tmp_path):
         (f"train {ON_A_RIG} --cell.tilt-mrad=2", "with --rig, the rig file describes the rig"),
         (f"run {ON_A_RIG} --policy oracle", "on a real rig"),
         ("emulate --arm panda --wires zebra-nmc", "the bus is a Zebra Zero's"),
-        ("emulate --arm ur5e --force jr3-can --event 3:sensor-silent", "as in 12s:protective-stop"),
+        ("emulate --arm ur5e --force jr3-can --event 3:sensor-silent", "such as 12s:protective-stop"),
         ("emulate --event 3s:protective-stop", "one of emergency-stop, cable-pulled, sensor-silent, sensor-cable"),
         ("replay sound.mcap --set cell.peg.friction=0.5", "a setting of the core"),
         ("replay sound.mcap --continue-in-mujoco", "a what-if"),
@@ -83,7 +83,7 @@ def desk(palpate, trained, tmp_path):
         ("infer --show even.json all.json", "1 automaton file (got 2)"),
         # Values.
         ("train --out", "Expected 1"),
-        ("replay sound.mcap --jobs -1", "jobs = -1"),
+        ("replay sound.mcap --jobs -1", "from 0 to 1024 (got -1)"),
         ("study reach.toml", "zebra-zero reaches"),
         # What is missing.
         ("log info", "name one or more"),
@@ -93,7 +93,7 @@ def desk(palpate, trained, tmp_path):
         ("log info \x1b[31m", "\\x1b[31m: is not there"),
         ("log info a_pipe", "a_pipe: is no file; name a log"),
         (f"log export {LONG} --to csv --out x", "is not there; name a log"),
-        ("log export sound.mcap torn.mcap --to csv --out x/y", "holds nothing that can be read"),
+        ("log export sound.mcap torn.mcap --to csv --out x/y", "torn.mcap: contains nothing readable"),
         # Files and folders that are written.
         (f"train --out {LONG}", "File name too long"),
         ("train --out a_study", "a_study: already holds a run (run.toml)"),

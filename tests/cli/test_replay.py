@@ -161,7 +161,7 @@ def test_what_ifs_leave_logs_marked_as_such(palpate, log, tmp_path):
     assert made.end.counterfactual
     # What the changed core did is reproducible like anything else, and the log is not overwritten.
     assert "1 of 1 equal" in palpate.succeed("replay", "out")
-    assert "exists" in palpate.refusal("replay", log, *words.split(), "--out", "out")
+    assert "is there already" in palpate.refusal("replay", log, *words.split(), "--out", "out")
 
 
 def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate, log, tmp_path):

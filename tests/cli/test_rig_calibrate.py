@@ -15,7 +15,7 @@ RIG = '[rig]\nname = "bench"\n[arm]\nname = "zebra-zero"\nadapter = "zebra-nmc"\
     ("words", "problem"),
     [
         ((), "a rig file: palpate rig calibrate --rig FILE"),
-        (("--rig", "rig.toml", *JOB, "--yes"), "--yes is for emulated rigs only: at bench a person confirms each step"),
+        (("--rig", "rig.toml", *JOB, "--yes"), "--yes is for emulated rigs only: on bench a person confirms each step"),
         (
             ("--rig", "rig.toml", *JOB, "--steps", "plate", "dance"),
             "steps must be some of payload, plate, hole",
@@ -52,7 +52,7 @@ def test_where_input_is_closed_nobody_answers(palpate, monkeypatch):
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("sys.stdin", None)
     done = palpate("rig", "calibrate", "--rig", "rig.toml", *JOB)
-    assert (done.code, "Enter does it" in done.stderr) == (130, True)
+    assert (done.code, "Enter starts it" in done.stderr) == (130, True)
     sys.stdin.close()
 
 

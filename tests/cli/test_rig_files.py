@@ -102,7 +102,7 @@ def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palp
     refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: fixed")
     assert "acknowledge must be the open fault, 1 (PLATE_NOT_FOUND: nothing felt" in refused
     assert "left out without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: fixed")
-    assert "nothing without --move" in palpate.refusal(
+    assert "left out without --move" in palpate.refusal(
         "rig", "doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: fixed"
     )
 

@@ -141,8 +141,8 @@ def desk(run, trained, tmp_path):
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("--out run --seed 1", "seed = 1", "0, with which the run in run began"),
-        ("--out run --task.time-limit-s 3", "time_limit_s = 3.0", "2.0, with which the run in run began"),
+        ("--out run --seed 1", "seed must be 0", "with which the run in run began (got 1)"),
+        ("--out run --task.time-limit-s 3", "time_limit_s must be 2.0", "with which the run in run began (got 3.0)"),
         ("--out run --policy policy.json", "policy.json", "a policy file that exists"),
         ("--out torn", "checkpoint.json", ""),
         ("--out empty", "checkpoint.json", "begin a new run"),

@@ -113,7 +113,7 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (f"run --task={TASK} --policy torque", f"none beside --task {TASK}"),
+        (f"run --task={TASK} --policy torque", f"left out with --task {TASK}"),
         (f"run {SHORT} --cell.contacts listed", "searched, with a contour"),
         (f"train {SHORT}", "a task that lets a policy choose"),
         (f"compare {SHORT}", "uses no policy"),

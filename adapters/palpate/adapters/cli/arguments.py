@@ -176,7 +176,8 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
             )
     except SystemExit:
         message = _one_line(output.getvalue())
-        own = "; palpate train --policy trains code of your own" if re.match("learner = '.*:", message) else ""
+        is_own = re.match(r"learner must be .* \(got '.*:", message)
+        own = "; palpate train --policy trains code of your own" if is_own else ""
         raise UsageError(message + own) from None
 
 
