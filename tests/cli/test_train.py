@@ -112,7 +112,7 @@ def test_without_out_the_folder_is_named_after_the_scenario(palpate, tmp_path):
 
 
 def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate, tmp_path):
-    learn = ("train", "--learner", "belief", "--seed", 1, "--task.start-uncertainty-mm", "0.8")
+    learn = ("train", "--learner", "belief", "--seed", 1, "--task.start-uncertainty-mm", "1.6")
     palpate.succeed(*learn, "--trials", 2, "--out", "whole")
     palpate.succeed(*learn, "--trials", 1, "--out", "run")
     palpate.succeed("train", "--resume", "--trials", 2, "--out", "run")
