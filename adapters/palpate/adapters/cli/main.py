@@ -14,7 +14,7 @@ from time import monotonic
 from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, function_of, help_of, options_of
-from palpate.adapters.mujoco.graphics import CHOSEN
+from palpate.adapters.mujoco import GL_VARIABLE
 from palpate.adapters.signals import on_ending_signal
 from palpate.core import errors
 
@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         # Matplotlib and MuJoCo fail on import if these name something absent, although this command may not draw.
         os.environ.pop("MPLBACKEND", None)
-        os.environ[CHOSEN] = os.environ.pop("MUJOCO_GL", "")
+        os.environ[GL_VARIABLE] = os.environ.pop("MUJOCO_GL", "")
     given = sys.argv[1:] if arguments is None else arguments
     words = [word for word in given if word != _DEBUG]
     if not words or words[0] in ("-h", "--help"):

@@ -37,7 +37,9 @@ class PlannedEvent:
         """
         found, names = _EVENT.fullmatch(text), [name for name in EVENTS if name in possible]
         if found is None or found[3] not in EVENTS:
-            accepted = f"such as 12s:{names[0]} or start+12s:{names[0]}, with one of {', '.join(names)}"
+            accepted = (
+                f"a time and an event, such as 12s:{names[0]} or start+12s:{names[0]}, with one of {', '.join(names)}"
+            )
             raise ConfigurationError("event", text, accepted)
         if found[3] not in names:
             raise ConfigurationError("event", text, f"one of {', '.join(names)}, which these devices can show")

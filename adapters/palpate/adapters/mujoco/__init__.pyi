@@ -4,6 +4,7 @@ from .arrows import arrow_pixels as arrow_pixels
 from .arrows import draw_arrow as draw_arrow
 from .arrows import metres_per_N as metres_per_N
 from .arrows import reference_N as reference_N
+from .graphics import GL_VARIABLE as GL_VARIABLE
 from .rig import SimulatedRig as SimulatedRig
 from .scene import DrawnCell as DrawnCell
 from .scene import Moment as Moment

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from palpate.core.errors import UsageError
 
-CHOSEN: Final = "PALPATE_GL"
+GL_VARIABLE: Final = "PALPATE_GL"
 """Environment variable that the command line uses in place of MUJOCO_GL."""
 LIBRARIES: Final = ("egl", "osmesa")
 """In the order in which they are tried."""
@@ -25,7 +25,7 @@ def off_screen_context(width: int, height: int) -> Any:
 
 def working_library() -> str:
     """Return the drawing library: the one in the environment variable MUJOCO_GL, otherwise the first that works."""
-    named = (os.environ.get(CHOSEN) or os.environ.get("MUJOCO_GL", "")).lower()
+    named = (os.environ.get(GL_VARIABLE) or os.environ.get("MUJOCO_GL", "")).lower()
     problems = []
     # Other names are libraries that draw in windows.
     for library in (named,) if named in LIBRARIES else LIBRARIES:

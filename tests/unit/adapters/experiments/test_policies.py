@@ -123,9 +123,9 @@ def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path):
     ("perception", "difference"),
     [
         (PerceptionConfig(symbols="grid"), "states"),
-        (PerceptionConfig(position_threshold_mm=1.5), "outer.thresholds = [[-0.0015, 0.0015]"),
+        (PerceptionConfig(position_threshold_mm=1.5), "(got [[-0.0015, 0.0015]"),
         (PerceptionConfig(cutoff_Hz=2.0), "policy.perception.signal.cutoff_Hz"),
-        (PerceptionConfig(torque_threshold_kgf_mm=0.8), "inner.thresholds = [[-0.0078"),
+        (PerceptionConfig(torque_threshold_kgf_mm=0.8), "(got [[-0.0078"),
     ],
 )
 def test_a_file_of_another_perception_is_refused(perception, difference):

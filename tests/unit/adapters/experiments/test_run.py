@@ -59,7 +59,7 @@ def test_results_are_in_the_folder_and_only_there(tmp_path):
 
 def test_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
     walk = baseline("random", QUICK, tuple)
-    with pytest.raises(ConfigurationError, match="jobs = 2"):
+    with pytest.raises(ConfigurationError, match="jobs must be 1 on a rig, with a live view or with a policy object"):
         Run(QUICK).evaluate(1, walk, jobs=2)
     found = Run(QUICK).evaluate(1, walk, tmp_path / "run")
     assert read_log(found.logs[0]).start.policy == type(walk).__name__
@@ -69,7 +69,7 @@ def test_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
 def test_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(tmp_path, monkeypatch):
     rigs = Rigs()
     run = Run(QUICK, make_rig=rigs)
-    with pytest.raises(ConfigurationError, match=r"policy = 'nowhere\.json'"):
+    with pytest.raises(ConfigurationError, match=r"policy must be a policy file, or one of .*nowhere\.json"):
         run.evaluate(1, "nowhere.json", tmp_path / "run")
     assert rigs.made == []
 

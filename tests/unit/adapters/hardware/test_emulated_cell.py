@@ -43,7 +43,7 @@ def test_event_counts_from_the_start_or_from_the_first_motion():
 
 @pytest.mark.parametrize("text", ["12:program-end", "s:program-end", "12s:fire", "-1s:program-end", "12s"])
 def test_unknown_event_is_refused(text):
-    with pytest.raises(ConfigurationError, match="as in 12s:program-end or start\\+12s:program-end, with one of"):
+    with pytest.raises(ConfigurationError, match="such as 12s:program-end or start\\+12s:program-end, with one of"):
         PlannedEvent.of(text, ("program-end",))
 
 

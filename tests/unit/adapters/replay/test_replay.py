@@ -178,9 +178,9 @@ def test_note_names_what_ended_a_recording_from_outside(golden_here, name, note)
 
 @pytest.mark.parametrize(("topic", "field"), [("/end", "learner_json"), ("/start", "versions_json")])
 def test_a_field_that_is_no_json(messages, replayed, topic, field):
-    for text in ("x", "3"):
+    for text, says in (("x", "is not JSON"), ("3", "is not a JSON object")):
         one = replayed(changed(messages, indices(messages, topic)[0], said(**{field: text})))
-        assert (one.verdict, f"{topic} {field}: is not JSON" in one.problem) == (Verdict.REFUSED, True)
+        assert (one.verdict, f"{topic} {field}: {says}" in one.problem) == (Verdict.REFUSED, True)
 
 
 def test_a_port_that_failed_without_a_failed_call(golden_here, replayed):

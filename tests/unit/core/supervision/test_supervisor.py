@@ -67,7 +67,7 @@ def test_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by
     with pytest.raises(FaultLatchedError, match=r"force 31.00 N, limit 30 N"):
         Bench(latch=latch)
     for by, reason, field in (("  ", "the plate is gone", "by"), ("Ada", " ", "reason")):
-        with pytest.raises(ConfigurationError, match=f"acknowledgement.{field} = "):
+        with pytest.raises(ConfigurationError, match=f"acknowledgement.{field} must be "):
             latch.acknowledge(by, reason)
     latch.acknowledge("Ada", "the plate is gone")
     assert latch.acknowledgements == [

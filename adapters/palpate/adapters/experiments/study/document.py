@@ -196,7 +196,7 @@ class Study:
         grids = [dict(_settings(_table("grid", grid))) for grid in (grids if isinstance(grids, list) else [grids])]
         if any("seed" in settings for settings in (base, *grids)):
             raise ConfigurationError(
-                "seed", "[base] or [grid]", "given as given as given as seeds in the table [study]: seeds = [0, 1, 2]"
+                "seed", "[base] or [grid]", "given as seeds in the table [study]: seeds = [0, 1, 2]"
             )
         seeds = range(head.seeds) if isinstance(head.seeds, int) else tuple(head.seeds)
         job = str(path.resolve().parent / head.job) if head.job else ""
@@ -237,12 +237,10 @@ class Study:
                     raise ConfigurationError(
                         "study",
                         name,
-                        "a file with a file with a file with each combination of settings, policy and seed once",
+                        "a file with each combination of settings, policy and seed once",
                     )
                 if len(name) > _LONGEST:
-                    accepted = (
-                        f"a file with fewer or shorter settings in its grid: folder names have {_LONGEST} characters"
-                    )
+                    accepted = f"a file with fewer or shorter settings in its grid: folder names have at most {_LONGEST} characters"
                     raise ConfigurationError("study", name, accepted)
                 seen.add(name)
                 own = replace(config, seed=seed)

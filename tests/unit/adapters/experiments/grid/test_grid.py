@@ -63,7 +63,7 @@ def test_an_automaton_of_another_map_is_refused(cells, tmp_path):
     ("name", "says"),
     [
         ("magic", "state must be symbols, last-2, last-3 and so on, or an automaton file"),
-        ("last-0", "state = 'last-0'"),
+        ("last-0", "last-3 and so on, or an automaton file ending in .json"),
         ("missing.json", "state must be a readable"),
     ],
 )
@@ -104,8 +104,8 @@ def test_it_computes_in_one_thread_whatever_else_is_set_and_sets_nothing_for_oth
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ({"temperature_floor": 2.0}, "temperature_floor = 2"),
-        ({"alpha": 0.5, "learner": "hmm"}, "alpha must be none; hmm learns a model, not a table"),
+        ({"temperature_floor": 2.0}, "temperature_floor must be a number from 0 to temperature, 0.5"),
+        ({"alpha": 0.5, "learner": "hmm"}, "alpha must be left out: hmm learns a model, not a table"),
     ],
 )
 def test_settings_that_do_not_go_together_are_refused_by_the_name_of_their_flag(settings, says):

@@ -79,7 +79,7 @@ def test_arm_moves_only_on_request(bench):
     assert bench.is_closed()
 
 
-@pytest.mark.parametrize(("stood_s", "text"), [(0.2, "stood 200 ms after"), (None, "moved on for 1 s")])
+@pytest.mark.parametrize(("stood_s", "text"), [(0.2, "stationary 200 ms after"), (None, "moved on for 1 s")])
 def test_statement_that_a_robot_stops_by_itself_is_tried(bench, monkeypatch, stood_s, text):
     file = RigFile("bench", DeviceEntry("mine", {"stops_without_commands": True}), DeviceEntry("yours", {}))
     again = SimpleNamespace(open=str, enable=str, run_out=lambda: stood_s, close=str)
