@@ -78,7 +78,7 @@ def require_corners(config: RunConfig) -> None:
     if corners and corners != sides:
         raise ConfigurationError("task.options.corners", corners, f"{sides}, {where}")
     if told.get("flat_deg") and peg.cross_section != KEYED:
-        raise ConfigurationError("task.options.flat_deg", told["flat_deg"], f"0, for a flat {KEYED} pegs alone have")
+        raise ConfigurationError("task.options.flat_deg", told["flat_deg"], f"0: only {KEYED} pegs have a flat")
     if corners and (corner_mm := told.get("corner_mm", 0.0)) > most_mm:
         raise ConfigurationError("task.options.corner_mm", corner_mm, f"at most {most_mm:.1f}, {where} its corners")
     if corners and (inside_mm := told.get("inside_mm", 0.0)) > config.task.area_half_width_mm:

@@ -95,7 +95,8 @@ def task_actions(config: RunConfig) -> tuple[Action, ...]:
     if config.perception.symbols != OPTIONS:
         return kind.actions(config.task)
     if not (learner_options := kind.learner_options(config.task)):
-        raise ConfigurationError("perception.symbols", OPTIONS, f"a task that has options; {config.task.name} has none")
+        accepted = f"other symbols: the task {config.task.name} has no options"
+        raise ConfigurationError("perception.symbols", OPTIONS, accepted)
     return learner_options
 
 

@@ -135,7 +135,7 @@ class FaultFile(FaultLatch):
         accepted = f"the open fault, {self.number} ({self.cause})"
         if not self.cause:
             done = f"; {last.by} acknowledged fault {last.number} at {last.acknowledged}" if last is not None else ""
-            accepted = f"nothing: no fault is open{done}"
+            accepted = f"left out: no fault is open{done}"
         elif found is None or found[2] == _NAME or found[3] == _WHY:
             accepted = f'"{self.number} {_NAME}: {_WHY}", with your name and the reason'
         elif int(found[1]) == self.number:

@@ -68,7 +68,9 @@ class OperatorStop:
             try:
                 before: Any = signal.signal(SIGNAL, self._on_signal)
             except ValueError as error:
-                raise ConfigurationError("operator stop", SIGNAL.name, f"the main thread ({error})") from error
+                raise ConfigurationError(
+                    "operator stop", SIGNAL.name, f"opened in the main thread ({error})"
+                ) from error
             # None: somebody's handler that is not Python's, which nobody could put back.
             opened.callback(signal.signal, SIGNAL, signal.SIG_DFL if before is None else before)
             self._opened = opened.pop_all()

@@ -100,7 +100,7 @@ class ArmDescription(Settings):
         raise AssetError(
             "arm",
             self.name,
-            f"the PyPI package example-robot-data must be installed (looked for {relative} on sys.path)",
+            f"installed with the PyPI package example-robot-data (looked for {relative} on sys.path)",
         )
 
 

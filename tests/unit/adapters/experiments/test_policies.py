@@ -97,7 +97,7 @@ def test_skills_are_learned_where_they_may_begin_and_only_by_tasks_that_have_som
     # What the rule takes there is ahead of all else that may begin.
     row = dict(zip(row, learner.q[learner.states.index("corner wedged after push")], strict=True))
     assert (row["drive"], row["push 1"]) == (ahead, ahead - config.learning.optimistic_prior)
-    with pytest.raises(ConfigurationError, match="a task that has options; insertion has none"):
+    with pytest.raises(ConfigurationError, match="other symbols: the task insertion has no options"):
         build_perception(scenario("blind", "options"))
 
 

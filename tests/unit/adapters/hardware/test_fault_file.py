@@ -56,7 +56,7 @@ def test_acknowledgement_clears_that_fault_only_and_once(rig):
         Acknowledgement("Ada Lovelace", "the plate: moved back", "FORCE_LIMIT: force 31.00 N, limit 30 N")
     ]
     latch.require_free()
-    with pytest.raises(ConfigurationError, match="nothing: no fault is open; Ada Lovelace acknowledged fault 1 at "):
+    with pytest.raises(ConfigurationError, match="left out: no fault is open; Ada Lovelace acknowledged fault 1 at "):
         FaultFile(rig, words)
     tripped(rig, "PULLED: again")
     with pytest.raises(ConfigurationError, match="the open fault, 2 "):

@@ -52,7 +52,7 @@ class TestArms:
 
     def test_missing_robot_data_package_is_named(self, monkeypatch, tmp_path):
         monkeypatch.setattr(sys, "path", [str(tmp_path)])
-        with pytest.raises(AssetError, match="PyPI package example-robot-data must be installed") as caught:
+        with pytest.raises(AssetError, match="must be installed with the PyPI package example-robot-data") as caught:
             arm_named("ur5").find_urdf()
         assert (caught.value.field, caught.value.value) == ("arm", "ur5")
         assert "\n" not in str(caught.value)

@@ -203,7 +203,7 @@ class Study:
         values = tuple({name: _values(name, found) for name, found in grid.items()} for grid in grids)
         study = cls(head.trials, seeds, head.policies, base, values, job)
         if study.count > _MOST:
-            raise ConfigurationError("study", f"{study.count} conditions", f"at most {_MOST}")
+            raise ConfigurationError("study", f"{study.count} conditions", f"a file with at most {_MOST}")
         return study
 
     @property
@@ -240,7 +240,9 @@ class Study:
                         "a file with each combination of settings, policy and seed once",
                     )
                 if len(name) > _LONGEST:
-                    accepted = f"a file with fewer or shorter settings in its grid: folder names have at most {_LONGEST} characters"
+                    accepted = (
+                        f"a file with fewer or shorter settings in its grid: names have at most {_LONGEST} characters"
+                    )
                     raise ConfigurationError("study", name, accepted)
                 seen.add(name)
                 own = replace(config, seed=seed)
