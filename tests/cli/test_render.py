@@ -59,10 +59,10 @@ def test_a_trial_of_a_rig_is_drawn(palpate, desk):
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("sound.mcap", "to must be ", ".mp4, .gif (got '')"),
+        ("sound.mcap", "to must be ", ".mp4 or .gif (got '')"),
         ("sound.mcap --to there.gif", "there.gif", "never overwritten; name another file with --to"),
         ("sound.mcap --to a.gif --size 0x0", "size must be ", "120 to 4096 pixels each way (got '0x0')"),
-        ("sound.mcap --to a.mp4 --size 641x480", "size must be even", "(got '641x480')"),
+        ("sound.mcap --to a.mp4 --size 641x480", "size must be two even numbers", "(got '641x480')"),
         ("sound.mcap --to a.gif --fps -5", "fps must be ", "from 0.1 to 50 (got -5.0)"),
         ("sound.mcap --to a.gif --speed 0.001", "fps must be lower, or the speed higher", "(got 12.5)"),
         ("sound.mcap --to a.gif --begin-s 1 --end-s 0.5", "end_s must be ", "after the beginning, 1 s (got 0.5)"),

@@ -53,14 +53,14 @@ class RenderOptions(Settings):
 def render(options: RenderOptions) -> int:
     """Draw a log into a file; returns the exit code."""
     out, ending = Path(options.to), Path(options.to).suffix.lower()
-    options.require("to", ending in ENDINGS, f"a file that ends with {', '.join(ENDINGS)}")
+    options.require("to", ending in ENDINGS, f"a file that ends with {' or '.join(ENDINGS)}")
     is_gif = ending == ".gif"
     with _mujoco_without_graphics():
         from palpate.adapters.mujoco import CAMERAS
         from palpate.adapters.visualisation.video import Painter, require_video, trajectory_of, write_gif, write_mp4
     require_one_of("camera", options.camera, CAMERAS)
     size = _size(options.size)
-    options.require("size", is_gif or not (size[0] % 2 or size[1] % 2), "even numbers for .mp4")
+    options.require("size", is_gif or not (size[0] % 2 or size[1] % 2), "two even numbers for .mp4")
     fps = (12.5 if is_gif else 25.0) if options.fps is None else options.fps
     require_in("fps", fps, 0.1, _GIF_MOST_FPS if is_gif else 240.0)
     from tqdm import tqdm
