@@ -129,7 +129,7 @@ def test_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
 
 @pytest.mark.parametrize(
     ("way", "told"),
-    [(signal.SIGKILL, "was killed by SIGKILL; what stops"), (signal.SIGUSR2, "has not run for")],
+    [(signal.SIGKILL, "was killed by SIGKILL; only the drives"), (signal.SIGUSR2, "has not run for")],
     ids=["killed", "hanging in C"],
 )
 def test_loop_whose_arm_s_process_fails_knows_and_ends_it(way, told, bench):
