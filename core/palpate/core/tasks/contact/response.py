@@ -194,9 +194,9 @@ def _repetition(x: Array, rest: Array) -> Any:
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """
     both = np.concatenate((x, rest), axis=1)
-    products = 1.0 / np.maximum(np.add.reduce(both * both), _LEAST)
-    columns, repeated = x.shape[1], np.ones(x.shape[1])
-    for lag in range(1, HALF_PERIOD_TICKS[1] - 1):
-        correlated = np.add.reduce(both[lag:] * both[:-lag]) * products
-        repeated += 2.0 * correlated[:columns] * correlated[columns:]
-    return np.maximum(repeated, 1.0)
+    lags = range(1, HALF_PERIOD_TICKS[1] - 1)
+    correlated = np.array([np.add.reduce(both[lag:] * both[:-lag]) for lag in lags])
+    correlated /= np.maximum(np.add.reduce(both * both), _LEAST)
+    columns = x.shape[1]
+    terms = 2.0 * correlated[:, :columns] * correlated[:, columns:]
+    return np.maximum(1.0 + np.add.reduce(terms), 1.0)
