@@ -92,5 +92,7 @@ def _read_examples(
             f"{_EXAMPLES}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV"
         ) from error
     if not examples:
-        raise ConfigurationError(f"{_EXAMPLES}: {path}", "no examples", "at least one line below the header")
+        raise ConfigurationError(
+            f"{_EXAMPLES}: {path}", "no examples", "a file with at least one line below its header"
+        )
     return tuple(examples)

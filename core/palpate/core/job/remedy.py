@@ -49,11 +49,11 @@ class Verification:
         if self.is_possible:
             return ""
         regime, job = self.regime, self.job
-        takes = f"{regime.window_s:.2g} s" if isfinite(regime.window_s) else "longer than any window"
+        takes = f"{regime.window_s:.2g} s" if isfinite(regime.window_s) else "more than any window"
         source = "" if regime.response_noise_N < 1.5 * job.noise_N else ", mostly of the encoders' steps"
         remedies = " or ".join(islice(self._remedies(), _NAMED)) or "use a quieter sensor and another gripper"
         return (
-            f"no contact can be verified: that takes {takes}, the longest window is {_BUDGET_S:.2g} s, with a dither"
+            f"no contact can be verified: this takes {takes} (longest window: {_BUDGET_S:.2g} s) with a dither"
             f" of {regime.dither_N:.2g} N in a noise of {regime.response_noise_N:.2g} N{source}: {remedies}"
         )
 

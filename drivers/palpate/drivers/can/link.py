@@ -31,7 +31,7 @@ class CanFrame(NamedTuple):
     data: bytes = b""
 
 
-# Back ends log what they then raise, and without a handler Python prints it beside our line.
+# Back ends log what they then raise, and without a handler Python prints it next to our line.
 logging.getLogger("can").addHandler(logging.NullHandler())
 
 _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}

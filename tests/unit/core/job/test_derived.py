@@ -102,7 +102,7 @@ class TestRegime:
         assert derive(DOWEL).rate_N_s == pytest.approx(30.93 * 140.0)
 
     def test_caught_peg_stops_within_the_force_limit(self):
-        # Left of 30 N beside 1.3 times the friction and noise; 15 kg stop at v sqrt(k m).
+        # 30 N less 1.3 times the friction, and less the noise; 15 kg stop at v sqrt(k m).
         assert derive(DOWEL).slide_m_s == pytest.approx((30.0 - 0.67 * 4.903325) / sqrt(40e3 * 15.0))
         gentle = derive(replace(DOWEL, force_N=5.0))
         assert gentle.slide_m_s == pytest.approx((5.0 - 0.67 * 2.0) / sqrt(40e3 * 15.0))

@@ -66,7 +66,7 @@ def test_a_contact_that_noise_hides_is_refused_with_three_figures_and_remedies_t
     soft = Job(PartConfig(depth_tolerance_mm=2.0), replace(ToolConfig(), axial_N_per_mm=1.0))
     (reason,) = judge(soft, SensorFacts(0.5, 0.004), step_mm=0.005).reasons
     assert reason == (
-        "no contact can be verified: that takes 1 s, the longest window is 0.4 s, with a dither of 0.36 N in a"
+        "no contact can be verified: this takes 1 s (longest window: 0.4 s) with a dither of 0.36 N in a"
         " noise of 0.5 N: raise limits.speed_mm_s to 38 or use a force sensor with at most 0.27 N of noise or use a"
         " gripper of at least 1.9 N/mm"
     )

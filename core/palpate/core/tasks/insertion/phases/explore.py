@@ -20,7 +20,7 @@ Friction there may carry the peg, so that neither loss of contact nor depth reve
 _LAG_S: Final = 3.0 * PERIOD_S
 """Additional time to stop: the lag that the supervisor allows, supervision.tracking_lag_ticks."""
 _MOUTH_M: Final = 1.2e-3
-"""Least distance from a place to the mouth of the hole for a peg that rests next to it, besides play and chamfer."""
+"""Distance from the hole, plus play and chamfer, beyond which a peg certainly rests on the plate, not in the mouth."""
 _SURFACE_M: Final = 1e-4
 """A height that differs from the surface by more than this is not the surface."""
 
