@@ -18,6 +18,7 @@ def test_every_command_explains_itself(palpate, name):
     done = palpate(*name.split(), "--help")
     assert (done.code, done.stderr) == (0, "")
     assert f"palpate {name}" in done.stdout
+    assert sum(line.startswith("  --") for line in done.stdout.splitlines()) <= 15
 
 
 @pytest.mark.parametrize(

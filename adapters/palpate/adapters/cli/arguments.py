@@ -14,12 +14,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Final, TypeVar, cast, get_args, get_origin
+from typing import Any, Final, TypeVar, cast, get_args, get_origin
 
 import tyro
 
 from palpate.adapters.cli.commands import COMMANDS, options_of
-from palpate.adapters.cli.help import help_text
+from palpate.adapters.cli.help import flag_of, help_text, options_in
 from palpate.adapters.cli.options import RunSettings
 from palpate.adapters.config import (
     LEARNERS,
@@ -239,13 +239,11 @@ def _one_line(boxed: str) -> str:
 def flags_of(kind: type) -> set[str]:
     """Return every flag of a command, including those of its settings."""
     found = set(SETTING_FLAGS) if issubclass(kind, RunSettings) else set()
-    for name, annotation in kinds_of(kind).items():
-        base, *marks = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
-        if any(getattr(mark, "name", None) == "" for mark in marks):
-            found |= flags_of(base)
-        elif tyro.conf.Positional not in marks and name != "run":
-            flag = name.replace("_", "-")
-            found |= {f"--{flag}", *((f"--no-{flag}",) if base is bool else ())}
+    _, flags, rare = options_in(kind)
+    for option in (*flags, *rare):
+        found.add(flag_of(option))
+        if parts_of(option.kind)[0] is bool:
+            found |= {f"--{option.name.replace('_', '-')}", f"--no-{option.name.replace('_', '-')}"}
     return found
 
 

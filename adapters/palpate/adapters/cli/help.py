@@ -2,61 +2,75 @@
 
 import shutil
 import textwrap
-from dataclasses import MISSING, fields
+from collections.abc import Sequence
 from inspect import getdoc
-from typing import Annotated, Any, Final, get_args, get_origin
+from typing import Any, Final, get_origin
 
 import tyro
 
-from palpate.adapters.config import literal, texts_of
-from palpate.core.ports import OneOf, Range, kinds_of, parts_of
+from palpate.adapters.config import RARE, Described, described, literal
+from palpate.core.ports import OneOf, Range, kinds_of, optional_of, parts_of
 
 _TEXT: Final = 20
 """Column of the texts."""
+_MOST: Final = 15
+"""Maximum number of options before the rare ones move to ``palpate settings``."""
 
 
 def help_text(kind: type, command: str) -> str:
     """Return the help text of the options class of a command."""
     wide = min(shutil.get_terminal_size().columns, 118)
-    named, flags = _entries(kind, wide)
-    words = " ".join((f"palpate {command}", *(name for name, _ in named), "[OPTIONS]"))
-    lines = [f"usage: {words}", "", _paragraphs(getdoc(kind) or "", wide), ""]
-    lines += [text for _, text in (*named, *flags)]
+    places, flags, rare = options_in(kind)
+    heads = [place.name.upper() for place in places]
+    words = [f"[{head}]" if place.default == "" else head for head, place in zip(heads, places, strict=True)]
+    usage = " ".join((f"usage: palpate {command}", *words, *(["[OPTIONS]"] if flags else [])))
+    lines = [usage, "", _paragraphs(getdoc(kind) or "", wide), ""]
+    lines += [_hanging(head, _text(place), wide) for head, place in zip(heads, places, strict=True)]
+    lines += [_hanging(_head(flag), f"{_text(flag)}{_default(flag.default)}", wide) for flag in flags]
+    if rare:
+        more = ", ".join(flag_of(option) for option in rare)
+        told = f"Further options, described by palpate settings {command}: {more}"
+        lines += ["", textwrap.fill(told, wide, break_on_hyphens=False)]
     if "run" in kinds_of(kind):
         told = "Every other setting is a flag, too, such as --task.step-mm 0.5: palpate settings lists them."
         lines += ["", textwrap.fill(told, wide)]
     return "\n".join(lines) + "\n"
 
 
-def _entries(kind: type, wide: int) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
-    """Return positional arguments and flags, each with its name and text lines."""
-    named, flags, texts = list[tuple[str, str]](), list[tuple[str, str]](), texts_of(kind)
+def options_in(kind: type) -> tuple[list[Described], list[Described], list[Described]]:
+    """Return positional arguments, flags, and flags that only ``palpate settings`` describes."""
+    shared = {name for base in kind.__mro__[1:] for name in vars(base).get("__annotations__", {})}
     # What is the command's own comes before what it shares with others.
-    for field in sorted(fields(kind), key=lambda one: one.name not in vars(kind).get("__annotations__", {})):
-        annotation = kinds_of(kind)[field.name]
-        marks = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
-        if any(getattr(mark, "name", None) == "" for mark in marks):
-            more = _entries(get_args(annotation)[0], wide)
-            named, flags = named + more[0], flags + more[1]
-        elif field.init:
-            base, (mark, *_) = parts_of(annotation)[0], (*parts_of(annotation)[1], None)
-            default = field.default if field.default_factory is MISSING else field.default_factory()
-            is_place = tyro.conf.Positional in marks
-            flag = f"--{'no-' if default is True else ''}{field.name.replace('_', '-')}{_meta(base)}"
-            head = field.name.upper() if is_place else flag
-            text = f"{texts.get(field.name, '')}{_accepted(base, mark)}{'' if is_place else _default(default)}"
-            entry = _hanging(head, text, wide)
-            (named if is_place else flags).append((head, entry))
-    return named, flags
+    found = sorted(described(kind), key=lambda option: option.name in shared)
+    places = [option for option in found if tyro.conf.Positional in _marks(option)]
+    flags = [option for option in found if option not in places]
+    rare = [flag for flag in flags if len(flags) > _MOST and (RARE in _marks(flag) or "." in flag.name)]
+    return places, [flag for flag in flags if flag not in rare], rare
 
 
-def _meta(base: Any) -> str:
+def flag_of(option: Described) -> str:
+    """Return the flag of an option; that of a switch which is on by default turns it off."""
+    table, dot, last = option.name.replace("_", "-").rpartition(".")
+    return f"--{table}{dot}{'no-' if option.default is True else ''}{last}"
+
+
+def _marks(option: Described) -> Sequence[Any]:
+    return getattr(option.kind, "__metadata__", ())
+
+
+def _head(flag: Described) -> str:
+    base = parts_of(flag.kind)[0]
+    base = parts_of(optional_of(base) or base)[0]
     if base is bool:
-        return ""
-    origin = get_origin(base)
-    if origin is tuple:
-        return " VALUE..."
-    return {int: " N", float: " X"}.get(base, " NAME" if base is str else " N")
+        return flag_of(flag)
+    values = {int: "N", float: "X", str: "NAME"}
+    return f"{flag_of(flag)} {'VALUE...' if get_origin(base) is tuple else values[base]}"
+
+
+def _text(option: Described) -> str:
+    base, (mark, *_) = parts_of(option.kind)[0], (*parts_of(option.kind)[1], None)
+    text = f"Do not {option.text[:1].lower()}{option.text[1:]}" if option.default is True else option.text
+    return f"{text}{_accepted(base, mark)}"
 
 
 def _accepted(base: Any, mark: Any) -> str:
@@ -68,7 +82,7 @@ def _accepted(base: Any, mark: Any) -> str:
 
 
 def _default(default: Any) -> str:
-    if default is MISSING or default in (None, "", (), False, True, -1):
+    if default in (None, "", (), False, True, -1):
         return ""
     return f" Default: {literal(default)}."
 

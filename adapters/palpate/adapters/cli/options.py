@@ -10,7 +10,7 @@ from typing import Annotated, Self, TypeAlias
 
 import tyro
 
-from palpate.adapters.config import LEARNERS, SCENARIOS, TRIALS, EmulationConfig, GridLearning, RunConfig
+from palpate.adapters.config import LEARNERS, RARE, SCENARIOS, TRIALS, EmulationConfig, GridLearning, RunConfig
 from palpate.core.ports import OneOf, Range, Settings
 
 Trials: TypeAlias = Annotated[int, Range(1, 1_000_000)]
@@ -55,19 +55,19 @@ class LiveSettings(Settings):
 
     live: bool = False
     """Show running trials in Rerun; each tick then takes longer. Install it with: pip install 'palpate[rerun]'."""
-    live_port: Annotated[int, Range(0, 65535)] = 0
-    """Port on this computer to which the viewer connects; 0 uses Rerun's default, 9876."""
+    live_port: Annotated[int, Range(0, 65535), RARE] = 0
+    """Port of this computer to which the viewer connects; 0 uses Rerun's default, 9876."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AcknowledgeSettings(Settings):
     """Options of every command that moves a rig."""
 
-    accept_kinematics: bool = False
+    accept_kinematics: Annotated[bool, RARE] = False
     """Allow motion with the arm's nominal model, which may be off by up to 10 mm. A rig file with the arm's own
     calibration does not need this."""
 
-    acknowledge: str = ""
+    acknowledge: Annotated[str, RARE] = ""
     """Allow a rig to move after a fault: "NUMBER NAME: why", with the fault's number, your name, and the reason why it
     is safe. This clears only that fault, once, and only if no device still reports it."""
 
@@ -78,7 +78,7 @@ class MotionSettings(AcknowledgeSettings):
 
     rig: str = ""
     """Rig file; use its devices instead of the simulator."""
-    confirm: str = ""
+    confirm: Annotated[str, RARE] = ""
     """Name of the rig, to allow motion with --rig if there is no terminal. At a terminal, palpate asks once. An
     emulated rig needs no confirmation."""
 
@@ -120,6 +120,8 @@ class RunOptions(MotionSettings, LiveSettings, RunSettings):
     jobs: Jobs = 1
     """Number of simulator processes; 0 uses one per core. With more than one, each block of 10 trials uses a new policy
     object."""
+    learner: Annotated[str, OneOf("", *LEARNERS), RARE] = ""
+    """Learner whose presets apply. Default: the learner of the policy file, else q-learning."""
     view: bool = False
     """Show the simulation in MuJoCo's viewer in real time. Closing the window ends the run."""
 
@@ -260,7 +262,7 @@ class EmulateOptions(EmulationConfig, RunSettings):
     event: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
     """Fault to trigger: 12s:NAME (12 s after the arm first moves) or start+12s:NAME (12 s after the start). Names:
     protective-stop, emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be repeated."""
-    priority: Annotated[int, Range(0, 99)] = 0
+    priority: Annotated[int, Range(0, 99), RARE] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99, so that other programs do not delay them. 0
     requests none. A refused request is reported."""
 

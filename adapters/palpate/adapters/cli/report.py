@@ -21,7 +21,7 @@ class ReportOptions(Settings):
     folder: Annotated[str, tyro.conf.Positional]
     """Folder that palpate train, run or study left."""
     logs: bool = True
-    """Read the logs of a run, for the forces of single trials."""
+    """Read the logs of a run for the forces of single trials."""
 
 
 def report(options: ReportOptions) -> int:

@@ -25,8 +25,10 @@ _COLUMN, _WIDTH = 36, 118
 class NewOptions(Settings):
     """Print a rig file for an arm and a force sensor, with all settings, their defaults and their meanings.
 
-    palpate rig new --arm ur-rtde --force ati-netft > rig.toml
-    palpate rig new --job > job.toml
+    Redirect the output to a file:
+
+      palpate rig new --arm ur-rtde --force ati-netft > rig.toml
+      palpate rig new --job > job.toml
     """
 
     arm: Annotated[str, OneOf("", *adapter_names("arm"))] = ""

@@ -4,12 +4,14 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any
 
 import tyro
 
 from palpate.adapters import config
+from palpate.adapters.cli.commands import COMMANDS, options_of
+from palpate.adapters.cli.help import flag_of, options_in
 from palpate.adapters.hardware import adapter_names, load_maker, settings_table
 from palpate.core.errors import require_one_of
 from palpate.core.ports import Settings
@@ -41,9 +43,9 @@ def settings(options: SettingsOptions) -> None:
 
 
 def _groups() -> Iterator[tuple[str, tuple[str, list[config.Described]]]]:
-    """Every group with its purpose and its settings: of a run, then of a rig file."""
+    """Every group with its purpose and its settings: of a run, of a rig file, of commands."""
     every = list(config.described(config.RunConfig))
-    yield "run", ("Presets, arm and seed.", [each for each in every if "." not in each.name])
+    yield "presets", ("Presets, arm and seed.", [each for each in every if "." not in each.name])
     for field in fields(config.RunConfig):
         found = [each for each in every if each.name.startswith(f"{field.name}.")]
         if found:
@@ -56,6 +58,11 @@ def _groups() -> Iterator[tuple[str, tuple[str, list[config.Described]]]]:
                 yield f"{table}.{name}", (f"Rig file, [{table}] with adapter = {name!r}.", found)
     for of_rig in (config.SensorFactsTable, config.WatchdogTable, config.OperatorTable):
         yield of_rig.TABLE, (f"Rig file: {_purpose(of_rig)}", list(config.described(of_rig, f"{of_rig.TABLE}.")))
+    for command in (name for name, found in COMMANDS.items() if found.module):
+        *_, rare = options_in(options_of(command))
+        if rare:
+            options = [replace(option, name=flag_of(option)) for option in rare]
+            yield command, (f"Further options of palpate {command}.", options)
 
 
 def _purpose(table: type[Any]) -> str:

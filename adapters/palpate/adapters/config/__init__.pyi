@@ -12,9 +12,9 @@ from .compose import scenario as scenario
 from .compose import simulated_noise as simulated_noise
 from .compose import verdict_on as verdict_on
 from .compose import without_world as without_world
+from .described import RARE as RARE
 from .described import Described as Described
 from .described import described as described
-from .described import texts_of as texts_of
 from .emulation import ROS2 as ROS2
 from .emulation import UR as UR
 from .emulation import ZEBRA as ZEBRA

@@ -19,6 +19,13 @@ _UNITS: Final = {
 """Unit by the suffix of a name."""
 
 
+class Rare:
+    """Mark of an option that a long ``palpate COMMAND --help`` names, and ``palpate settings COMMAND`` describes."""
+
+
+RARE: Final = Rare()
+
+
 @dataclass(frozen=True, slots=True)
 class Described:
     """One setting: dotted name, type annotation, default (None if there is none) and help text."""
@@ -45,15 +52,22 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
     """Yield every setting of a table and of the tables in it, in the order of their declaration."""
     texts = texts_of(table)
     for field in fields(table):  # type: ignore[arg-type]
+        if not field.init:
+            continue
         kind = kinds_of(table)[field.name]
         default = None if field.default is MISSING else field.default
         if field.default_factory is not MISSING:
             default = field.default_factory()
         name = f"{prefix}{field.name}"
         if isinstance(default, Settings) and table_or(kind) is None:
-            yield from described(type(default), f"{name}.")
+            yield from described(type(default), prefix if _is_flat(kind) else f"{name}.")
         else:
             yield Described(name, kind, default, texts.get(field.name, ""))
+
+
+def _is_flat(kind: Any) -> bool:
+    """Return True if the parser of the command line puts the fields of a table among those around it."""
+    return any(getattr(mark, "name", None) == "" for mark in getattr(kind, "__metadata__", ()))
 
 
 def texts_of(table: type) -> dict[str, str]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Self
 
+from palpate.adapters.config.described import RARE
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import OneOf, Range, Settings
@@ -26,11 +27,11 @@ class EmulationConfig(Settings):
     force: Annotated[str, OneOf("", JR3, ATI, UR, ROS2)] = ""
     """Force sensor: jr3-can, ati-netft, ur-rtde (in the flange; needs wires ur-rtde) or ros2 (needs wires ros2).
     Default: ati-netft with wires ur-rtde, ros2 with wires ros2, else jr3-can."""
-    baud: int = 230_400
+    baud: Annotated[int, RARE] = 230_400
     """Line rate of the arm's serial bus."""
-    velocity_stop_ms: Annotated[float, Range(0.0, 10_000.0)] | None = None
+    velocity_stop_ms: Annotated[Annotated[float, Range(0.0, 10_000.0)] | None, RARE] = None
     """Wires ros2: take velocities, and stop the arm N ms after the last one; 0 never stops. Default: positions."""
-    divider: Annotated[int, Range(1, 14)] = 2
+    divider: Annotated[int, Range(1, 14), RARE] = 2
     """Control ticks per bus cycle: 2 is 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
     """Simulated seconds per second of devices, loop and physics; use less than 1 on a slow computer."""

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Final
 
 from typing_extensions import override
 
+from palpate.adapters.config.described import RARE
 from palpate.core.policy import HmmParameters, QParameters, SarsaParameters, TemperatureSchedule
 from palpate.core.ports import LearningRate, OneOf, Range, Settings, Temperature, TemperatureDecay, require_floor
 from palpate.simulation.grid import STEP_LIMIT
@@ -32,19 +33,19 @@ class GridLearning(Settings):
     learner: Annotated[str, OneOf(*LEARNERS)] = "q"
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
     the goal, with a belief and a plan."""
-    alpha: LearningRate | None = None
+    alpha: Annotated[LearningRate | None, RARE] = None
     """Constant learning rate. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
-    temperature: Temperature = 0.5
+    temperature: Annotated[Temperature, RARE] = 0.5
     """Exploration temperature of the first trial."""
-    temperature_decay: TemperatureDecay = 0.995
+    temperature_decay: Annotated[TemperatureDecay, RARE] = 0.995
     """Factor of the exploration temperature from one trial to the next."""
-    temperature_floor: Temperature = 0.1
+    temperature_floor: Annotated[Temperature, RARE] = 0.1
     """Minimum exploration temperature."""
-    trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
+    trace_decay: Annotated[float, Range(0.0, 1.0), RARE] = 0.8
     """Trace decay lambda of sarsa."""
-    step_limit: Annotated[int, Range(1, 1_000_000)] = STEP_LIMIT
+    step_limit: Annotated[int, Range(1, 1_000_000), RARE] = STEP_LIMIT
     """Maximum number of steps in a trial."""
-    reach: Annotated[int, Range(1, 200)] = 10
+    reach: Annotated[int, Range(1, 200), RARE] = 10
     """Largest displacement from the goal along x or y that the learner hmm considers, in cells."""
 
     @override
