@@ -29,7 +29,7 @@ class Cia402Table(CanBusTable, ArmTable):
     """Encoder counts per radian of each joint."""
     zero_counts: tuple[int, ...] = ()
     """Encoder counts at each joint's zero. Default: 0 for every joint."""
-    host_node: Annotated[int, Range(1, 127)] = 126
+    host_node: Annotated[int, Range(1, 127)] = ArmSettings.host_node
     """CANopen node of this computer, whose heartbeat the drives monitor."""
 
 
@@ -56,11 +56,11 @@ def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,
             host_node=table.host_node,
-            missed_cycles=max(1, round(3 * table.timeout_scale)),
-            heartbeat_timeout_ms=round(150 * table.timeout_scale),
-            host_watchdog_ms=round(100 * table.timeout_scale),
-            sdo_timeout_s=0.3 * table.timeout_scale,
-            transition_timeout_s=2.0 * table.timeout_scale,
+            missed_cycles=max(1, round(ArmSettings.missed_cycles * table.timeout_scale)),
+            heartbeat_timeout_ms=round(ArmSettings.heartbeat_timeout_ms * table.timeout_scale),
+            host_watchdog_ms=round(ArmSettings.host_watchdog_ms * table.timeout_scale),
+            sdo_timeout_s=ArmSettings.sdo_timeout_s * table.timeout_scale,
+            transition_timeout_s=ArmSettings.transition_timeout_s * table.timeout_scale,
         )
 
     def open_bus() -> OpenArm:

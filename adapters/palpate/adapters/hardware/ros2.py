@@ -37,9 +37,9 @@ class Ros2Table(Settings):
 
     domain: Annotated[int, Range(0, 232)] = 0
     """ROS_DOMAIN_ID of the robot."""
-    address: str = ""
+    address: str = Ros2Network.address
     """This computer's address on the robot's network. If not given: the system chooses."""
-    peers: tuple[str, ...] = ()
+    peers: tuple[str, ...] = Ros2Network.peers
     """Addresses of the computers that run ROS. If not given: multicast finds them."""
 
     def network(self) -> Ros2Network:
@@ -51,7 +51,7 @@ class Ros2Table(Settings):
 class Ros2ArmTable(Ros2Table, ArmTable):
     """The table ``[arm]`` of a rig file."""
 
-    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = Ros2ArmSettings.start_s
     """Longest wait for the publisher and its first message."""
 
     joint_states: str = "/joint_states"
@@ -135,7 +135,7 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
     settings = Ros2ArmSettings(
         joints=joints, lower_rad=context.lower_rad, upper_rad=context.upper_rad,
         velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ, velocities=velocities,
-        start_s=table.start_timeout_s, silence_s=0.1 * table.timeout_scale,
+        start_s=table.start_timeout_s, silence_s=Ros2ArmSettings.silence_s * table.timeout_scale,
     )  # fmt: skip
     return Ros2DriverArm(table, settings, link, context)
 

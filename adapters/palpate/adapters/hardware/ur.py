@@ -17,7 +17,7 @@ from palpate.adapters.hardware.plugins import Host, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor, SensorTable
 from palpate.adapters.hardware.served_arm import ArmTable, DriverArm, OpenArm
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range
+from palpate.core.ports import CONTROL_RATE_HZ, Clock, OneOf, Range, Settings
 from palpate.drivers.device import ArmDriver
 from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm, UrLink, UrSettings, UrToolForce
 
@@ -28,29 +28,30 @@ _OPEN_S: Final = 3.0
 
 
 @dataclass(frozen=True)
-class UrTable(ArmTable):
-    """The table ``[arm]`` of a rig file."""
+class UrController(Settings):
+    """Common settings of an arm and the sensor in its flange."""
 
     host: Host = "192.168.1.100"
     """Address of the controller."""
     rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
     """Rate of the sensor data."""
-    force_stop_N: Annotated[float, Range(0.0, 500.0)] = 0.0
+
+
+@dataclass(frozen=True)
+class UrTable(UrController, ArmTable):
+    """The table ``[arm]`` of a rig file."""
+
+    force_stop_N: Annotated[float, Range(0.0, 500.0)] = UrSettings.force_stop_N
     """Change of the tool force at which the arm stops, even with another sensor; 0 disables the check."""
-    lookahead_s: Annotated[float, Range(0.03, 0.2)] = 0.03
+    lookahead_s: Annotated[float, Range(0.03, 0.2)] = UrSettings.lookahead_s
     """servoj's look-ahead: it smoothes, and the arm is late by it."""
-    gain: Annotated[float, Range(100.0, 2000.0)] = 1000.0
+    gain: Annotated[float, Range(100.0, 2000.0)] = UrSettings.gain
     """servoj's gain."""
 
 
 @dataclass(frozen=True)
-class UrToolTable(SensorTable):
+class UrToolTable(UrController, SensorTable):
     """The tool force in a rig file."""
-
-    host: Host = "192.168.1.100"
-    """Address of the controller."""
-    rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
-    """Rate of the sensor data."""
 
 
 def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
@@ -68,7 +69,8 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
         arm_settings = UrSettings(
             lower_rad=context.lower_rad, upper_rad=context.upper_rad, velocity_rad_s=context.velocity_limit_rad_s,
             period_s=table.divider / CONTROL_RATE_HZ, lookahead_s=table.lookahead_s, gain=table.gain,
-            force_stop_N=table.force_stop_N, silence_s=0.1 * table.timeout_scale, watchdog_s=0.15 * table.timeout_scale,
+            force_stop_N=table.force_stop_N, silence_s=UrSettings.silence_s * table.timeout_scale,
+            watchdog_s=UrSettings.watchdog_s * table.timeout_scale,
         )  # fmt: skip
 
     def open_bus() -> OpenArm:

@@ -58,29 +58,29 @@ class ZebraTable(ArmTable):
 
     port: str = "/dev/ttyUSB0"
     """Serial port of the bus."""
-    baud: Annotated[int, OneOf(*BAUD_DIVISORS)] = 115_200
+    baud: Annotated[int, OneOf(*BAUD_DIVISORS)] = BusSettings.baud
     """Baud rate after start-up."""
-    adapter_latency_ms: Annotated[float, Range(0.0, 100.0)] = 1.0
+    adapter_latency_ms: Annotated[float, Range(0.0, 100.0)] = BusSettings.adapter_latency_s * 1e3
     """Latency timer of the USB adapter."""
-    divider: Annotated[int, Range(1, 14)] = 3
+    divider: Annotated[int, Range(1, 14)] = ZebraZeroSettings.divider
     at_home: bool = False
     """Confirmation that the arm is in its home pose whenever its controller is switched on."""
     counts_file: str = ""
     """File that keeps the counters between runs; empty disables it."""
-    joint1_sign: Annotated[int, OneOf(1, -1)] = 1
+    joint1_sign: Annotated[int, OneOf(1, -1)] = Transmission.joint_1_sign
     """Direction in which joint 1 counts."""
-    wrist_factor: Annotated[float, Range(0.1, 10.0)] = 1.0
+    wrist_factor: Annotated[float, Range(0.1, 10.0)] = Transmission.wrist_factor
     """Factor on the wrist's counts: 1.38488 (24:17.33) with the other gears."""
-    require_power: bool = True
+    require_power: bool = ZebraZeroSettings.require_power
     """Treat a missing report of the motor supply as a fault; false for amplifiers that never report it."""
-    use_limit_inputs: bool = True
+    use_limit_inputs: bool = ZebraZeroSettings.use_limit_inputs
     """Treat an active limit input as a fault; false if no switch is wired to it."""
-    velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = 1.0
+    velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = JointLimits.velocity_rad_per_s
     """Limit of each joint's velocity."""
-    acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = 19.0
+    acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = JointLimits.acceleration_rad_per_s2
     """Limit of each joint's acceleration, kept by firmware that runs trapezoids."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
-    reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = 100.0
+    reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = BusSettings.reset_wait_s * 1e3
     """Time for the modules to restart after a reset."""
 
 
@@ -93,7 +93,7 @@ def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
             bus=BusSettings(
                 baud=table.baud,
                 adapter_latency_s=table.adapter_latency_ms * 1e-3,
-                slack_s=0.02 * table.timeout_scale,
+                slack_s=BusSettings.slack_s * table.timeout_scale,
                 reset_wait_s=table.reset_wait_ms * 1e-3,
             ),
             transmission=Transmission(joint_1_sign=table.joint1_sign, wrist_factor=table.wrist_factor),

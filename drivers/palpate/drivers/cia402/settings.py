@@ -58,7 +58,7 @@ class JointDrive:
         return (counts - self.zero_counts) / self.counts_per_rad
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class ArmSettings:
     """Settings of the whole arm.
 

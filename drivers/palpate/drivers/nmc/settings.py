@@ -15,7 +15,7 @@ clock. INFERENCE from the same formula: 250 000, which it meets exactly.
 """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class BusSettings:
     """Settings of the communication with the modules.
 

@@ -9,7 +9,7 @@ WRENCH: Final = "geometry_msgs/msg/WrenchStamped"
 COMMANDS: Final = "std_msgs/msg/Float64MultiArray"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Ros2Network:
     """Network settings of the robot.
 
@@ -24,7 +24,7 @@ class Ros2Network:
     peers: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Ros2ArmSettings:
     """Settings of the arm in the rig file. Vectors have one number per joint, base first, (n,).
 

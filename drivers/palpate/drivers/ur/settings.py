@@ -35,7 +35,7 @@ _FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
 """Joints turn by up to 360 degrees, wrist joints at up to 360 degrees/s."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class UrSettings:
     """Settings of the arm in the rig file.
 

@@ -43,7 +43,7 @@ def six(values: Sequence[float]) -> Six:
     return a, b, c, d, e, f
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Transmission:
     """Transmission between motors and joints.
 

@@ -10,7 +10,7 @@ from palpate.drivers.errors import SettingError
 from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, Transmission
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class JointLimits:
     """Limits of the six joints.
 
@@ -75,7 +75,7 @@ GAINS: Final = nmc.set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
 """Servo filter: kp 100, kd 1000, output up to 255. FACT: the port sends these defaults to the real arm."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class ZebraZeroSettings:
     """Settings of the arm. Values without a mark are choices of this driver.
 
