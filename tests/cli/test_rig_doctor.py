@@ -34,12 +34,6 @@ def test_new_rig_file_can_be_examined(palpate, arm, force, model):
     assert (done.code, "counts_per_rad" in done.stderr) in ((1, False), (2, True)), done
 
 
-def examined():
-    path = zebra_rig(Path("rig.toml"))
-    shutil.copy(JOB[1], "job.toml")
-    return path
-
-
 def test_refusal_of_the_driver_alone_is_a_finding(palpate, tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text(
@@ -60,5 +54,6 @@ def test_end_from_outside_is_one_line(palpate, monkeypatch, number):
         yield DeviceReport("never")
 
     monkeypatch.setattr(Examination, "reports", interrupted)
-    done = palpate("rig", "doctor", "--rig", examined())
+    shutil.copy(JOB[1], "job.toml")
+    done = palpate("rig", "doctor", "--rig", zebra_rig(Path("rig.toml")))
     assert (done.code, done.stdout, done.stderr) == (130, "", "\npalpate: stopped; every device is closed\n")

@@ -110,7 +110,7 @@ def test_doctor_finds_both_devices_and_a_cable_pulled_in_mid_motion_ends_the_run
     with emulated(rig, "--wires", "zebra-nmc", "--force", "jr3-can") as devices:
         examined = CommandLine()("rig", "doctor", "--rig", rig, "--seconds", "0.3")
         # What it says of rates and latencies is the host's affair here.
-        for found in ("modules 6, servo", "ok limits", "ok range"):
+        for found in ("modules 6, servo", "ok limits", "ok noise"):
             assert found in " ".join(examined.stdout.split())
         with running(rig, out, "third_party_policies.drift:Drift") as process:
             devices.send_signal(signal.SIGKILL)

@@ -1,11 +1,11 @@
 from .approach import find_approach as find_approach
-from .approach import recent_force_N as recent_force_N
 from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import EmulatedCell as EmulatedCell
 from .emulated_events import EVENTS as EVENTS
 from .emulated_events import PlannedEvent as PlannedEvent
 from .fault_file import FaultFile as FaultFile
+from .guarded_ticks import GuardedTicks as GuardedTicks
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext
 from .plugins import adapter_names as adapter_names

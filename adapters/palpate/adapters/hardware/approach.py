@@ -1,29 +1,18 @@
 """Approach of a real arm to the ready pose from any pose."""
 
 from dataclasses import dataclass
-from math import copysign, dist, pi, tau
+from math import copysign, pi, tau
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 
 from palpate.adapters.config import RunConfig
-from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.adapters.hardware.guarded_ticks import GuardedTicks
 from palpate.core.errors import DeviceError
 from palpate.core.motion import ArmDescription, InverseKinematics, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import (
-    CONTROL_RATE_HZ,
-    PERIOD_S,
-    ArmCommand,
-    CommandReason,
-    JointCommand,
-    JointVector,
-    Ports,
-    Snapshot,
-    Validity,
-    Vector3,
-)
-from palpate.core.supervision import WITHDRAWAL_SHARE, SampleMonitor, require_raw
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Ports
+from palpate.core.supervision import WITHDRAWAL_SHARE, SampleMonitor
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
@@ -39,9 +28,6 @@ _RAMP_TICKS: Final = CONTROL_RATE_HZ
 
 An arm that is delayed by 0.2 s near the end of the path then has little to catch up, with the plate 3 mm away.
 """
-_BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
-"""Time for which the arm waits at its position for new samples; after a pause they may be too old."""
-_TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 _TIMEOUT_TICKS: Final = 3 * CONTROL_RATE_HZ
 """Longest time for the arm to arrive after its set-point."""
 
@@ -80,12 +66,20 @@ def move_to_ready(
     begin = ports.joint_encoder.read().position_rad
     require_right_turn(approach, begin)
     path = withdrawal(approach, begin)
-    if path:
-        _follow(ports, path, recent_force_N(ports), WITHDRAWAL_SHARE * limit_N, monitor)
-    first_N = recent_force_N(ports)
-    for pose in approach.poses_rad:
-        begin = ports.joint_encoder.read().position_rad
-        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N, monitor)
+
+    def ticks_within(most_N: float) -> GuardedTicks:
+        return GuardedTicks(ports, monitor, most_N, "on the path to the ready pose", lambda: ports.arm.fault or "")
+
+    try:
+        if path:
+            _follow(ticks_within(WITHDRAWAL_SHARE * limit_N), path)
+        ticks = ticks_within(limit_N)
+        for pose in approach.poses_rad:
+            begin = ports.joint_encoder.read().position_rad
+            _follow(ticks, _joint_line(begin, pose, speed_rad_s))
+    except BaseException:
+        ports.arm.stop()
+        raise
 
 
 def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
@@ -137,57 +131,19 @@ def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: fl
     return [*(tuple((begin + share * way).tolist()) for share in np.cumsum(steps)[:-1]), target_rad]
 
 
-def recent_force_N(ports: Ports) -> Vector3:
-    """Return a recent force, (3,) N, of a sensor that does not compensate for its load."""
-    for _ in range(_BLIND_TICKS):
-        sample = ports.force_sensor.read()
-        if sample.validity is Validity.VALID:
-            require_raw(sample)
-            return sample.force_N
-        ports.clock.sleep_until(ports.clock.now_ns() + _TICK_NS)
-    raise DeviceError("rig", f"force sample {sample.validity.value} before a motion")
-
-
-def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float, monitor: SampleMonitor) -> None:
+def _follow(ticks: GuardedTicks, path: list[JointVector]) -> None:
     """Command one pose per tick and wait until the arm rests at the last one."""
-    clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
-    start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
-    near, sequence = 0, -1
-    monitor.begin()
-    try:
-        while near < _STAYS_SAMPLES:
-            clock.sleep_until(tick_time_ns(start_ns, slot))
-            now_ns = clock.now_ns()
-            joints, wrench = encoder.read(), sensor.read()
-            trip = monitor.trip(Snapshot(slot, now_ns, wrench, joints, None))
-            if trip is None:
-                tick, blind = tick + 1, 0
-                if dist(wrench.force_N, first_N) > limit_N:
-                    raise DeviceError("rig", f"a force above {limit_N:g} N on the path to the ready pose")
-            elif (blind := blind + 1) > _BLIND_TICKS:
-                raise DeviceError("rig", f"{trip} on the path to the ready pose")
-            if tick:
-                # Without valid samples the arm is commanded to hold its pose.
-                target = path[min(tick, len(path)) - 1]
-                _require_free(arm, arm.send(JointCommand(target)).reason)
-            if tick >= len(path) and trip is None:
-                away = max(abs(t - q) for t, q in zip(target, joints.position_rad, strict=True))
-                if joints.sequence != sequence:
-                    sequence, near = joints.sequence, near + 1 if away <= _THERE_RAD else 0
-                if tick > len(path) + _TIMEOUT_TICKS:
-                    raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
-            slot = next_slot(start_ns, slot, now_ns)
-    except BaseException:
-        arm.stop()
-        raise
-
-
-def _require_free(arm: ArmCommand, reason: CommandReason) -> None:
-    if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-        # By then the fault that stopped the arm is known.
-        arm.stop()
-        why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
-        raise DeviceError("rig", f"the arm was held back on the path to the ready pose: {why}")
+    near, sequence, away = 0, -1, 0.0
+    for pose in path:
+        ticks.tick(pose)
+    for _ in range(_TIMEOUT_TICKS):
+        joints = ticks.tick(pose).joints
+        away = max(abs(t - q) for t, q in zip(pose, joints.position_rad, strict=True))
+        if joints.sequence != sequence:
+            sequence, near = joints.sequence, near + 1 if away <= _THERE_RAD else 0
+        if near == _STAYS_SAMPLES:
+            return
+    raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
 
 
 APPROACH_HEIGHT_M: Final = 0.1

@@ -6,4 +6,5 @@ from .fit import limits_line as limits_line
 from .fit import require_fitting as require_fitting
 from .monitors import SampleMonitor as SampleMonitor
 from .monitors import require_raw as require_raw
+from .noise_monitor import NoiseMonitor as NoiseMonitor
 from .supervisor import Supervisor as Supervisor

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from palpate.adapters.log import EndRecord, FileSink, LogFile, LogMessage, read_log
+from palpate.adapters.log import FileSink, LogFile, LogMessage, read_log
 from palpate.adapters.log import sink as module
 from tests.unit.adapters.log.made_logs import STARTING, tick
 
@@ -57,17 +57,6 @@ def test_log_that_is_left_open_ends_with_the_next_one_or_with_the_run(tmp_path):
     sink.shut()
     for name in ("a.mcap", "b.mcap"):
         assert ticks_of(tmp_path / name) == (list(range(1, 35)), False)
-
-
-def test_message_that_cannot_be_packed_is_a_trouble_and_costs_no_other(tmp_path):
-    sink, (first, second) = FileSink(), batches(14)
-    sink.open(tmp_path / "a.mcap", {})
-    sink.put([*first[:-1], first[-1]._replace(record=EndRecord(tick=2**64))])
-    sink.put(second)
-    sink.close()
-    assert ticks_of(tmp_path / "a.mcap") == ([1, 2, 3, 4, 5, *range(7, 14)], True)
-    assert len(sink.losses) == 1
-    sink.shut()
 
 
 def test_existing_log_stays_as_it_is_and_the_next_one_is_recorded(tmp_path):

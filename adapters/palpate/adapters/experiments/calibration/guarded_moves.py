@@ -8,28 +8,17 @@ from typing import Final, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from palpate.adapters.hardware import recent_force_N
-from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.adapters.hardware import GuardedTicks
 from palpate.core.errors import DeviceError
 from palpate.core.motion import Array, InverseKinematics, Kinematics
-from palpate.core.ports import (
-    CONTROL_RATE_HZ,
-    PERIOD_S,
-    CommandReason,
-    JointCommand,
-    JointVector,
-    Life,
-    Rig,
-    Validity,
-    Vector3,
-)
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Life, Rig
+from palpate.core.supervision import SampleMonitor, SupervisionConfig
 
 SPEED_M_S: Final = 0.005
 """Highest speed of tip and sensor."""
 FORCE_N: Final = 10.0
 """A change of the force by more than this since the start of a motion stops the arm."""
 _TURN_RAD_S: Final = 0.1
-_BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4
 """Parts of a motion, each with a new reference force, because the weight turns with the tool."""
@@ -50,27 +39,27 @@ class GuardedMoves:
         self,
         rig: Rig,
         kinematics: Kinematics,
+        limits: SupervisionConfig,
         loop: Callable[[], AbstractContextManager[object]] = nullcontext,
     ) -> None:
-        self._rig, self._ports, self.kinematics, self._loop = rig, rig.ports, kinematics, loop
+        self._rig, self.kinematics, self._limits, self._loop = rig, kinematics, limits, loop
         self._inverse = InverseKinematics(kinematics, PERIOD_S)
         self._requested: JointVector = ()
-        self._start_ns = self._slot = 0
+        self._ticks: GuardedTicks
         self._sequence = -1
-        self._first_N: Vector3 = (0.0, 0.0, 0.0)
 
     @contextmanager
     def moving(self) -> Iterator[None]:
         """Allow motion within the context, and always stop the arm at its end."""
-        arm, clock = self._ports.arm, self._ports.clock
+        rig, ports, arm = self._rig, self._rig.ports, self._rig.ports.arm
         with self._loop():
             if arm.life is Life.ACTIVE:
                 arm.deactivate()
             arm.activate()
             try:
-                self._requested = self._ports.joint_encoder.read().position_rad
-                self._start_ns, self._slot = clock.now_ns(), 0
-                self._mark()
+                self._requested = ports.joint_encoder.read().position_rad
+                monitor = SampleMonitor(self._limits, rig.sensor_facts)
+                self._ticks = GuardedTicks(ports, monitor, FORCE_N, "during calibration", rig.stopped_by)
                 yield
             finally:
                 arm.stop()
@@ -91,7 +80,7 @@ class GuardedMoves:
         ticks = ceil(self._duration_s(begin, target) * CONTROL_RATE_HZ)
         for tick in range(1, ticks + 1):
             if (tick - 1) % max(ticks // _LEGS, 1) == 0:
-                self._mark()
+                self._ticks.mark()
             self.tick(tuple((begin + (target - begin) * (tick / ticks)).tolist()))
         self.hold(_SETTLE_TICKS)
 
@@ -115,38 +104,15 @@ class GuardedMoves:
     def hold(self, ticks: int) -> list[Sample]:
         """Hold the pose and return the measurements; the last force becomes the reference for later ones."""
         readings = [self.tick(self._requested) for _ in range(ticks)]
-        self._mark()
+        self._ticks.mark()
         return readings
 
     def tick(self, q_rad: JointVector) -> Sample:
         """Execute one control tick."""
-        clock, ports = self._ports.clock, self._ports
-        for _ in range(_BLIND_TICKS):
-            clock.sleep_until(tick_time_ns(self._start_ns, self._slot))
-            now_ns = clock.now_ns()
-            joints, wrench = ports.joint_encoder.read(), ports.force_sensor.read()
-            seeing = joints.validity is Validity.VALID and wrench.validity is Validity.VALID
-            if seeing and dist(wrench.force_N, self._first_N) > FORCE_N:
-                raise DeviceError("rig", f"the force has changed by more than {FORCE_N:g} N: the arm was stopped")
-            # Without valid sensor data the arm is commanded to hold its pose.
-            requested = q_rad if seeing else self._requested
-            applied = ports.arm.send(JointCommand(requested))
-            self._slot = next_slot(self._start_ns, self._slot, now_ns)
-            if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-                # By then the fault that stopped the arm is known.
-                ports.arm.stop()
-                cause = self._rig.stopped_by()
-                raise DeviceError("rig", f"the arm was held back: {applied.reason.value}{cause and f', {cause}'}")
-            if seeing:
-                self._requested = requested
-                fresh, self._sequence = wrench.sequence != self._sequence, wrench.sequence
-                values = (*wrench.force_N, *wrench.torque_Nm)
-                return Sample(fresh, joints.position_rad, values)
-        raise DeviceError("rig", f"joint sample {joints.validity.value}, force sample {wrench.validity.value}")
-
-    def _mark(self) -> None:
-        """Set the present force as the reference for later ones."""
-        self._first_N = recent_force_N(self._ports)
+        snapshot = self._ticks.tick(q_rad)
+        wrench, self._requested = snapshot.wrench, q_rad
+        fresh, self._sequence = wrench.sequence != self._sequence, wrench.sequence
+        return Sample(fresh, snapshot.joints.position_rad, (*wrench.force_N, *wrench.torque_Nm))
 
     def _duration_s(self, begin: Array, target: Array) -> float:
         """Return the time for a line in joint space, from the fastest of its parts."""

@@ -64,7 +64,7 @@ class Commissioning:
         self._description = arm_named(config.arm)
         self._tool = config.tool.geometry
         self._kinematics = Kinematics(self._description, self._tool)
-        self.arm = GuardedMoves(rig, self._kinematics, loop)
+        self.arm = GuardedMoves(rig, self._kinematics, config.supervision, loop)
         self.believe(config)
 
     def believe(self, config: RunConfig) -> None:

@@ -11,13 +11,20 @@ from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile
 from palpate.adapters.hardware.adapter_arm import served
 from palpate.adapters.hardware.arm_client import ArmClient, arm_in_process
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level, Topic
-from palpate.adapters.hardware.doctor.measure import listen, report_clock, report_facts, report_pace, report_wrench
+from palpate.adapters.hardware.doctor.measure import (
+    listen,
+    report_clock,
+    report_facts,
+    report_pace,
+    report_samples,
+    report_wrench,
+)
 from palpate.adapters.hardware.doctor.move import report_moves, report_pose
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import reported_by
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import ForceSensor
+from palpate.core.ports import SENSOR_FRAME, ForceSensor
 from palpate.drivers.errors import DriverError
 
 T = TypeVar("T")
@@ -77,6 +84,7 @@ class Examination:
         noise = report_wrench(series, report)
         if noise is not None:
             report_facts(self._file.facts, reported, noise, report)
+        report_samples(series, report, noise, self._file.facts.frame or reported.frame or SENSOR_FRAME)
         if self._settings.person is not None:
             PushCheck(sensor, clock, self._settings.person, report).run()
 
@@ -93,6 +101,7 @@ class Examination:
         opened.callback(lambda: report.include(arm.diagnostics()))
         series = listen(arm.read, clock, self._settings.seconds)
         report_pace(series, arm.rate_Hz, report)
+        report_samples(series, report)
         report_pose(series.samples[-1].position_rad, self._context.lower_rad, self._context.upper_rad, report)
         if not move:
             return

@@ -23,7 +23,6 @@ class Topic(enum.Enum):
     FAULT = "fault"
     RATE = "rate"
     SAMPLES = "samples"
-    RANGE = "range"
     NOISE = "noise"
     FACTS = "facts"
     JOINTS = "joints"

@@ -1,5 +1,6 @@
 """Measurements of a device by its port (rate, age, marks, noise), and of the wake-up delays of this computer."""
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Final, Generic, NamedTuple, TypeVar
 
@@ -9,28 +10,44 @@ from palpate.adapters.config import SensorFactsTable
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level, Topic
 from palpate.adapters.hardware.sensor_facts import gathered, missing_facts
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, Clock, JointSample, Validity, WrenchSample
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    SENSOR_FRAME,
+    Clock,
+    JointSample,
+    SensorFacts,
+    Snapshot,
+    Validity,
+    WrenchSample,
+)
+from palpate.core.supervision import NoiseMonitor, SampleMonitor, SupervisionConfig
+from palpate.core.trial import PhaseConstraints, TaskConfig, Trip
 
 _READ_NS: Final = 1_000_000
 _RATE_SHARE: Final = 0.9
-_FEW: Final = 0.01
 _STILL_N: Final = 1.0
 """Standard deviation above which the tool moves or is disturbed."""
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
 """A computer that wakes later than this in more than 1 % of ticks is too slow for ticks of 7 ms."""
-_FACTOR: Final = 2.0
-"""Accepted factor between measured and stated noise, because noise depends on machines nearby."""
+_LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
+"""Limits of a run, without that on the time between ticks, which :func:`report_clock` judges."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class Series(NamedTuple, Generic[SampleT]):
-    """Different samples of a device in order of arrival, with the age and the mark of the latest one at each read."""
+    """Reads of a device in order, each with its time in ns and the latest sample."""
 
-    samples: list[SampleT]
-    ages_ns: list[int]
-    marks: list[Validity]
+    reads: list[tuple[int, SampleT]]
+
+    @property
+    def samples(self) -> list[SampleT]:
+        """Return different samples in order of arrival."""
+        found: dict[int, SampleT] = {}
+        for _, sample in self.reads:
+            found.setdefault(sample.sequence, sample)
+        return list(found.values())
 
     @property
     def rate_Hz(self) -> float:
@@ -50,22 +67,18 @@ class MeasuredNoise(NamedTuple):
 
 def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[SampleT]:
     """Read for a time, more often than any loop."""
-    samples: dict[int, SampleT] = {}
-    ages_ns: list[int] = []
-    marks: list[Validity] = []
+    reads: list[tuple[int, SampleT]] = []
     end_ns = clock.now_ns() + round(seconds * 1e9)
     while (now_ns := clock.now_ns()) < end_ns:
         sample = read()
-        ages_ns.append(max(0, clock.now_ns() - sample.source_time_ns))
-        marks.append(sample.validity)
-        samples.setdefault(sample.sequence, sample)
+        reads.append((clock.now_ns(), sample))
         clock.sleep_until(now_ns + _READ_NS)
-    return Series(list(samples.values()), ages_ns, marks)
+    return Series(reads)
 
 
 def report_pace(series: Series[SampleT], expected_Hz: float | None, report: DeviceReport) -> None:
-    """Judge rate and marks of samples; ``expected_Hz`` is the configured rate, None if unknown."""
-    ages_ms = np.array(series.ages_ns) * 1e-6
+    """Judge the rate of samples; ``expected_Hz`` is the configured rate, None if unknown."""
+    ages_ms = np.array([max(0, now_ns - sample.source_time_ns) for now_ns, sample in series.reads]) * 1e-6
     report.facts["age"] = f"{np.median(ages_ms):.1f} ms median, {ages_ms.max():.1f} ms at most"
     # A read returns the latest sample since the previous read; no loop needs more than one per tick.
     if expected_Hz is None:
@@ -77,14 +90,44 @@ def report_pace(series: Series[SampleT], expected_Hz: float | None, report: Devi
         remedy = "check cable, power and the load of bus and computer, or set a larger divider"
     rate_Hz = series.rate_Hz
     report.judge(Topic.RATE, rate_Hz >= _RATE_SHARE * wanted_Hz, f"{rate_Hz:.1f} new samples a second{of}", remedy, ill)
-    old, bad, reads = series.marks.count(Validity.STALE), series.marks.count(Validity.INVALID), len(series.marks)
-    ill = Level.WRONG if old + bad > _FEW * reads else Level.NOTE
-    remedy = "check cable and power, and the adapter's settings"
-    report.judge(Topic.SAMPLES, not old and not bad, f"{old} of {reads} reads were stale, {bad} invalid", remedy, ill)
+
+
+def report_samples(
+    series: Series[SampleT], report: DeviceReport, noise: MeasuredNoise | None = None, frame: str = SENSOR_FRAME
+) -> None:
+    """Judge the samples as the supervisor of a run does; ``frame`` is that of a force sensor."""
+    marks = Counter(sample.validity for _, sample in series.reads)
+    counts = ", ".join(f"{marks[mark]} {mark.value}" for mark in Validity if mark is not Validity.VALID)
+    # A sensor that shows no noise at all is judged, too.
+    trip = _first_trip(series, SensorFacts(*(noise[:2] if noise else (1e-9, 1e-9)), frame=frame))
+    text = f"{len(series.reads)} reads, {counts}{f'; a run would end, because {trip.text}' if trip else ''}"
+    remedy = "check load, cable, power and the adapter's settings, then switch the device off and on"
+    report.judge(Topic.SAMPLES, trip is None, text, remedy)
+
+
+def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
+    """Return the first trip of a run on these samples, with sound ones of the other device."""
+    samples, noise = SampleMonitor(_LIMITS, facts), NoiseMonitor(_LIMITS, TaskConfig(), facts)
+    samples.begin()
+    noise.begin()
+    due_ns = 0
+    for number, (now_ns, sample) in enumerate(series.reads):
+        if now_ns < due_ns:
+            continue
+        due_ns = now_ns + 1_000_000_000 // CONTROL_RATE_HZ
+        if isinstance(sample, WrenchSample):
+            snapshot = Snapshot(number, now_ns, sample, JointSample((), now_ns, now_ns, number))
+            trip = samples.trip(snapshot) or noise.trip(snapshot, PhaseConstraints(contact=False))
+        else:
+            wrench = WrenchSample((float(number), 0.0, 0.0), (0.0, 0.0, 0.0), now_ns, now_ns, number)
+            trip = samples.trip(Snapshot(number, now_ns, wrench, sample))
+        if trip is not None:
+            return trip
+    return None
 
 
 def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> MeasuredNoise | None:
-    """Check noise and range of a stationary force sensor; return the noise if it can be measured."""
+    """Check the noise of a stationary force sensor, and return it if it can be measured."""
     samples = [sample for sample in series.samples if sample.validity is not Validity.INVALID]
     if len(samples) < 2:
         report.add(Level.WRONG, Topic.NOISE, f"{len(samples)} usable samples", "check cable and power, then try again")
@@ -94,12 +137,7 @@ def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> Measure
     for name, part, unit in (("force", slice(3), "N"), ("torque", slice(3, 6), "N m")):
         mean, sigma = (", ".join(f"{value:+.3f}" for value in means[part]), ", ".join(f"{s:.4f}" for s in sigmas[part]))
         report.facts[name] = f"{mean} {unit}; sigma {sigma}"
-    full = sum(sample.validity is Validity.SATURATED for sample in samples)
-    remedy = "take the load off the tool; if it stays, the sensor is overloaded or its cable damaged"
-    report.judge(Topic.RANGE, not full, f"{full} of {len(samples)} samples are saturated", remedy)
     if (channels == channels[0]).all():
-        remedy = "switch the sensor off and on, and check its cable"
-        report.add(Level.WRONG, Topic.NOISE, "all samples are equal to the last bit", remedy)
         return None
     noise = MeasuredNoise(float(sigmas[:3].max()), float(sigmas[3:].max()), series.rate_Hz)
     text = f"noise {noise.force_N:.2g} N and {noise.torque_Nm:.2g} N m (one sigma)"
@@ -128,7 +166,8 @@ def report_facts(
         return
     found = ((measured.force_N, facts.noise_N, "N"), (measured.torque_Nm, facts.noise_Nm, "N m"))
     for value, known, unit in found:
-        good = known / _FACTOR <= value <= known * _FACTOR
+        # Noise depends on machines nearby.
+        good = known <= value * _LIMITS.max_noise_ratio and value <= known * _LIMITS.max_noise_ratio
         text = f"measured noise {value:.2g} {unit}, stated {known:g} {unit}"
         report.judge(Topic.FACTS, good, text, f"leave the tool alone and try again; if it stays, {remedy}")
 

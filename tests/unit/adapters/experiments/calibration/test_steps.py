@@ -59,16 +59,24 @@ def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long
             Commissioning(rig, config).plate()
 
 
-def test_a_force_that_nobody_expects_stops_the_arm(monkeypatch):
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"force_N": (11.5, 0.0, 0.0)}, "changed by more than 10 N during calibration"),
+        # An old sample as a new one.
+        ({"source_time_ns": 0}, "SAMPLE_STALE: age of the force sample"),
+    ],
+)
+def test_force_and_sample_that_nobody_expects_stop_the_arm(monkeypatch, change, text):
     with SimulatedRig(CONFIG, READY) as rig:
         rig.prepare(0)
         read = rig.ports.force_sensor.read
 
         def struck():
             sample = read()
-            return replace(sample, force_N=(11.5, 0.0, 0.0)) if rig.cell.ticks > 100 else sample
+            return replace(sample, **change) if rig.cell.ticks > 100 else sample
 
         monkeypatch.setattr(rig.ports.force_sensor, "read", struck)
-        with pytest.raises(DeviceError, match="changed by more than 10 N: the arm was stopped"):
+        with pytest.raises(DeviceError, match=text):
             Commissioning(rig, CONFIG).payload()
-        assert rig.cell.ticks < 110
+        assert rig.cell.ticks < 150

@@ -3,6 +3,7 @@
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from palpate.adapters.config import SensorFactsTable
@@ -15,6 +16,7 @@ from palpate.adapters.hardware.doctor.measure import (
     report_clock,
     report_facts,
     report_pace,
+    report_samples,
     report_wrench,
 )
 from palpate.adapters.hardware.doctor.move import report_pose
@@ -25,6 +27,7 @@ from palpate.drivers.errors import SilentError
 from tests.fake_devices import FakeForceSensor
 
 MS = 1_000_000
+NOISE = np.random.default_rng(0).standard_normal(200).tolist()
 PAGE = Path(__file__).parents[5] / "docs" / "how-to" / "doctor-findings.md"
 
 
@@ -73,7 +76,7 @@ def test_computer_that_wakes_late_is_noted_and_one_that_wakes_early_is_wrong(lat
     assert levels(report) == {"clock": level}
 
 
-def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0):
+def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=None):
     """Return what is found about a sensor that gives a sample every few milliseconds."""
     clock, report = FakeClock(), DeviceReport("force sensor")
 
@@ -81,20 +84,24 @@ def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0):
         number = clock.now_ns() // period_ns
         force_N = values[number % len(values)]
         time_ns = number * period_ns
-        return WrenchSample((0.0, 0.0, force_N), (0.0, 0.0, 0.1 * force_N), time_ns, time_ns, number, mark)
+        return WrenchSample(
+            (force_N,) * 3, (0.1 * force_N,) * 2 + (dead or 0.1 * force_N,), time_ns, time_ns, number, mark
+        )
 
     series = listen(read, clock, 0.5)
     report_pace(series, rate_Hz, report)
-    report_wrench(series, report)
+    report_samples(series, report, report_wrench(series, report))
     return report
 
 
 @pytest.mark.parametrize(
     ("values", "more", "topic", "level"),
     [
-        ((1.1,), {}, "noise", Level.WRONG),
+        (NOISE, {}, "samples", Level.OK),
+        (NOISE, {"dead": 0.1}, "samples", Level.WRONG),
+        ((1.1,), {}, "samples", Level.WRONG),
         ((0.0, 9.0), {}, "noise", Level.NOTE),
-        ((1.0, 1.2), {"mark": Validity.SATURATED}, "range", Level.WRONG),
+        ((1.0, 1.2), {"mark": Validity.SATURATED}, "samples", Level.WRONG),
         ((1.0, 1.2), {"mark": Validity.STALE}, "samples", Level.WRONG),
         ((1.0, 1.2), {"mark": Validity.INVALID}, "noise", Level.WRONG),
         ((1.0, 1.2), {"period_ns": 10 * MS}, "rate", Level.WRONG),
@@ -138,8 +145,8 @@ def test_missing_facts_come_with_the_line_to_write():
     assert "range_N = [x, y, z], range_Nm = [x, y, z], rate_Hz = 200 } (x, y, z: from the data sheet)" in text
 
 
-@pytest.mark.parametrize(("noise_N", "is_well"), [(0.05, True), (0.15, True), (0.03, False), (0.2, False)])
-def test_stated_noise_may_differ_from_the_measured_by_a_factor_of_two(noise_N, is_well):
+@pytest.mark.parametrize(("noise_N", "is_well"), [(0.05, True), (0.14, True), (0.03, False), (0.2, False)])
+def test_stated_noise_may_differ_from_the_measured_by_the_limit_of_a_run(noise_N, is_well):
     force, torque = judged(SensorFactsTable(noise_N=noise_N, noise_Nm=0.003))
     assert (force[0] is Level.OK, torque[0]) == (is_well, Level.OK)
     assert is_well or "facts = { noise_N = 0.0789, noise_Nm = 0.00321 }" in force[1]
