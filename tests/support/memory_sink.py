@@ -2,7 +2,7 @@
 
 from io import BytesIO
 
-from palpate.adapters.log import LogFile, Sink, packed
+from palpate.adapters.log import PackedLog, Sink
 
 
 class MemorySink(Sink):
@@ -24,11 +24,11 @@ class MemorySink(Sink):
             self.losses.append(f"{path}: exists")
             return
         self.streams[path] = BytesIO()
-        self._log = LogFile(self.streams[path], metadata)
+        self._log = PackedLog(self.streams[path], metadata, self.losses)
 
-    def put(self, batch):
+    def put(self, message):
         if self._log is not None:
-            self._log.add(packed(batch, self.losses))
+            self._log.add(message)
 
     def close(self):
         if self._log is not None:

@@ -48,8 +48,8 @@ from .series import series_of as series_of
 from .series import tare_of as tare_of
 from .sink import FileSink as FileSink
 from .sink import LogMessage as LogMessage
+from .sink import PackedLog as PackedLog
 from .sink import Sink as Sink
-from .sink import packed as packed
 from .symbol_strings import read_strings as read_strings
 from .symbol_strings import strings_from as strings_from
 from .symbol_strings import write_strings as write_strings

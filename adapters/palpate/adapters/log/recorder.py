@@ -13,8 +13,6 @@ from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 from palpate.core.trial import TrialReport
 
-_BATCH: Final = 35
-"""Messages per chunk, a quarter of a second of ticks, the loss after a kill. Smaller chunks cost more time."""
 _NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
 
@@ -42,7 +40,6 @@ class FlightRecorder(LoopObserver):
         self._unfinished = _NOTHING
         self._report: TrialReport | None = None
         self._events = self._decisions = self._settled = 0
-        self._batch: list[LogMessage] = []
         self._sequence = 0
 
     @property
@@ -59,7 +56,6 @@ class FlightRecorder(LoopObserver):
         self._follow(final=True)
         if record is not None:
             self._mark(record)
-        self._hand_over()
 
     @override
     def begun(self, start_ns: int, report: TrialReport) -> None:
@@ -74,7 +70,7 @@ class FlightRecorder(LoopObserver):
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         report = self._report
         self._now_ns, deadline_ns, self._deadline_ns = snapshot.time_ns, self._deadline_ns, None
-        # Converted to records later in batches: between two ticks of a loop all code runs on cold caches.
+        # Converted to a record later by the sink: between two ticks of a loop all code runs on cold caches.
         self._keep((deadline_ns, snapshot, command, applied, self._off_path()))
         if report is not None and (len(report.events) != self._events or len(report.decisions) != self._decisions):
             self._follow()
@@ -115,7 +111,6 @@ class FlightRecorder(LoopObserver):
         if self._start is not None:
             start, self._start = self._start, None
             self._keep(start())
-            self._hand_over()
 
     def _follow(self, *, final: bool = False) -> None:
         """Record new entries of the task's report; at the end also what the last decision earned."""
@@ -142,12 +137,5 @@ class FlightRecorder(LoopObserver):
         self._keep(replace(record, counterfactual=True) if self._off_path() else record)
 
     def _keep(self, record: object) -> None:
-        self._batch.append(LogMessage(record, self._now_ns, self._sequence, self._tick))
+        self._sink.put(LogMessage(record, self._now_ns, self._sequence, self._tick))
         self._sequence += 1
-        if len(self._batch) >= _BATCH:
-            self._hand_over()
-
-    def _hand_over(self) -> None:
-        batch, self._batch = self._batch, []
-        if batch:
-            self._sink.put(batch)

@@ -1,11 +1,11 @@
 """Destinations of a recorder's messages: files, which a thread packs and writes, so that the loop never waits."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
 from threading import Event, Thread
 from typing import IO, Any, Final, NamedTuple, Protocol
 
@@ -18,6 +18,10 @@ from palpate.adapters.log.schema import BY_RECORD, RECORDER
 
 TIMEOUT_S: Final = 60.0
 """Time-out for writing the end of a log."""
+_CHUNK: Final = 35
+"""Messages per chunk, a quarter of a second of ticks, the loss after a kill. Smaller chunks cost more time."""
+_LOOK_S: Final = 0.01
+"""Time after which the thread looks for messages of an open log."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
 """Errors of packing a value that does not fit the message, such as a number of more than 64 bits."""
 
@@ -41,8 +45,8 @@ class Sink(Protocol):
         """Begin a log; an open one is ended."""
 
     @abstractmethod
-    def put(self, batch: Sequence[LogMessage]) -> None:
-        """Accept messages; their records must not change afterwards."""
+    def put(self, message: LogMessage) -> None:
+        """Accept a message; its record must not change afterwards."""
 
     @abstractmethod
     def close(self) -> None:
@@ -52,19 +56,42 @@ class Sink(Protocol):
         """Finish all logs."""
 
 
-def packed(batch: Sequence[LogMessage], losses: list[str]) -> Iterator[RawMessage]:
-    """Pack messages. A message that cannot be packed is lost and reported; the recorded trial continues."""
-    for kept, time_ns, sequence, tick in batch:
+class PackedLog:
+    """Packs messages and writes them in chunks, which depend only on the messages; ``losses`` receives losses."""
+
+    def __init__(self, stream: IO[bytes], metadata: dict[str, str], losses: list[str]) -> None:
+        self._file, self._losses = LogFile(stream, metadata), losses
+        self._chunk: list[LogMessage] = []
+
+    def add(self, message: LogMessage) -> None:
+        """Add a message."""
+        self._chunk.append(message)
+        if message.sequence % _CHUNK == 0:
+            self._write()
+
+    def finish(self) -> None:
+        """Write the end of the log."""
+        self._write()
+        self._file.finish()
+
+    def _write(self) -> None:
+        chunk, self._chunk = self._chunk, []
+        if chunk:
+            self._file.add(map(self._packed, chunk))
+
+    def _packed(self, message: LogMessage) -> RawMessage:
+        """Pack a message. One that cannot be packed is lost and reported; the recorded trial continues."""
+        kept, time_ns, sequence, tick = message
         record = TickRecord.of(*kept) if isinstance(kept, tuple) else kept
         kind = BY_RECORD[type(record)]
         try:
             payload = encode(record)
         except _UNFIT as error:
-            losses.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
+            self._losses.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
             text = f"a message on {kind.topic} is missing"
             kind = RECORDER
             payload = encode(LossEntry(tick=tick, problem="cannot be packed", text=text, dropped_messages=1))
-        yield RawMessage(kind.id, time_ns, payload, sequence)
+        return RawMessage(kind.id, time_ns, payload, sequence)
 
 
 class FileSink(Sink):
@@ -73,11 +100,12 @@ class FileSink(Sink):
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
         self.losses = []
         self._timeout_s = timeout_s
-        self._jobs: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._jobs: deque[LogMessage | Callable[[], object] | None] = deque()
+        self._urgent = Event()
         self._thread: Thread | None = None
         self._path = Path()
         self._file: IO[bytes] | None = None
-        self._log: LogFile | None = None
+        self._log: PackedLog | None = None
 
     @override
     def open(self, path: Path, metadata: dict[str, str]) -> None:
@@ -86,48 +114,56 @@ class FileSink(Sink):
             self._thread.start()
         path.parent.mkdir(parents=True, exist_ok=True)
         # The working directory may change before the thread opens the file.
-        self._jobs.put(partial(self._begin, path.absolute(), metadata))
+        self._jobs.append(partial(self._begin, path.absolute(), metadata))
+        self._urgent.set()
 
     @override
-    def put(self, batch: Sequence[LogMessage]) -> None:
-        self._jobs.put(partial(self._add, batch))
+    def put(self, message: LogMessage) -> None:
+        # The thread finds it by itself: waking it would cost the loop more time than all the rest.
+        self._jobs.append(message)
 
     def close(self) -> None:
         """Wait until the log is written."""
         done = Event()
-        self._jobs.put(self._finish)
-        self._jobs.put(done.set)
+        self._jobs += self._finish, done.set
+        self._urgent.set()
         if not done.wait(self._timeout_s):
             self.losses.append(f"{self._path}: its end was not written within {self._timeout_s:g} s")
 
     @override
     def shut(self) -> None:
         if self._thread is not None:
-            self._jobs.put(None)
+            self._jobs.append(None)
+            self._urgent.set()
             self._thread.join(self._timeout_s)
             self._thread = None
 
     # In the thread.
 
     def _work(self) -> None:
-        while (job := self._jobs.get()) is not None:
+        while (job := self._next()) is not None:
             try:
-                job()
+                if not isinstance(job, LogMessage):
+                    job()
+                elif self._log is not None:
+                    self._log.add(job)
             except Exception as error:
                 reason = str(getattr(error, "strerror", None) or error or type(error).__name__)
                 self.losses.append(f"{self._path}: cannot be written ({reason}); nothing after that is kept")
                 self._leave()
         self._leave()
 
+    def _next(self) -> LogMessage | Callable[[], object] | None:
+        while not self._jobs:
+            self._urgent.wait(None if self._log is None else _LOOK_S)
+            self._urgent.clear()
+        return self._jobs.popleft()
+
     def _begin(self, path: Path, metadata: dict[str, str]) -> None:
         self._leave()
         self._path = path
         self._file = path.open("xb")
-        self._log = LogFile(self._file, metadata)
-
-    def _add(self, batch: Sequence[LogMessage]) -> None:
-        if self._log is not None:
-            self._log.add(packed(batch, self.losses))
+        self._log = PackedLog(self._file, metadata, self.losses)
 
     def _finish(self) -> None:
         if self._log is not None and self._file is not None:

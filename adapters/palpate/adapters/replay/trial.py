@@ -29,9 +29,8 @@ class ReplayedRecords(Sink):
         self.of.clear()
 
     @override
-    def put(self, batch: Sequence[LogMessage]) -> None:
-        for message in batch:
-            self.of[type(message.record)].append(message.record)
+    def put(self, message: LogMessage) -> None:
+        self.of[type(message.record)].append(message.record)
 
     @override
     def close(self) -> None: ...

@@ -15,11 +15,10 @@ from palpate.adapters.log import sink as module
 from tests.unit.adapters.log.made_logs import STARTING, tick
 
 
-def batches(ticks):
-    """A trial, seven messages at a time."""
+def messages(ticks):
+    """The messages of a trial."""
     records = [STARTING, *map(tick, range(1, ticks))]
-    messages = [LogMessage(record, 0, place, place) for place, record in enumerate(records)]
-    return [messages[begin : begin + 7] for begin in range(0, ticks - 6, 7)]
+    return [LogMessage(record, 0, place, place) for place, record in enumerate(records)]
 
 
 def ticks_of(path):
@@ -32,8 +31,8 @@ def write(sink, path, ticks=35):
     """Write a small log; the troubles with it."""
     before = len(sink.losses)
     sink.open(path, {})
-    for batch in batches(ticks):
-        sink.put(batch)
+    for message in messages(ticks):
+        sink.put(message)
     sink.close()
     return sink.losses[before:]
 
@@ -52,11 +51,11 @@ def test_log_that_is_left_open_ends_with_the_next_one_or_with_the_run(tmp_path):
     sink = FileSink()
     for name in ("a.mcap", "b.mcap"):
         sink.open(tmp_path / name, {})
-        for batch in batches(35):
-            sink.put(batch)
+        for message in messages(36):
+            sink.put(message)
     sink.shut()
     for name in ("a.mcap", "b.mcap"):
-        assert ticks_of(tmp_path / name) == (list(range(1, 35)), False)
+        assert ticks_of(tmp_path / name) == (list(range(1, 36)), False)
 
 
 def test_existing_log_stays_as_it_is_and_the_next_one_is_recorded(tmp_path):
@@ -116,11 +115,11 @@ LOOP = """
 import sys, time
 from pathlib import Path
 from palpate.adapters.log import FileSink
-from tests.unit.adapters.log.test_sink import batches
+from tests.unit.adapters.log.test_sink import messages
 sink = FileSink()
 sink.open(Path(sys.argv[1]), {})
-for batch in batches(200)[:20]:
-    sink.put(batch)
+for message in messages(141):
+    sink.put(message)
 time.sleep(0.5)
 print("ready", flush=True)
 time.sleep(100)
@@ -133,7 +132,7 @@ def test_run_that_is_killed_leaves_a_readable_log(tmp_path):
         assert child.stdout.readline() == b"ready\n"
         os.kill(child.pid, signal.SIGKILL)
     log = read_log(path)
-    assert [record.tick for record in log.records()] == list(range(1, 140))
+    assert [record.tick for record in log.records()] == list(range(1, 141))
     assert log.end is None
     assert "the file ends without its footer" in log.damage
     assert os.listdir(tmp_path) == ["1.mcap"]
