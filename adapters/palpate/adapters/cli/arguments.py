@@ -29,6 +29,7 @@ from palpate.adapters.config import (
     configured,
     described,
     learner_in,
+    nested,
     read_job,
     read_toml,
     run_facts,
@@ -61,24 +62,19 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
     Raises:
         UsageError: A setting has no value.
     """
-    tables: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     place = 0
     while place < len(words):
         word, equals, value = words[place].partition("=")
         flag = _ANY_CASE.get(word.replace("_", "-").lower(), "")
         if not flag:
-            return tables, words[place]
+            return nested(settings), words[place]
         setting, switch = SETTING_FLAGS[flag]
         end = next((n for n in range(place + 1, len(words)) if words[n].startswith("--")), len(words))
         values = [value] if equals else [*words[place + 1 : end]]
-        found, used = _value(flag, setting.kind, values, switch)
-        *path, last = setting.name.split(".")
-        table = tables
-        for part in path:
-            table = table.setdefault(part, {})
-        table[last] = found
+        settings[setting.name], used = _value(flag, setting.kind, values, switch)
         place += 1 if equals else 1 + used
-    return tables, ""
+    return nested(settings), ""
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:

@@ -15,6 +15,7 @@ from .compose import without_world as without_world
 from .described import RARE as RARE
 from .described import Described as Described
 from .described import described as described
+from .described import texts_of as texts_of
 from .emulation import ROS2 as ROS2
 from .emulation import UR as UR
 from .emulation import ZEBRA as ZEBRA
@@ -50,7 +51,7 @@ from .tasks import with_options as with_options
 from .toml import RUN_FORMAT as RUN_FORMAT
 from .toml import field_value as field_value
 from .toml import literal as literal
-from .toml import merged as merged
+from .toml import nested as nested
 from .toml import overlay as overlay
 from .toml import read_toml as read_toml
 from .toml import run_facts as run_facts

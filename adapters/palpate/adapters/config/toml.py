@@ -83,6 +83,18 @@ def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
+def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings by dotted name as nested tables."""
+    tables: dict[str, Any] = {}
+    for name, value in settings.items():
+        *path, last = name.split(".")
+        table = tables
+        for part in path:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return tables
+
+
 def field_value(base: Settings, name: str, value: Any) -> Any:
     """Convert a TOML value to the type of a field of ``base``, given by its dotted name; other fields are not checked.
 

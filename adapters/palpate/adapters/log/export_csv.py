@@ -4,7 +4,6 @@ Columns are named after the fields of a record, with x, y, z or numbers from 1 f
 written by ``repr``, so that they are read back exactly; an empty cell means a missing value.
 """
 
-import csv
 import dataclasses
 import json
 from collections.abc import Iterable, Sequence
@@ -16,6 +15,7 @@ from palpate.adapters.files import new_folder
 from palpate.adapters.log.json_text import finite, json_in
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import CallEntry, DecisionEntry, EventEntry, LossEntry, TickRecord
+from palpate.adapters.log.tables import csv_text
 from palpate.core.ports import AppliedCommand
 
 _WITH_PARTS: Final = frozenset({"wrench", "joints", "requested_rad", "applied"})
@@ -92,10 +92,8 @@ def _write(path: Path, kind: type, rows: Iterable[dict[str, Any]]) -> None:
     """Write a table with the columns of all its rows, or with the record's fields if there are no rows."""
     every = list(rows)
     columns = dict.fromkeys(name for row in every for name in row) or [field.name for field in dataclasses.fields(kind)]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(columns), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(every)
+    text = csv_text([list(columns), *([row.get(name) for name in columns] for row in every)])
+    path.write_text(text, encoding="utf-8", newline="")
 
 
 def _unfolded(log: TrialLog, message: str, record: Any) -> dict[str, Any]:

@@ -109,19 +109,21 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
     log.raw_bytes = sum(len(message.payload) for message in messages)
     log.ticks = [message.payload for message in messages if message.channel == TICK.id]
     log.counts = Counter(message.channel for message in messages)
-    ends: list[records.EndRecord] = []
     lists: dict[ChannelKind, list[Any]] = {
         CALL: log.calls, DECISION: log.decisions, REINFORCEMENT: log.reinforcements, EVENT: log.events,
-        RECORDER: log.losses, END: ends,
+        RECORDER: log.losses,
     }  # fmt: skip
     for number, message in enumerate(messages):
         kind = BY_ID[message.channel]
-        if kind in lists:
-            where = f"message {number} on {kind.topic}"
-            lists[kind].append(_decoded(path, where, f"is no {kind.message}", kind.record, message.payload))
-        if (kind is START and number) or len(ends) > 1:
+        if (kind is START and number) or (kind is END and log.end is not None):
             raise LogError(path, f"message {number}", f"is a second {kind.topic}", "one log holds one trial")
-    log.end = next(iter(ends), None)
+        if kind not in (START, TICK):
+            where = f"message {number} on {kind.topic}"
+            found: Any = _decoded(path, where, f"is no {kind.message}", kind.record, message.payload)
+            if kind is END:
+                log.end = found
+            else:
+                lists[kind].append(found)
     return log
 
 

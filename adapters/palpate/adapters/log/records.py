@@ -81,20 +81,11 @@ class DecisionEntry:
     @classmethod
     def of(cls, number: int, decision: DecisionRecord, temperature: float | None) -> DecisionEntry:
         """Create an entry from a decision of a trial's report."""
-        return cls(
-            tick=decision.tick,
-            number=number,
-            symbol=decision.symbol,
-            state=decision.state,
-            action=decision.action,
-            source=decision.source,
-            temperature=temperature,
-            displacement_m=decision.displacement_m,
-            index=decision.index,
-            grounds=decision.grounds,
-            controller=decision.controller,
-            spatial=decision.spatial,
-        )
+        shared = {name: getattr(decision, name) for name in _OF_DECISION}
+        return cls(number=number, temperature=temperature, **shared)
+
+
+_OF_DECISION = [each.name for each in dataclasses.fields(DecisionRecord) if each.name != "reinforcement"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

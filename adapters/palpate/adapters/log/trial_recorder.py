@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -24,6 +24,7 @@ from palpate.core.policy import Policy, ThirdPartyPolicy, document_of, learner_o
 from palpate.core.ports import WorldRecord
 from palpate.core.trial import Purpose, ReadyPose, Task, TrialReport, TrialSetup, generator
 
+_OF_REPORT: Final = ("exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks")
 LOG_FOLDER: Final = "logs"
 CUT_SHORT: Final = ".cut-short-"
 
@@ -160,21 +161,9 @@ def trial_name(number: int) -> str:
 
 def end_of(report: TrialReport, **others: Any) -> EndRecord:
     """Return the end record of a trial's report."""
-    return EndRecord(
-        tick=report.ticks - 1,
-        outcome="" if report.outcome is None else report.outcome.value,
-        exploration_time_s=report.exploration_time_s,
-        actions=report.actions,
-        peak_force_N=report.peak_force_N,
-        depth_m=report.depth_m,
-        ticks=report.ticks,
-        clamped_ticks=report.clamped_ticks,
-        worst_late_ns=report.timing.worst_late_ns,
-        late_ticks=report.timing.late_ticks,
-        skipped_slots=report.timing.skipped_slots,
-        repeated_samples=report.timing.repeated_samples,
-        **others,
-    )
+    shared = {name: getattr(report, name) for name in _OF_REPORT}
+    outcome = "" if report.outcome is None else report.outcome.value
+    return EndRecord(tick=report.ticks - 1, outcome=outcome, **shared, **asdict(report.timing), **others)
 
 
 def set_aside(folder: Path, first: int) -> list[Path]:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, overlay
+from palpate.adapters.config import RunConfig, nested, overlay
 from palpate.adapters.experiments import (
     OUTSIDE,
     baseline,
@@ -111,10 +111,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError:
         # Text needs no quotes.
         value = text.strip()
-    table: dict[str, Any] = {parts[-1]: value}
-    for part in reversed(parts[:-1]):
-        table = {part: table}
-    return table
+    return nested({name.strip(): value})
 
 
 class RecordedDecisions(FixedPolicy):

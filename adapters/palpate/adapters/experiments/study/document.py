@@ -9,7 +9,6 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import reduce
 from itertools import product
 from math import prod
 from pathlib import Path
@@ -19,7 +18,7 @@ from urllib.parse import quote
 from threadpoolctl import threadpool_limits
 from typing_extensions import override
 
-from palpate.adapters.config import LEARNERS, RunConfig, configured, field_value, merged, overlay, read_toml
+from palpate.adapters.config import LEARNERS, RunConfig, configured, field_value, nested, overlay, read_toml
 from palpate.adapters.experiments.build import needs_fitting, plain_perception
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import BASELINES
@@ -250,7 +249,7 @@ class Study:
 
     def _config(self, fields: Mapping[str, Any], policy: str) -> RunConfig:
         """Return the configuration of a condition; trials are recorded only if the file enables it."""
-        table = _nested({"recording.enabled": False, **self.base, **fields})
+        table = nested({"recording.enabled": False, **self.base, **fields})
         learner = policy if policy in LEARNERS else ""
         config = configured(self.job or None, learner=learner, policy=policy, settings=table)
         memory, examples = config.perception.memory, config.learning.examples
@@ -274,13 +273,6 @@ def _settings(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str,
             yield from _settings(value, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
-
-
-def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings as nested tables."""
-    return merged(
-        *(reduce(lambda inner, key: {key: inner}, reversed(name.split(".")), value) for name, value in settings.items())
-    )
 
 
 def _values(name: str, values: Any) -> tuple[Any, ...]:
