@@ -89,7 +89,7 @@ class ArmDescription(Settings):
             return Path(__file__).parent / self.urdf.removeprefix(_OURS)
         if not self.urdf.startswith(_ROBOT_DATA):
             if self.urdf.startswith("package://"):
-                raise AssetError("arm", self.urdf, f"a path, or {_ROBOT_DATA}...; other packages are not searched")
+                raise AssetError("arm", self.urdf, f"no path, and not in {_ROBOT_DATA}")
             return Path(self.urdf)
         # The PyPI package installs files under the environment's cmeel prefix, without a Python module to find them.
         relative = Path("cmeel.prefix/share/example-robot-data/robots") / self.urdf.removeprefix(_ROBOT_DATA)
@@ -100,7 +100,7 @@ class ArmDescription(Settings):
         raise AssetError(
             "arm",
             self.name,
-            f"installed with the PyPI package example-robot-data (looked for {relative} on sys.path)",
+            f"no {relative} on sys.path; install the PyPI package example-robot-data",
         )
 
 

@@ -68,7 +68,7 @@ def _loaded(arm: ArmDescription) -> _Loaded:
         return _parsed(arm, path, path.read_bytes(), Path(arm.calibration).read_bytes() if arm.calibration else b"")
     except OSError as error:
         what = "calibration" if error.filename == arm.calibration else "URDF"
-        raise AssetError("arm", str(error.filename or path), f"a readable {what} ({error.strerror})") from error
+        raise AssetError("arm", str(error.filename or path), f"no readable {what} ({error.strerror})") from error
 
 
 # The key is the content of the files: a changed file is read again.
@@ -81,7 +81,7 @@ def _parsed(arm: ArmDescription, path: Path, content: bytes, calibration: bytes)
         if others:
             model = pin.buildReducedModel(model, others, pin.neutral(model))
     except (ValueError, RuntimeError) as error:
-        raise AssetError("arm", str(path), f"a readable URDF ({' '.join(str(error).split())})") from error
+        raise AssetError("arm", str(path), f"no readable URDF ({' '.join(str(error).split())})") from error
 
     links = {frame.name: frame for frame in model.frames if frame.type == pin.FrameType.BODY}
     flange = links[arm.flange]

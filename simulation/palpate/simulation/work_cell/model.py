@@ -94,7 +94,7 @@ def build_work_cell(
     try:
         model = spec.compile()
     except ValueError as error:
-        accepted = f"a URDF that MuJoCo can simulate ({' '.join(str(error).split())})"
+        accepted = f"no URDF that MuJoCo can simulate ({' '.join(str(error).split())})"
         raise AssetError("arm", kinematics.arm.urdf, accepted) from error
     if listed is None:
         return model

@@ -129,7 +129,7 @@ class TestKinematics:
         path = tmp_path / "arm.urdf"
         if content is not None:
             path.write_text(content)
-        with pytest.raises(AssetError, match="a readable URDF") as caught:
+        with pytest.raises(AssetError, match="no readable URDF") as caught:
             Kinematics(replace(ZEBRA, urdf=str(path)), TOOL)
         assert (caught.value.field, caught.value.value) == ("arm", str(path))
         assert "\n" not in str(caught.value)
