@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 from collections import deque
 from dataclasses import replace
 from typing import Any, Final, Self, TypeAlias
@@ -42,6 +43,8 @@ _POSE_TICKS: Final = 5
 """Ticks between two poses: 28 poses per second."""
 _FLUSH_TICKS: Final = 14
 """Ticks between two transmissions of time series: ten per second."""
+_FLUSH_S: Final = 5.0
+"""Time limit for the last data; without one, a server that was killed would block the end of the run."""
 _MEAN_TICKS: Final = 5
 """The force arrow is a mean over this many ticks; the noise of single samples would make it flicker."""
 _MOST_TRIALS: Final = 1000
@@ -105,11 +108,15 @@ class LiveView(TrialsObserver):
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._stream.flush()
-        self._stream.disconnect()
+        try:
+            self._stream.flush(timeout_sec=_FLUSH_S)
+        except (RuntimeError, ValueError):
+            sys.stderr.write("palpate: live view: Rerun's server did not take the last data\n")
+        # First the server: disconnecting waits for it without a limit.
         if self._server is not None:
             self._server.kill()
             self._server.wait()
+        self._stream.disconnect()
 
     @override
     def of(self, trials: Trials) -> None:
