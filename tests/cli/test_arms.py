@@ -21,13 +21,13 @@ def bench(tmp_path):
 
 def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpate, bench):
     printed = palpate.succeed("run", "--config", bench, "--policy", "torque", "--trials", 1, "--out", "out")
-    assert "torque, bench, scenario paper, seed 0: 1 trials" in printed
-    assert "'inserted': 1" in printed
+    assert "torque, bench, scenario paper, seed 0: 1 trial" in printed
+    assert "outcomes: 1 inserted" in printed
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "out")
     (bench.parent / "bench.urdf").unlink()
     done = palpate("replay", "out")
     assert done.code == 2
-    assert "must be a readable URDF (No such file or directory)" in done.stdout
+    assert "no readable URDF (No such file or directory)" in done.stdout
 
 
 def test_an_arm_by_name_in_a_file_may_have_other_limits(palpate):

@@ -85,5 +85,5 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):
 
 
 def test_a_job_that_is_not_there_is_one_line(palpate):
-    palpate.refuses("run --policy torque --job nowhere.toml", "job must be a file that exists; examples/jobs")
+    palpate.refuses("run --policy torque --job nowhere.toml", "job = 'nowhere.toml': no such file; there are examples")
     palpate.refuses("train --resume --out nothing --job nowhere.toml", "nowhere.toml")

@@ -90,6 +90,11 @@ def desk(palpate, trained, tmp_path):
         ("log export sound.mcap --out x --to json", "to must be one of csv"),
         # Files that are read.
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
+        ("run --policy gone/policy.json", "policy = 'gone/policy.json': no such file; accepted: a policy file, or one"),
+        ("show full", "policy file = 'full': no file, but a folder"),
+        ("study torn.mcap", "study file = 'torn.mcap': no text in UTF-8"),
+        ("plan small.toml", "one of the tables part, tool"),
+        ("log import gone --out x.mcap", "gone: is not there; name a folder that ros2 bag recorded"),
         ("log info \x1b[31m", "\\x1b[31m: is not there"),
         ("log info a_pipe", "a_pipe: is no file; name a log"),
         (f"log export {LONG} --to csv --out x", "is not there; name a log"),

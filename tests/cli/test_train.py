@@ -91,7 +91,7 @@ def test_prior_knowledge_is_told_from_what_is_learned(palpate, trained, tmp_path
 
 def test_training_goes_on_from_a_policy_file(palpate, trained):
     palpate.succeed("train", *QUICK, "--trials", 1, "--policy", trained / "policy.json", "--out", "run")
-    assert "4 trials learned" in palpate.succeed("show", "run/policy.json")
+    assert "trained on 4 trials" in palpate.succeed("show", "run/policy.json")
 
 
 def test_a_fitted_perception_travels_in_the_policy(palpate):
@@ -101,7 +101,7 @@ def test_a_fitted_perception_travels_in_the_policy(palpate):
     policy = "run/policy.json"
     assert "4 states" in palpate.succeed("show", policy)
     printed = palpate.succeed("run", "--policy", policy, "--config", "run/run.toml", *QUICK, "--trials", 1)
-    assert "1 trials" in printed
+    assert "1 trial" in printed
     # Without its configuration the file would be asked about states that it does not know.
     assert "states[0]" in palpate.refusal("run", "--policy", policy, "--trials", 1)
 
@@ -143,7 +143,7 @@ def desk(run, trained, tmp_path):
     [
         ("--out run --seed 1", "seed must be 0", "with which the run in run began (got 1)"),
         ("--out run --task.time-limit-s 3", "time_limit_s must be 2.0", "with which the run in run began (got 3.0)"),
-        ("--out run --policy policy.json", "policy.json", "a policy file that exists"),
+        ("--out run --policy policy.json", "policy.json", "no such file; accepted: q-learning, "),
         ("--out torn", "checkpoint.json", ""),
         ("--out empty", "checkpoint.json", "begin a new run"),
     ],

@@ -1,5 +1,6 @@
 """Atomic files and folders: written under a temporary name in the same folder, and renamed when complete."""
 
+import errno
 import io
 import json
 import os
@@ -7,9 +8,11 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from palpate.core.errors import ConfigurationError, OutputError
+
+_UNREADABLE: Final = {errno.ENOENT: "no such file", errno.EISDIR: "no file, but a folder"}
 
 
 def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper:
@@ -21,18 +24,20 @@ def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper
     return io.TextIOWrapper(io.BytesIO(Path(path).read_bytes()), encoding="utf-8-sig", newline=newline)
 
 
-def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:
-    """Return the content of a text file.
+def read_text(path: str | Path, field: str, accepted: str = "", newline: str | None = None) -> str:
+    """Return the content of a text file; ``accepted`` names other values of the field for the error.
 
     Raises:
         ConfigurationError: The file cannot be read, or is not in UTF-8.
     """
     try:
-        return whole_text(path).read()
+        return whole_text(path, newline).read()
     except UnicodeDecodeError as error:
-        raise ConfigurationError(field, str(path), f"a text file in UTF-8; its byte {error.start} is not") from error
+        raise ConfigurationError(field, str(path), f"no text in UTF-8 (from byte {error.start} on)") from error
     except OSError as error:
-        raise ConfigurationError(field, str(path), f"{accepted} ({error.strerror})") from error
+        problem = _UNREADABLE.get(error.errno or 0, f"no readable file ({error.strerror})")
+        remedy = f"; accepted: {accepted}" if accepted else ""
+        raise ConfigurationError(field, str(path), problem + remedy) from error
 
 
 def json_of_file(path: str | Path) -> Any:

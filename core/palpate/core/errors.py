@@ -167,7 +167,8 @@ def raised_at(error: BaseException) -> str:
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
+    # In TOML and on the command line a vector is a list.
+    text = repr(list(value) if isinstance(value, tuple) else value)
     # Both ends: the end of a long path is the most informative.
     return text if len(text) <= 100 else f"{text[:48]}...{text[-48:]}"
 

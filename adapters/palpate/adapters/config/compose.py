@@ -24,7 +24,7 @@ from palpate.simulation.work_cell import CellConfig
 Tables: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
 """Nested tables of settings, a TOML file with some, or nothing."""
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
-_EXAMPLES: Final = "examples/jobs holds some to begin with, such as dowel-12-h7.toml"
+_EXAMPLES: Final = "there are examples in examples/jobs, such as dowel-12-h7.toml"
 
 
 def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, An
         ConfigurationError: The job cannot be read, has unknown tables, or lacks required fields.
     """
     if not isinstance(source, Mapping) and not os.path.exists(source):
-        raise ConfigurationError("job", str(source), f"a file that exists; {_EXAMPLES}")
+        raise ConfigurationError("job", str(source), f"no such file; {_EXAMPLES}")
     table = dict(source) if isinstance(source, Mapping) else read_toml(Path(source), "job")
     for name, value in table.items():
         if name not in _OF_A_JOB:
@@ -47,7 +47,8 @@ def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, An
         given = table.get(name, {})
         missing = [f"{name}.{field}" for field in fields if field not in given]
         if missing:
-            raise ConfigurationError(name, list(given), f"a table that states {', '.join(missing)}")
+            where = list(source) if isinstance(source, Mapping) else str(source)
+            raise ConfigurationError("job", where, f"no {', '.join(missing)}, which a job must state")
     return table
 
 

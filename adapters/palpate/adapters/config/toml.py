@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from palpate.adapters.files import whole_text
+from palpate.adapters.files import read_text
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Settings, fitted, kinds_of, table_or
 
@@ -24,11 +24,9 @@ def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
         ConfigurationError: The file does not exist or is not TOML.
     """
     try:
-        table = tomllib.loads(whole_text(path).read())
-    except OSError as error:
-        raise ConfigurationError(field, str(path), f"a readable file ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ConfigurationError(field, str(path), f"a TOML file ({error})") from error
+        table = tomllib.loads(read_text(path, field))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ConfigurationError(field, str(path), f"no valid TOML: {error}") from error
     if isinstance(arm := table.get("arm"), dict):
         for key in ("urdf", "calibration"):
             if isinstance(named := arm.get(key), str) and named and "://" not in named:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from palpate.adapters.files import whole_text, write_whole
+from palpate.adapters.files import read_text, write_whole
 from palpate.core.automata import Machine, from_json_text
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Action, PolicyDocument, check_known
@@ -44,10 +45,9 @@ def load_automaton(path: str | Path) -> Machine:
 
 
 def _loaded(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
+    text = read_text(path, whole)
     try:
-        return read(whole_text(path).read())
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(whole, str(path), f"a readable file in UTF-8 ({error})") from error
+        return read(text)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
 
@@ -62,11 +62,8 @@ def load_examples(
     Raises:
         ConfigurationError: The file cannot be used; the error states the file and the line.
     """
-    try:
-        with whole_text(path, newline="") as lines:
-            return _read_examples(csv.DictReader(lines, strict=True), str(path), states, actions)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(_EXAMPLES, str(path), f"a readable CSV file in UTF-8 ({error})") from error
+    lines = io.StringIO(read_text(path, _EXAMPLES, newline=""), newline="")
+    return _read_examples(csv.DictReader(lines, strict=True), str(path), states, actions)
 
 
 def _read_examples(

@@ -209,7 +209,9 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
     if os.path.exists(name):
         return load_policy(Path(name)), ""
     if not (code := third_party_code(name)):
-        raise ConfigurationError("policy", name, accepted or accepted_policies())
+        wanted = accepted or accepted_policies()
+        is_path = name.endswith(".json") or os.sep in name
+        raise ConfigurationError("policy", name, f"no such file; accepted: {wanted}" if is_path else wanted)
     return None, code
 
 

@@ -33,7 +33,7 @@ from palpate.core.policy import Policy, PolicyDocument, TabularLearner, Transiti
 from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose
 
-_TRAINED: Final = "q-learning, a policy file that exists, or package.module:Name"
+_TRAINED: Final = "q-learning, a policy file, or package.module:Name"
 
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:

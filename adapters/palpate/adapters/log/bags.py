@@ -206,6 +206,8 @@ def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
     store = _store()
     from rosbags.highlevel import AnyReader, AnyReaderError
 
+    if not bag.exists():
+        raise LogError(str(bag), "", "is not there", "name a folder that ros2 bag recorded")
     try:
         with AnyReader([bag], default_typestore=store) as reader:
             chosen = [

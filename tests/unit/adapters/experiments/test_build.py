@@ -131,7 +131,7 @@ def test_an_automaton_s_states_survive_their_way_into_a_policy_file(tmp_path):
 
 @pytest.mark.parametrize(
     ("memory", "accepted"),
-    [("last", "last-2"), ("last-0", "last-2"), ("", "none"), ("last-60", "states"), ("gone.json", "readable file")],
+    [("last", "last-2"), ("last-0", "last-2"), ("", "none"), ("last-60", "states"), ("gone.json", "no such file")],
 )
 def test_memories_that_cannot_be_had_are_refused_by_their_setting(memory, accepted):
     with pytest.raises(ConfigurationError, match=r"perception\.memory") as told:

@@ -62,7 +62,7 @@ def test_mixed_policy_is_shown_state_by_state():
         policy.learn(Transition(2, 2, -1.25, None))
     assert render_table(document_of(policy, created_with={}, perception={})) == "\n".join(
         [
-            "4 states, 8 actions; q-learning, 1 trials learned",
+            "4 states, 8 actions; q-learning, trained on 1 trial",
             "",
             "state          source      best action   value         visits",
             "north          learned     -y           -1.500              8",

@@ -69,7 +69,7 @@ def test_policy_object_runs_and_is_recorded_by_its_name(tmp_path):
 def test_refused_run_leaves_no_folder_and_a_failed_one_a_closed_rig(tmp_path, monkeypatch):
     rigs = Rigs()
     run = Run(QUICK, make_rig=rigs)
-    with pytest.raises(ConfigurationError, match=r"policy must be a policy file, or one of .*nowhere\.json"):
+    with pytest.raises(ConfigurationError, match=r"policy = 'nowhere\.json': no such file"):
         run.evaluate(1, "nowhere.json", tmp_path / "run")
     assert rigs.made == []
 

@@ -100,7 +100,7 @@ def test_a_trial_that_goes_straight_into_the_hole_is_skipped():
     [
         ({"actions": "both"}, "actions must be one of discrete, continuous"),
         ({"failure_penalty": -1.0}, "failure_penalty must be "),
-        ({"job": "nowhere.toml"}, "job must be a file that exists"),
+        ({"job": "nowhere.toml"}, "job = 'nowhere.toml': no such file"),
         ({"render_mode": "human"}, "render_mode must be rgb_array, or None"),
     ],
 )

@@ -42,7 +42,7 @@ def grid_named(name: str, size: int) -> GridMap:
     """
     if name in SCENARIOS or (name.count("/") == 2 and not os.path.lexists(name)):
         return GridMap.from_regions(SCENARIOS.get(name, name), size)
-    accepted = f"one of {', '.join(SCENARIOS)}, eight regions such as ABC/C.E/BDF, or a readable text file"
+    accepted = f"one of {', '.join(SCENARIOS)}, eight regions such as ABC/C.E/BDF, or a text file"
     return GridMap.from_text(read_text(Path(name), "map", accepted))
 
 
