@@ -47,7 +47,7 @@ def test_run_prints_what_is_possible_and_leaves_everything(palpate, tmp_path):
     document = load_policy(out / "policy-5.json")
     assert len(document.states) == 20
     policy_from(document, document.states, grid_actions())
-    assert "20 states, 8 actions; q-learning, 30 trials learned" in palpate.succeed("show", out / "policy-5.json")
+    assert "20 states, 8 actions; q-learning, trained on 30 trials" in palpate.succeed("show", out / "policy-5.json")
 
 
 def test_figure_of_the_paper(palpate, tmp_path, monkeypatch):

@@ -113,7 +113,7 @@ def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(palpate, tmp_
     summary = json.loads((out / "summary.json").read_text())
     assert 0 < finished_trials(out) < 5
     assert (summary["finished"], summary["trials"]) == (False, finished_trials(out))
-    assert f"{summary['trials']} trials" in done.stdout
+    assert f"{summary['trials']} trial" in done.stdout
     printed = palpate.succeed("replay", sorted((out / "logs").glob("*.mcap"))[-1])
     assert ("interrupted" in printed) == bool(ticks)
     assert "1 of 1 equal" in printed
@@ -137,7 +137,7 @@ def test_policy_of_another_state_space_is_refused(palpate, trained, name):
 def test_show_needs_nothing_but_the_file(palpate, trained):
     shutil.copy(trained / "policy.json", ".")
     lines = palpate.succeed("show", "policy.json").splitlines()
-    assert lines[0] == "17 states, 8 actions; q-learning, 3 trials learned"
+    assert lines[0] == "17 states, 8 actions; q-learning, trained on 3 trials"
     assert lines[2].split() == ["state", "source", "best", "action", "value", "visits"]
     assert len(lines) == 3 + 17
     Path("policy.json").write_text("{}")

@@ -77,7 +77,7 @@ def test_train_and_look(example, tmp_path):
     out = tmp_path / "out"
     printed = example.printed("train_and_look", out)
     assert printed.count(" s of exploration, ") == 3
-    assert "17 states, 8 actions; q-learning, 3 trials learned" in printed
+    assert "17 states, 8 actions; q-learning, trained on 3 trials" in printed
     assert load_policy(out / "policy.json").learner is not None
     assert len(list((out / "logs").glob("*.mcap"))) == 3
     # A second run may not overwrite the first.

@@ -71,7 +71,7 @@ def test_it_is_trained_run_shown_and_compared(palpate, trained):
     document = load_policy(trained / "policy.json")
     assert document.third_party.trials_learned == 2
     assert document.third_party.state["holes"] == 2
-    assert f"made by {DRIFT}, 2 trials learned" in palpate.succeed("show", trained / "policy.json")
+    assert f"made by {DRIFT}, trained on 2 trials" in palpate.succeed("show", trained / "policy.json")
     palpate.succeed("run", "--policy", trained / "policy.json", "--trials", 1, "--out", "learned")
     start = read_log("learned/logs/trial-00000.mcap").start
     assert (start.policy, start.frozen) == (DRIFT, True)

@@ -66,7 +66,7 @@ def test_doctor_a_trial_and_an_agent(palpate, rig):
         if done.code and re.search(LATE, done.stderr.splitlines()[-1]):
             raise TooLateError(done.stderr)
         assert done.code == 0, done.stderr
-        assert "'inserted': 1" in done.stdout
+        assert "outcomes: 1 inserted" in done.stdout
         env = PegInsertionEnv(rig=str(rig), out="agent", config="run/run.toml")
         try:
             env.reset(seed=4)

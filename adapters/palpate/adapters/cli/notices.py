@@ -1,6 +1,7 @@
 """Notices of commands that run trials, and questions to a person at a rig."""
 
 import importlib.util
+import shlex
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -30,6 +31,16 @@ def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
     with LiveView.serving(options.live_port) as view:
         sys.stderr.write(f"palpate: live view: rerun --connect {view.address}\n")
         yield view
+
+
+def command(*words: object) -> str:
+    """Return a command line of palpate, quoted for a shell."""
+    return shlex.join(["palpate", *map(str, words)])
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, in the plural except for 1."""
+    return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def say(text: str) -> None:
@@ -68,7 +79,7 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
     sys.stderr.write(
         f"palpate: the arm of {file.name!r} will move: from where it is to 100 mm above"
         f" {places} mm and down to {run.task.ready_height_mm:g} mm above it,"
-        f" joints at up to {file.approach_rad_s:g} rad/s; then {trials} trials of {run.task.name}, {policy}\n"
+        f" joints at up to {file.approach_rad_s:g} rad/s; then {counted(trials, 'trial')}: {run.task.name}, {policy}\n"
     )
     if file.emulated:
         return
@@ -85,8 +96,8 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
 
 def trial_line(row: TrialRow) -> str:
     """Return a line about a finished trial."""
-    end = f"{row.outcome}{f', {row.trip}' if row.trip else ''}"
-    return f"trial {row.trial + 1}: {end} after {row.exploration_time_s:.2f} s, peak force {row.peak_force_N:.1f} N"
+    end = f"{row.outcome} after {row.exploration_time_s:.2f} s{f' ({row.trip})' if row.trip else ''}"
+    return f"trial {row.trial + 1}: {end}, peak force {row.peak_force_N:.1f} N"
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -64,8 +65,8 @@ def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: P
     if reasons:
         lines += ["", "verdict: not feasible", *(f"  {reason}" for reason in reasons)]
     else:
-        command = f"{verdict.choice.command} --job {options.job}" + (f" --arm {options.arm}" if options.arm else "")
-        lines += ["", f"verdict: feasible, {verdict.choice.reason}", f"  {command}"]
+        named = ["--job", options.job, *(["--arm", options.arm] if options.arm else [])]
+        lines += ["", f"verdict: feasible, {verdict.choice.reason}", f"  {verdict.choice.command} {shlex.join(named)}"]
         lines += [f"  {verdict.caution}"] if verdict.caution else []
     return "\n".join((*lines, *(f"  {line}" for line in valid), ""))
 

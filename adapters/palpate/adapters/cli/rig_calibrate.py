@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.cli.notices import say
+from palpate.adapters.cli.notices import command, say
 from palpate.adapters.cli.options import CalibrateOptions
 from palpate.adapters.config import CalibrationTable, RigFile, remeasured, write_into
 from palpate.adapters.experiments import note, warm_up
@@ -56,8 +56,8 @@ def calibrate(options: CalibrateOptions) -> int:
         sys.stderr.write("palpate: ended; the results so far are in the rig file\n")
         return 130
     if done:
-        job = f" --job {options.job}" if options.job else ""
-        say(f"written to {path}; next: palpate run --rig {path}{job} --policy torque --trials 1")
+        job = ["--job", options.job] if options.job else []
+        say(f"written to {path}; next: {command('run', '--rig', path, *job, '--policy', 'torque', '--trials', 1)}")
     return 0
 
 

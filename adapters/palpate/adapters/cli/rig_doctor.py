@@ -4,6 +4,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from palpate.adapters.cli.notices import command
 from palpate.adapters.cli.options import DoctorOptions
 from palpate.adapters.config import RigFile, overlay, read_job
 from palpate.adapters.hardware import FaultFile, MonotonicClock, RigContext
@@ -55,10 +56,10 @@ def doctor(options: DoctorOptions) -> int:
 
 
 def _next(options: DoctorOptions) -> str:
-    again = f"palpate rig doctor --rig {options.rig}"
+    doctor = ("rig", "doctor", "--rig", options.rig)
     if not options.push and not options.move:
-        return f"{again} --push, with a person at the tool"
-    return f"palpate rig calibrate --rig {options.rig}" if options.move else f"{again} --move"
+        return f"{command(*doctor, '--push')}, with a person at the tool"
+    return command("rig", "calibrate", "--rig", options.rig) if options.move else command(*doctor, "--move")
 
 
 def _print(text: str) -> None:

@@ -2,8 +2,10 @@
 
 import os
 import sys
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from palpate.adapters.cli import notices
 from palpate.adapters.cli.options import RunOptions
@@ -46,21 +48,28 @@ def run(options: RunOptions) -> int:
         result = this.evaluate(options.trials, options.policy, folder.path, jobs=jobs, claim=claim, on_trial=finished)
     summary = result.summary
     verdict = summary.get("verdict", "")
-    low, high = summary["success_95"]
+    trials = notices.counted(len(result.rows), "trial")
     sys.stdout.write(
         (f"{result.timing}\n" if result.timing else "")
-        + f"{options.policy or label}, {config.arm}, scenario {config.scenario}, seed {config.seed}:"
-        f" {len(result.rows)} trials\n"
-        f"success {summary['success']:.1%} (95 % interval {low:.2%} to {high:.2%})\n"
-        f"{notices.validity_note(config, options.rig)}"
+        + f"{options.policy or label}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {trials}\n"
+        + (_rates(options, summary) if result.rows else "")
         + (f"claim {claim}: {verdict}\n" if claim else "")
-        + f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
-        f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
-        f"{notices.trips_line(summary)}{notices.flagged_line(summary)}saved in {folder.path}\n"
+        + f"{notices.trips_line(summary)}{notices.flagged_line(summary)}saved in {folder.path}\n"
     )
     if not result.finished:
         return 130
     return 1 if result.losses or verdict not in ("", "proved") else 0
+
+
+def _rates(options: RunOptions, summary: Mapping[str, Any]) -> str:
+    low, high = summary["success_95"]
+    outcomes = ", ".join(f"{count} {outcome}" for outcome, count in summary["outcomes"].items())
+    return (
+        f"success {summary['success']:.1%} (95 % interval {low:.2%} to {high:.2%})\n"
+        f"{notices.validity_note(options.run, options.rig)}"
+        f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
+        f"peak force {summary['peak_force_N']:.1f} N; outcomes: {outcomes}\n"
+    )
 
 
 def _dry(options: RunOptions, folder: RunFolder) -> int:

@@ -1,7 +1,6 @@
 """``palpate train``."""
 
 import os
-import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -26,7 +25,7 @@ def train(options: TrainOptions) -> int:
     if options.resume:
         made = experiments.Checkpoint.load(folder).next_trial
         if made >= options.trials and folder.summary().get("trials") == made:
-            again = f"palpate train --resume --out {shlex.quote(str(folder.path))} --trials {made + 50}"
+            again = notices.command("train", "--resume", "--out", folder.path, "--trials", made + 50)
             notices.say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
             notices.say(_look_at(folder))
             return 0
@@ -60,10 +59,9 @@ def train(options: TrainOptions) -> int:
                 notices.say(line.rstrip())
         notices.say(_look_at(folder))
     if not result.finished:
-        words = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
-        if os.path.exists(options.policy):
-            words += ["--policy", options.policy]
-        notices.say(f"ended after {len(result.rows)} of {options.trials} trials; resume with: {shlex.join(words)}")
+        policy = ["--policy", options.policy] if os.path.exists(options.policy) else []
+        again = notices.command("train", "--resume", "--out", folder.path, "--trials", options.trials, *policy)
+        notices.say(f"ended after {len(result.rows)} of {options.trials} trials; resume with: {again}")
         return 130
     return int(bool(result.losses))
 
@@ -97,7 +95,7 @@ def _fit_to_logs(options: TrainOptions) -> int:
 
 
 def _announce(config: RunConfig, folder: experiments.RunFolder, trials: int, first: int) -> None:
-    begin = f"trial {first + 1} to {trials}" if first else f"{trials} trials"
+    begin = f"trial {first + 1} to {trials}" if first else notices.counted(trials, "trial")
     notices.say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
 
 
@@ -113,7 +111,9 @@ def results_line(rows: Sequence[experiments.TrialRow]) -> str:
     """Summarise the first and the last trials, without overlap."""
     count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
     if count <= experiments.WINDOW:
-        return f"{count} trials, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"
+        return (
+            f"{notices.counted(count, 'trial')}, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"
+        )
     some = min(experiments.WINDOW, count // 2)
     return (
         f"{count} trials, mean time {sum(times[:some]) / some:.2f} s in the first {some} and "
@@ -123,4 +123,5 @@ def results_line(rows: Sequence[experiments.TrialRow]) -> str:
 
 
 def _look_at(folder: experiments.RunFolder) -> str:
-    return f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}"
+    shown = notices.command("show", folder.path / "policy.json")
+    return f"look at {folder.path / 'learning_curve.png'}, or: {shown}"

@@ -130,8 +130,8 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
                 try:
                     yield done.pop(following).result()
                 except BrokenExecutor as error:
-                    causes = "is the memory full, or the main program no file that guards its calls by __name__?"
-                    raise PalpateError(f"two worker processes died over the same work: {causes}") from error
+                    causes = "memory is full, or the main program is not a file with 'if __name__ == \"__main__\":'"
+                    raise PalpateError(f"two worker processes died during the same work: {causes}") from error
                 following += 1
 
 

@@ -12,18 +12,22 @@ def render_table(document: PolicyDocument) -> str:
     its contact model, a third-party policy by its code.
     """
     learner = document.learner
-    learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
+    learned = f"{learner.kind}, {_trained(learner.trials_learned)}" if learner else "nothing learned"
     if (third_party := document.third_party) is not None:
         package = f" ({third_party.distribution} {third_party.version})" if third_party.distribution else ""
-        learned = f"made by {third_party.code}{package}, {third_party.trials_learned} trials learned"
+        learned = f"made by {third_party.code}{package}, {_trained(third_party.trials_learned)}"
     head = f"{len(document.states)} states, {len(document.actions)} actions; {learned}"
     rows = [("state", "source", "best action", "value", "visits"), *map(_cells, document.table)]
     table = f"\n{aligned(rows, left=3)}" if len(rows) > 1 else ""
-    contacts = f"\n{_touches(learner.contact_model)}" if learner is not None and learner.kind == "belief" else ""
+    contacts = f"\n{_contacts(learner.contact_model)}" if learner is not None and learner.kind == "belief" else ""
     return f"{head}\n{table}{contacts}"
 
 
-def _touches(model: ContactModel | None) -> str:
+def _trained(trials: int) -> str:
+    return f"trained on {trials} trial{'s' * (trials != 1)}"
+
+
+def _contacts(model: ContactModel | None) -> str:
     """Return the contact model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
     if model is None:
         return f"no contact model yet: fewer than {MIN_CONTACTS} contacts in trials that ended in the hole\n"
