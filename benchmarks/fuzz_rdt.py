@@ -19,7 +19,7 @@ from math import isfinite
 
 from benchmarks.fuzzing import drawn, require
 from palpate.drivers.ati import NetFt, NetFtBox, parse_box
-from palpate.drivers.ati.device import faults_in
+from palpate.drivers.ati.codec import faults_in
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.ati import EmulatedBox
 

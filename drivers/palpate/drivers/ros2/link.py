@@ -56,7 +56,7 @@ class Ros2Link:
         from cyclonedds.sub import DataReader
         from cyclonedds.topic import Topic
 
-        from palpate.drivers.ros2.idl import TYPES, user_data
+        from palpate.drivers.ros2.codec import TYPES, user_data
 
         def topic(name: str, kind: str) -> Any:
             return Topic(self._participant, _wire(name), TYPES[kind])
@@ -87,7 +87,7 @@ class Ros2Link:
     def write(self, values: Sequence[float]) -> None:
         """Publish a command; raises SilentError if that fails."""
         writer = self._opened(self._writer)
-        from palpate.drivers.ros2.idl import command
+        from palpate.drivers.ros2.codec import command
 
         try:
             writer.write(command(list(values)))

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.drivers.device import ForceSample, PolledSensor
 from palpate.drivers.errors import DriverError, GarbledError, WiringError
-from palpate.drivers.ros2.arm import link_diagnostics
+from palpate.drivers.ros2.device import link_diagnostics
 from palpate.drivers.ros2.judgement import StampClock, require_one_publisher
 from palpate.drivers.ros2.link import Ros2Link
 
