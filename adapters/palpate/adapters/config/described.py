@@ -19,11 +19,8 @@ _UNITS: Final = {
 """Unit by the suffix of a name."""
 
 
-class Rare:
-    """Mark of an option that a long ``palpate COMMAND --help`` names, and ``palpate settings COMMAND`` describes."""
-
-
-RARE: Final = Rare()
+RARE: Final = "rare"
+"""Mark of an option that a long ``palpate COMMAND --help`` names, and ``palpate settings COMMAND`` describes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,7 @@ Importing scipy.stats takes a second, so it is imported where an interval is com
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, Final, TypeAlias
@@ -17,6 +16,7 @@ import numpy.typing as npt
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.log import counted
 from palpate.core.errors import ConfigurationError
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -137,11 +137,11 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_s": _rounded(times, 0.95),
         "p95_95_s": _ends(quantile_interval(times, 0.95)),
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
-        "outcomes": _counted(row.outcome for row in rows),
-        "trips": _counted(row.trip.partition(":")[0] for row in rows if row.trip),
+        "outcomes": counted(row.outcome for row in rows),
+        "trips": counted(row.trip.partition(":")[0] for row in rows if row.trip),
         "flagged": sum(bool(row.flagged) for row in rows),
         # A trial may be flagged for several reasons.
-        "flagged_reasons": _counted(why.partition(" (")[0] for row in rows for why in row.flagged.split("; ") if why),
+        "flagged_reasons": counted(why.partition(" (")[0] for row in rows for why in row.flagged.split("; ") if why),
     }
 
 
@@ -181,10 +181,6 @@ def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], tri
         **summary_of(rows),
         "finished": len(rows) == trials,
     }
-
-
-def _counted(reasons: Iterable[str]) -> dict[str, int]:
-    return dict(sorted(Counter(reasons).items()))
 
 
 def _ends(interval: tuple[float, float] | None) -> list[float | None]:

@@ -9,6 +9,7 @@ from .figure import Canvas as Canvas
 from .figure import drawing as drawing
 from .figure import figure_kind as figure_kind
 from .find import find_logs as find_logs
+from .info import counted as counted
 from .info import info_of as info_of
 from .info_text import describe as describe
 from .info_text import table as table
@@ -59,6 +60,7 @@ from .trial_recorder import LOG_FOLDER as LOG_FOLDER
 from .trial_recorder import TrialRecorder as TrialRecorder
 from .trial_recorder import end_of as end_of
 from .trial_recorder import set_aside as set_aside
+from .trial_recorder import start_facts as start_facts
 from .trial_recorder import trial_name as trial_name
 from .world import recorded_drawn as recorded_drawn
 from .world import recorded_sensor as recorded_sensor

@@ -42,7 +42,7 @@ def info_of(log: TrialLog) -> dict[str, Any]:
         "ticks": ticks,
         "force_sensor": _port([(r.time_ns, r.wrench) for r in records if r.wrench is not None]),
         "joint_encoder": _port([(r.time_ns, r.joints) for r in records if r.joints is not None]),
-        "altered_commands": _counted(reason.value for reason in reasons if reason is not CommandReason.AS_REQUESTED),
+        "altered_commands": counted(reason.value for reason in reasons if reason is not CommandReason.AS_REQUESTED),
         "dropped_messages": sum(loss.dropped_messages for loss in log.losses),
         "losses": [f"tick {loss.tick}: {loss.problem}: {loss.text}" for loss in log.losses],
         "errors": [f"tick {c.tick}: {c.port}.{c.call}: {c.error}: {c.text}" for c in log.calls if c.error],
@@ -107,7 +107,7 @@ def _port(at_ticks: Sequence[tuple[int | None, WrenchSample | JointSample]]) -> 
         "repeats": repeats,
         "rate_Hz": (len(samples) - repeats - 1) / span_s if span_s > 0.0 else None,
         "age_s": _spread([(time_ns - s.source_time_ns) * NS for time_ns, s in at_ticks if time_ns is not None]),
-        "not_valid": _counted(s.validity.value for s in samples if s.validity is not Validity.VALID),
+        "not_valid": counted(s.validity.value for s in samples if s.validity is not Validity.VALID),
     }
 
 
@@ -131,7 +131,8 @@ def _end(log: TrialLog) -> dict[str, Any] | None:
     return {name: getattr(end, name) for name in names} | {"timing": timing}
 
 
-def _counted(names: Iterable[str]) -> dict[str, int]:
+def counted(names: Iterable[str]) -> dict[str, int]:
+    """Return the number of each name, sorted by name."""
     return dict(sorted(Counter(names).items()))
 
 

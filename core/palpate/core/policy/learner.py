@@ -35,11 +35,12 @@ class Learner(Policy):
     """A policy that learns. Code that records, resumes or replays its trials uses only these members."""
 
     frozen: bool
+    _trials_learned = 0
 
     @property
-    @abstractmethod
     def trials_learned(self) -> int:
         """Return the number of trials in which it learned."""
+        return self._trials_learned
 
     @abstractmethod
     def get_state(self) -> dict[str, Any]:
@@ -80,18 +81,12 @@ class ModelLearner(Learner, Generic[T]):
     def __init__(self, *, frozen: bool) -> None:
         self.frozen = frozen
         self._trials: list[T] = []
-        self._trials_learned = 0
         self._fitted_to: list[T] | None = None
 
     @property
     @override
     def temperature(self) -> float | None:
         return None
-
-    @property
-    @override
-    def trials_learned(self) -> int:
-        return self._trials_learned
 
     @override
     def serves(self, state: int) -> bool:

@@ -69,28 +69,20 @@ class Sarsa(TabularLearner):
             return self._decision(drawn[1])
         return super().choose(observation)
 
-    def learn(self, transition: Transition) -> None:
-        """Update the Q of all pairs with a trace, unless frozen."""
-        if self.frozen:
-            return
-        state, action = transition.state, transition.action_index
-        after = transition.reinforcement + self.parameters.gamma * self._value_after(transition)
-        delta = after - self._q[state][action]
+    def _value(self, state: int, transition: Transition) -> float:
+        index = transition.next_action_index
+        if index is None:
+            index = self._drawn(state)
+            self._next = (state, index)
+        return self._q[state][index]
+
+    def _update(self, state: int, action: int, target: float) -> None:
+        delta = target - self._q[state][action]
         fading = self.parameters.gamma * self.parameters.trace_decay
         self._traces[state] = (action, 1.0)
         for i, (a, trace) in self._traces.items():
             self._q[i][a] += self.parameters.learning_rate(self._visits[i][a]) * trace * delta
             self._traces[i] = (a, fading * trace)
-        self._count(state, action)
-
-    def _value_after(self, transition: Transition) -> float:
-        if transition.next_state is None:
-            return 0.0
-        index = transition.next_action_index
-        if index is None:
-            index = self._drawn(transition.next_state)
-            self._next = (transition.next_state, index)
-        return self._q[transition.next_state][index]
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of a tabular learner, with the traces."""

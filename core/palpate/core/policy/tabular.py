@@ -73,7 +73,6 @@ class TabularLearner(Learner):
         self._temperature = self._temperature_of(0)
         self._q = [[float(parameters.initial_value)] * len(self.actions) for _ in self.states]
         self._visits = [[0] * len(self.actions) for _ in self.states]
-        self._trials_learned = 0
         self._trial_counted = False
         self._rng: np.random.Generator | None = None
 
@@ -91,11 +90,6 @@ class TabularLearner(Learner):
     def visits(self) -> tuple[tuple[int, ...], ...]:
         """Return the number of updates of each action in each state."""
         return tuple(map(tuple, self._visits))
-
-    @property
-    @override
-    def trials_learned(self) -> int:
-        return self._trials_learned
 
     def serves(self, state: int) -> bool:
         """Return True for every state."""
@@ -115,9 +109,22 @@ class TabularLearner(Learner):
         """Draw an action by Boltzmann exploration; exactly one random number."""
         return self._decision(self._drawn(observation.state))
 
-    @abstractmethod
     def learn(self, transition: Transition) -> None:
         """Update the table, unless frozen."""
+        if self.frozen:
+            return
+        after = 0.0 if transition.next_state is None else self._value(transition.next_state, transition)
+        target = transition.reinforcement + self.parameters.gamma * after
+        self._update(transition.state, transition.action_index, target)
+        self._count(transition.state, transition.action_index)
+
+    @abstractmethod
+    def _value(self, state: int, transition: Transition) -> float:
+        """Return the value of the next state."""
+
+    @abstractmethod
+    def _update(self, state: int, action: int, target: float) -> None:
+        """Move the Q of a pair towards a target."""
 
     def _drawn(self, state: int) -> int:
         return boltzmann(self._q[state], self._temperature, drawing_from(self._rng, type(self).__name__))
@@ -167,19 +174,10 @@ class QLearning(TabularLearner):
     :class:`~palpate.core.policy.programmed.MixedPolicy`), ``V(j)`` is the Q of its action.
     """
 
-    def learn(self, transition: Transition) -> None:
-        """Update the Q of one state and action, unless frozen."""
-        if self.frozen:
-            return
-        state, action = transition.state, transition.action_index
-        alpha = self.parameters.learning_rate(self._visits[state][action])
-        target = transition.reinforcement + self.parameters.gamma * self._value_after(transition)
-        self._q[state][action] = (1.0 - alpha) * self._q[state][action] + alpha * target
-        self._count(state, action)
-
-    def _value_after(self, transition: Transition) -> float:
-        if transition.next_state is None:
-            return 0.0
-        values = self._q[transition.next_state]
-        bound = transition.next_action_index
+    def _value(self, state: int, transition: Transition) -> float:
+        values, bound = self._q[state], transition.next_action_index
         return max(values) if bound is None else values[bound]
+
+    def _update(self, state: int, action: int, target: float) -> None:
+        alpha = self.parameters.learning_rate(self._visits[state][action])
+        self._q[state][action] = (1.0 - alpha) * self._q[state][action] + alpha * target

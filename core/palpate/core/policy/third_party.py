@@ -74,7 +74,7 @@ class ThirdPartyPolicy(Learner):
     def __init__(self, policy: Any, entry: ThirdPartyEntry, context: PolicyContext, *, frozen: bool) -> None:
         self._policy, self._entry, self.context, self.frozen = policy, entry, context, frozen
         self.now_ns: Callable[[], int] = lambda: 0
-        self._trials = entry.trials_learned
+        self._trials_learned = entry.trials_learned
         missing = [name for name in _METHODS if not self._has(name)]
         if missing:
             kind = type(policy).__name__
@@ -146,26 +146,21 @@ class ThirdPartyPolicy(Learner):
         if self._has("end_trial"):
             with self._named("end_trial"):
                 self._policy.end_trial(episode)
-        self._trials += 1
-
-    @property
-    @override
-    def trials_learned(self) -> int:
-        return self._trials
+        self._trials_learned += 1
 
     @override
     def get_state(self) -> dict[str, Any]:
         with self._named("get_state"):
             # As bytes, because logs and policy files hold UTF-8.
             text = json.dumps(dict(self._policy.get_state()), allow_nan=False, ensure_ascii=False).encode()
-            return {"trials_learned": self._trials, "state": json.loads(text)}
+            return {"trials_learned": self._trials_learned, "state": json.loads(text)}
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
         with self._named("set_state"):
             trials = int(state["trials_learned"])
             self._policy.set_state(copy.deepcopy(dict(state["state"])))
-        self._trials = trials
+        self._trials_learned = trials
 
     def _has(self, name: str) -> bool:
         return callable(getattr(self._policy, name, None))

@@ -6,6 +6,7 @@ from statistics import fmean
 from typing import Final, Protocol
 
 from palpate.adapters.hardware.doctor.findings import DeviceReport, Level, Topic
+from palpate.adapters.hardware.doctor.measure import listen
 from palpate.core.ports import Clock, ForceSensor
 
 PUSH_N: Final = 3.0
@@ -101,10 +102,9 @@ class PushCheck:
         return False
 
     def _mean(self, seconds: float) -> tuple[float, ...]:
-        end_ns, wrenches = self._clock.now_ns() + round(seconds * 1e9), list[tuple[float, ...]]()
-        while self._clock.now_ns() < end_ns:
-            wrenches.append(self._read())
-        return tuple(fmean(channel) for channel in zip(*wrenches, strict=True))
+        samples = listen(self._sensor.read, self._clock, seconds).samples
+        wrenches = [(*sample.force_N, *sample.torque_Nm) for sample in samples]
+        return tuple(map(fmean, zip(*wrenches, strict=True)))
 
     def _read(self) -> tuple[float, ...]:
         sample = self._sensor.read()

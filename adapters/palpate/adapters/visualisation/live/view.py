@@ -19,9 +19,9 @@ import rerun_cli
 from rerun import blueprint
 from typing_extensions import override
 
-from palpate.adapters.config import to_toml, with_options
+from palpate.adapters.config import with_options
 from palpate.adapters.experiments import Trials, TrialsObserver
-from palpate.adapters.log import SCHEMA, EventEntry, StartRecord, Tare, TrialLog, dump_json, tare_of, world_of
+from palpate.adapters.log import EventEntry, StartRecord, Tare, TrialLog, dump_json, start_facts, tare_of, world_of
 from palpate.adapters.mujoco import DrawnCell, Moment
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, Validity
@@ -295,10 +295,9 @@ def _as_log(trials: Trials, report: TrialReport) -> TrialLog:
     """Return a log of a trial with the data that describe its cell."""
     ready, world, setup = trials.ready, world_of(trials.rig), report.setup
     start = StartRecord(
-        schema=SCHEMA, command="live", config_toml=to_toml(with_options(trials.config)), arm=str(trials.config.arm),
-        model_sha256="", core_sha256="", seed=setup.seed, trial=setup.index, start_m=setup.start_m,
-        ready_rad=tuple(ready.q_rad.tolist()), tip_rotation=tuple(ready.tip_rotation.ravel().tolist()),
-        perception_json="", policy=trials.name, world=world.kind, world_json=dump_json(world.facts),
+        **start_facts("live", with_options(trials.config), ready, trials.perception), seed=setup.seed,
+        trial=setup.index, start_m=setup.start_m, policy=trials.name, world=world.kind,
+        world_json=dump_json(world.facts),
     )  # fmt: skip
     return TrialLog("live view", 0, start)
 
