@@ -41,6 +41,7 @@ TOOLS: Final = (
 ROOM: Final = 1.15
 """A ratio to its floor may be this much above the committed one."""
 _FUZZ_S: Final = 60
+_PYTEST: Final = (sys.executable, "-m", "pytest", "-q", "--dist", "loadgroup")
 
 
 class Settings(NamedTuple):
@@ -161,14 +162,16 @@ def ratios(figures: dict[str, list[dict[str, object]]]) -> dict[str, float]:
 
 
 PARTS: Final[dict[str, Callable[[Settings, Path], Result]]] = {
-    "learning": of_command(lambda s: [sys.executable, "-m", "pytest", "-q", "-n", s.jobs, "-m", "nightly"]),
+    "learning": of_command(
+        lambda s: [*_PYTEST, "-n", s.jobs, "-m", "nightly", "--ignore", "tests/wall_clock"],
+    ),
     "honest trips": honest_trips,
     "parts": parts,
     "gate": of_command(lambda s: s.bench("gate", "--seeds", s.seed, "--jobs", s.jobs, "--out", s.out / "gate.jsonl")),
     "fuzz rdt": of_command(lambda s: s.bench("fuzz_rdt", "--seconds", _FUZZ_S, "--first-seed", 1000 * s.seed)),
     "fuzz rtde": of_command(lambda s: s.bench("fuzz_rtde", "--seconds", _FUZZ_S, "--first-seed", 1000 * s.seed)),
     "bench": bench,
-    "wall clock": of_command(lambda s: [sys.executable, "-m", "pytest", "-q", "-n", s.jobs, "tests/wall_clock"]),
+    "wall clock": of_command(lambda s: [*_PYTEST, "-n", s.jobs, "-m", "not hardware", "tests/wall_clock"]),
     **{f"Python {version}": suite_with(version) for version in VERSIONS},
     "lowest versions": suite_with("3.11", "lowest-direct"),
 }

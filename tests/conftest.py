@@ -4,15 +4,18 @@ import gc
 import json
 import os
 import signal
+import sys
 from functools import cache
+from importlib import import_module
 
 import pytest
 from _pytest.runner import runtestprotocol
 from hypothesis import settings
 from xdist.scheduler import LoadGroupScheduling
 
-from palpate.adapters.experiments import evaluation, learning_curve, training
-from palpate.adapters.log import decisive, processor, read_log
+from palpate.adapters.config import plugins
+from palpate.adapters.experiments import evaluation, learning_curve, third_party, training
+from palpate.adapters.log import decisive, processor, read_log, timeline
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
 from tests.wall_clock.late import TooLateError
@@ -43,12 +46,23 @@ MIXED = pytest.StashKey[bool]()
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _one_picture():
-    """Runs of this process leave one and the same picture, which is drawn once."""
+def _once():
+    """Make once per process what takes long and is not tested where it is used: pictures, and what is installed."""
     picture = cache(lambda: learning_curve([], ""))
+    forces, found = list[bytes](), cache(lambda path, group: plugins_of(group=group))
+    plugins_of, distributions = plugins.entry_points, cache(lambda: third_party_names(tuple(sys.path)))
+    third_party_names = third_party._distributions
+
+    def one_timeline(log):
+        forces[:] = forces or [timeline(log)]
+        return forces[0]
+
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(training, "learning_curve", lambda rows, title: picture())
         patched.setattr(evaluation, "trials_picture", lambda rows, title: picture())
+        patched.setattr(import_module("palpate.adapters.visualisation.report.run_page"), "timeline", one_timeline)
+        patched.setattr(plugins, "entry_points", lambda group: found(tuple(sys.path), group))
+        patched.setattr(third_party, "_distributions", lambda path: distributions())
         yield
 
 
@@ -79,6 +93,8 @@ def pytest_configure():
             signal.signal(number, handler)
     # What tests write need not outlast a power cut.
     os.fsync = lambda fd: None
+    # Little garbage is cyclic; to look for it takes 5 % of the time.
+    gc.set_threshold(100_000, 50, 50)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -26,6 +26,7 @@ def test_the_installed_script_prints_and_refuses(palpate):
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
 
 
+@pytest.mark.nightly
 def test_libraries_of_drawing_that_are_absent_stop_nothing_else(palpate):
     script, names = Path(sys.executable).with_name("palpate"), {"MPLBACKEND": "module://absent", "MUJOCO_GL": "osmesa"}
     words = ["run", "--policy", "torque", "--trials", "1", *map(str, QUICK), "--out", "drawn"]

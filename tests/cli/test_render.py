@@ -49,6 +49,7 @@ def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate, desk):
     assert (desk / "sound.mcap").read_bytes() == INSERTION.read_bytes()
 
 
+@pytest.mark.nightly
 def test_a_trial_of_a_rig_is_drawn(palpate, desk):
     require_graphics()
     write_log(desk / "rig.mcap", [tick(k) for k in range(30)], begin=start(world="bench", world_json="{}"))

@@ -20,7 +20,8 @@ trials = {TRIALS}
 seeds = {list(SEEDS)}
 policies = ["q-learning", "torque"]
 [base]
-"task.time_limit_s" = 0.6
+"task.time_limit_s" = 0.4
+"recording.enabled" = false
 [grid]
 "task.step_mm" = {list(STEPS)}
 """

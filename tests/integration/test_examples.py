@@ -73,6 +73,7 @@ def test_every_example_is_here():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*ALL, "ask_a_person"}
 
 
+@pytest.mark.nightly
 def test_train_and_look(example, tmp_path):
     out = tmp_path / "out"
     printed = example.printed("train_and_look", out)
@@ -106,6 +107,7 @@ def test_replay_gate(example, tmp_path):
     assert re.findall(r"^exit code (\d)$", printed, re.MULTILINE) == ["0", "1"]
 
 
+@pytest.mark.nightly
 def test_infer_automaton(example, tmp_path):
     printed = example.printed("infer_automaton", tmp_path / "out")
     (letters,) = re.findall(r"^letters: 4 states, (\S+) steps", printed, re.MULTILINE)

@@ -36,7 +36,9 @@ KINDS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "arguments"), KINDS[1:])
+@pytest.mark.parametrize(
+    ("name", "arguments"), [KINDS[1], pytest.param(*KINDS[2], marks=pytest.mark.nightly), KINDS[3]]
+)
 def test_gymnasiums_own_checker_finds_nothing(name, arguments):
     # Warnings are errors here.
     env = gymnasium.make(name, **arguments)
@@ -134,11 +136,12 @@ def learn_outside(env, policy, seed, trials, notify):
     [
         # With this seed two of the paper's trials insert the peg and one does not.
         ({"config": {"task": {"time_limit_s": 1.5}}}, "--task.time-limit-s 1.5", {"inserted", "time limit"}),
-        (
+        pytest.param(
             {"task": "insertion-6dof", **SQUARE},
             "--task.time-limit-s 2.5 --scenario blind-square --task insertion-6dof --learner options"
             " --task.options corners 4 corner_mm 20.5",
             {"time limit"},
+            marks=pytest.mark.nightly,
         ),
     ],
 )

@@ -11,8 +11,8 @@ from palpate.adapters.experiments import Run
     [
         ({"sensor_rpy_deg": (0.0, 0.0, 30.0)}, {}),
         ({"tip_rpy_deg": (0.0, 10.0, 0.0), "tip_mm": (20.0, 0.0, 130.0)}, {}),
-        ({"tip_mm": (0.0, 0.0, 250.0)}, {"z_mm": 0.0}),
-        ({}, {"rpy_deg": (20.0, 0.0, 0.0)}),
+        pytest.param({"tip_mm": (0.0, 0.0, 250.0)}, {"z_mm": 0.0}, marks=pytest.mark.nightly),
+        pytest.param({}, {"rpy_deg": (20.0, 0.0, 0.0)}, marks=pytest.mark.nightly),
         ({}, {"rpy_deg": (0.0, 90.0, 0.0), "x_mm": 500.0, "z_mm": 300.0}),
     ],
     ids=["turned sensor", "bent tool", "long tool", "inclined plate", "hole in a wall"],

@@ -64,18 +64,17 @@ def struck(arm, force, strike, at_ns=200_000_000):
     ("arm", "force", "event", "told"),
     [
         ("ur-rtde", "ati-netft", "protective-stop", "protective stop; clear what the arm has met, and unlock it"),
-        ("ur-rtde", "ati-netft", "emergency-stop", "release the button, power on and release the brakes"),
-        ("ur-rtde", "ati-netft", "program-end", "switch back to remote control"),
         ("ur-rtde", "ati-netft", "sensor-silent", r"^rig: trial 0: .*stale \(ATI Net F/T: nothing new for 5. ms"),
         ("ur-rtde", "ati-netft", "sensor-cable", "transducer unplugged"),
         ("zebra-nmc", "jr3-can", "emergency-stop", "motor supply is off; check emergency stop and motor supply"),
-        pytest.param("zebra-nmc", "jr3-can", "sensor-silent", "check power, wiring", marks=pytest.mark.nightly),
-        pytest.param(
-            "zebra-nmc",
-            "jr3-can",
-            "sensor-cable",
-            "that the sensor is plugged into its board",
-            marks=pytest.mark.nightly,
+        *(
+            pytest.param(*more, marks=pytest.mark.nightly)
+            for more in (
+                ("ur-rtde", "ati-netft", "emergency-stop", "release the button, power on and release the brakes"),
+                ("ur-rtde", "ati-netft", "program-end", "switch back to remote control"),
+                ("zebra-nmc", "jr3-can", "sensor-silent", "check power, wiring"),
+                ("zebra-nmc", "jr3-can", "sensor-cable", "that the sensor is plugged into its board"),
+            )
         ),
     ],
 )

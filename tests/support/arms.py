@@ -6,9 +6,7 @@ from palpate.adapters.hardware.plugins import arm_maker
 from palpate.adapters.hardware.served_arm import DriverArm
 from palpate.core.motion.arm import ARMS
 
-FEW_ARMS = ("zebra-zero", "panda")
-"""Two of the three with the largest errors of ``python -m benchmarks.physics``."""
-EVERY_ARM = [arm if arm in FEW_ARMS else pytest.param(arm, marks=pytest.mark.nightly) for arm in ARMS]
+EVERY_ARM = [arm if arm == "zebra-zero" else pytest.param(arm, marks=pytest.mark.nightly) for arm in ARMS]
 
 
 def driver_arm(name, settings, context):

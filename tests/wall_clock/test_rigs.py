@@ -8,6 +8,8 @@ import subprocess
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from palpate.adapters.log import read_log
 from tests.command_line import RT_EMULATOR, TIMEOUT_S, CommandLine, command, finished_trials, wait_until
 from tests.wall_clock.late import TooLateError
@@ -126,6 +128,7 @@ def test_doctor_finds_both_devices_and_a_cable_pulled_in_mid_motion_ends_the_run
     assert taken in require_equal(out, last)
 
 
+@pytest.mark.nightly
 def test_a_closed_terminal_and_the_operator_s_signal_stop_the_arm_and_leave_whole_logs(tmp_path):
     rig, out, closed = tmp_path / "rig.toml", tmp_path / "out", tmp_path / "closed"
     with emulated(rig, "--wires", "cia402", "--force", "jr3-can"):

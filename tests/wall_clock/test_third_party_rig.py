@@ -56,6 +56,7 @@ def rig(tmp_path, installed):
         process.communicate()
 
 
+@pytest.mark.nightly
 def test_doctor_a_trial_and_an_agent(palpate, rig):
     with late_if(LATE, DeviceError):
         done = palpate("rig", "doctor", "--rig", rig, "--seconds", "0.3")

@@ -55,15 +55,20 @@ def test_peg_does_not_chatter_on_the_wall(arm):
     ("arm", "section", "clearance_mm", "tilt_mrad"),
     [
         ("zebra-zero", "round", 0.02, 20.0),
-        ("ur5", "round", 1.0, 5.0),
         ("ur5", "square", 0.3, 20.0),
-        ("zebra-zero", "square", 0.02, 5.0),
-        ("zebra-zero", "hexagon", 1.0, 0.0),
-        ("ur5", "hexagon", 0.075, 20.0),
         ("zebra-zero", "triangle", 0.02, 0.0),
-        ("zebra-zero", "triangle", 1.0, 10.0),
         ("zebra-zero", "rounded-square", 0.075, 0.0),
         ("ur5", "keyed", 0.075, 5.0),
+        *(
+            pytest.param(*more, marks=pytest.mark.nightly)
+            for more in (
+                ("ur5", "round", 1.0, 5.0),
+                ("zebra-zero", "square", 0.02, 5.0),
+                ("zebra-zero", "hexagon", 1.0, 0.0),
+                ("ur5", "hexagon", 0.075, 20.0),
+                ("zebra-zero", "triangle", 1.0, 10.0),
+            )
+        ),
     ],
 )
 def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(arm, section, clearance_mm, tilt_mrad):
@@ -93,7 +98,7 @@ def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm):
         assert bench.measurement.force_N[2] < -1.0
 
 
-@pytest.mark.parametrize("arm", ["zebra-zero", "panda"])
+@pytest.mark.parametrize("arm", ["zebra-zero", pytest.param("panda", marks=pytest.mark.nightly)])
 def test_capture_width_does_not_hang_on_the_time_step(arm):
     def capture_m(substeps):
         with Bench(quiet(arm, substeps=substeps)) as bench:

@@ -16,7 +16,11 @@ from palpate.simulation.work_cell.config import CellConfig, PegConfig
 from tests.support.physics_bench import ready_pose
 
 # A keyed peg fits in one way only: it shows how each arm holds it.
-CASES = [(section, "zebra-zero") for section in ("round", *SIDES)] + [(KEYED, arm) for arm in list(ARMS)[1:]]
+CASES = [
+    *((section, "zebra-zero") for section in ("round", *SIDES)),
+    (KEYED, "panda"),
+    *(pytest.param(KEYED, arm, marks=pytest.mark.nightly) for arm in ARMS if arm not in ("zebra-zero", "panda")),
+]
 
 
 def config_of(arm, section):

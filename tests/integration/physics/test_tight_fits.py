@@ -13,8 +13,15 @@ PRESS_N, TILT_NM_RAD, HOLE_MM = 4.9, 50.0, 30.0
 WALL_N = 10.0
 
 
-@pytest.mark.parametrize("diameter_mm", [4.0, 60.0])
-@pytest.mark.parametrize(("clearance_mm", "tilt_mrad"), [(0.008, 0.0), (0.008, 2.0), (0.02, 4.0), (0.075, 4.0)])
+@pytest.mark.parametrize("diameter_mm", [4.0, pytest.param(60.0, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(
+    ("clearance_mm", "tilt_mrad"),
+    [
+        (0.008, 2.0),
+        (0.075, 4.0),
+        *(pytest.param(*more, marks=pytest.mark.nightly) for more in ((0.008, 0.0), (0.02, 4.0))),
+    ],
+)
 def test_walls_give_way_by_no_more_than_the_stated_error(diameter_mm, clearance_mm, tilt_mrad):
     peg = PegConfig(diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=HOLE_MM)
     run = quiet(peg=peg, tilt_mrad=tilt_mrad, tilt_heading_deg=70.0)

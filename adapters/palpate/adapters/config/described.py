@@ -2,8 +2,9 @@
 
 import ast
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
+from functools import cache
 from itertools import pairwise
 from textwrap import dedent
 from typing import Any, Final
@@ -47,7 +48,7 @@ class Described:
 
 def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
     """Yield every setting of a table and of the tables in it, in the order of their declaration."""
-    texts = texts_of(table)
+    texts = texts_of(table)  # type: ignore[arg-type]
     for field in fields(table):  # type: ignore[arg-type]
         if not field.init:
             continue
@@ -67,7 +68,8 @@ def _is_flat(kind: Any) -> bool:
     return any(getattr(mark, "name", None) == "" for mark in getattr(kind, "__metadata__", ()))
 
 
-def texts_of(table: type) -> dict[str, str]:
+@cache
+def texts_of(table: type) -> Mapping[str, str]:
     """Return the docstring of each field of a class and its bases, on one line."""
     found: dict[str, str] = {}
     for base in reversed(table.__mro__[:-1]):

@@ -25,7 +25,7 @@ STAGES = {
     "channels+random": PerceptionConfig(symbols="random", channels=("fx", "ty"), symbol_count=6, fit_trials=2),
 }
 
-each_stage = pytest.mark.parametrize("stages", ["pca+clusters", "som+random"])
+each_stage = pytest.mark.parametrize("stages", ["pca+clusters", pytest.param("som+random", marks=pytest.mark.nightly)])
 
 
 def config_of(stages):

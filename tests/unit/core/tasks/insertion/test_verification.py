@@ -196,6 +196,7 @@ JOB = {
 }  # fmt: skip
 
 
+@pytest.mark.nightly
 def test_peg_on_the_floor_comes_up_and_counts():
     config = compose("job", "belief", job=JOB, task="insertion")
     outcomes = [(each.outcome, each.success) for each in run_series(config, "", range(4))]

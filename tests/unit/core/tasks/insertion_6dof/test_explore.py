@@ -25,7 +25,7 @@ def test_a_square_that_something_holds_is_freed(conditions, seed, trial):
     ("shape", "arm", "trial"),
     [
         pytest.param("square", "panda", 5, id="pushes to a wall in the hole were ended too early"),
-        pytest.param("triangle", "panda", 2, id="the same, just below the mouth"),
+        pytest.param("triangle", "panda", 2, id="the same, just below the mouth", marks=pytest.mark.nightly),
     ],
 )
 def test_a_wall_gives_the_budget_back(shape, arm, trial):
@@ -33,7 +33,9 @@ def test_a_wall_gives_the_budget_back(shape, arm, trial):
     assert outcome == "inserted"
 
 
-@pytest.mark.parametrize(("arm", "phase"), [("zebra-zero", "transfer"), ("ur5", "approach")])
+@pytest.mark.parametrize(
+    ("arm", "phase"), [("zebra-zero", "transfer"), pytest.param("ur5", "approach", marks=pytest.mark.nightly)]
+)
 def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm, phase):
     """A force that is late verified a tool that was wedged, by chance, up to 233 N."""
     config = config_of("square", "asked", arm, {})
