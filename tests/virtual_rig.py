@@ -9,8 +9,8 @@ from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.adapters.hardware.emulated_cell import EmulatedCell
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.rig import DeviceRig
-from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
-from palpate.adapters.hardware.ur import UrTable, ur_arm
+from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, make_ros2_arm
+from palpate.adapters.hardware.ur import UrTable, make_ur_rtde
 from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Ports
 from palpate.core.supervision import SampleMonitor
 from palpate.drivers.ros2 import WRENCH
@@ -77,9 +77,9 @@ class VirtualRig(DeviceRig):
         if arm == "ur-rtde":
             stated = self.cell.arm.entries() | {"host": "virtual", "timeout_scale": 1.0}
             del stated["adapter"]
-            made = ur_arm(overlay(UrTable(), stated), context, lambda: self.cell.link)
+            made = make_ur_rtde(overlay(UrTable(), stated), context, lambda: self.cell.link)
         elif arm == "ros2":
-            made = ros2_arm(Ros2ArmTable(), context, self.cell.domain.link)
+            made = make_ros2_arm(Ros2ArmTable(), context, self.cell.domain.link)
         else:
             made = arm_maker(arm)(_arm_table(arm, self.cell), context)
         client = arm_in_thread(made, clock, _TIMEOUT_NS)

@@ -15,7 +15,7 @@ from palpate.adapters.contracts import (
     JointEncoderRig,
 )
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, ros2_arm
+from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, make_ros2_arm
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.drivers.ros2 import WRENCH
 from tests.contracts.bus_bench import LONG_NS
@@ -36,7 +36,7 @@ class Bench(VirtualDomain):
     def arm(self, table=TABLE):
         context = replace(RigContext.of("ur5", self.clock), lower_rad=LOWER, upper_rad=UPPER,
                           velocity_limit_rad_s=(1.0,) * 6)  # fmt: skip
-        return arm_in_thread(ros2_arm(table, context, self.link), self.clock, LONG_NS)
+        return arm_in_thread(make_ros2_arm(table, context, self.link), self.clock, LONG_NS)
 
     def sensor(self, **settings):
         table = Ros2WrenchTable(**{"start_timeout_s": 0.5} | settings)

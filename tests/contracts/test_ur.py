@@ -11,7 +11,7 @@ from palpate.adapters.contracts import (
     JointEncoderRig,
 )
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, ur_arm
+from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, make_ur_rtde
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import Validity
@@ -30,7 +30,7 @@ class Bench(VirtualUr):
 
     def arm(self, timeout_ns=LONG_NS):
         context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6, accept_kinematics=True)
-        return arm_in_thread(ur_arm(UrTable(), context, lambda: self), self.clock, timeout_ns)
+        return arm_in_thread(make_ur_rtde(UrTable(), context, lambda: self), self.clock, timeout_ns)
 
     def sensor(self):
         self.reader = UrToolForceSensor(lambda: self, self.clock, UrToolTable(start_timeout_s=1.0))
@@ -104,7 +104,7 @@ class TestUrToolForce(ForceSensorContract):
 def test_arm_of_seven_joints_is_refused():
     context = RigContext.of("panda", VirtualUr().clock)
     with pytest.raises(Exception, match="an arm of 6 joints"):
-        ur_arm(UrTable(), context, VirtualUr)
+        make_ur_rtde(UrTable(), context, VirtualUr)
 
 
 def test_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged():

@@ -85,7 +85,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
     short = {name: _short(value) for name, value in values.items()}
     try:
         # The result is written at once, because a later step may fail.
-        write_into(path, {_TABLE: short})
+        write_into(path, _TABLE, short)
     finally:
         # The result is also printed if the disk is full, because the step took minutes.
         say(f"{step}: {text}")

@@ -8,7 +8,7 @@ from palpate.adapters.cli.notices import command
 from palpate.adapters.cli.options import DoctorOptions
 from palpate.adapters.config import RigFile, overlay, read_job
 from palpate.adapters.hardware import FaultFile, MonotonicClock, RigContext
-from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, Person, summary_text
+from palpate.adapters.hardware.doctor import DeviceReport, Examination, Level, Person, summary_text
 from palpate.core.job import ToolConfig
 
 
@@ -33,9 +33,6 @@ def doctor(options: DoctorOptions) -> int:
     path = Path(options.rig)
     file = RigFile.load(path)
     before_move = FaultFile(path, options.acknowledge).begin if options.move else str
-    settings = ExaminationSettings(
-        options.seconds, _Terminal() if options.push else None, options.move, before_move=before_move
-    )
     # Without --move nothing moves by the model, so it is compared and no more.
     context = replace(
         RigContext.of(options.arm or file.arm_model(), MonotonicClock(None, file.real_time_factor)),
@@ -44,7 +41,9 @@ def doctor(options: DoctorOptions) -> int:
     )
     reports: list[DeviceReport] = []
     try:
-        for report in Examination(file, context, settings).reports():
+        person = _Terminal() if options.push else None
+        examination = Examination(file, context, options.seconds, person, move=options.move, before_move=before_move)
+        for report in examination.reports():
             reports.append(report)
             _print(report.text())
     except KeyboardInterrupt:

@@ -48,25 +48,21 @@ class CalibrationTable(Settings):
         return {name: table for name, table in (("place", place), ("tool", tool)) if table}
 
 
-def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
-    """Write values into a TOML file and keep its other content with comments. The file is replaced when complete.
+def write_into(path: Path, name: str, values: Mapping[str, Any]) -> None:
+    """Write values into a table of a TOML file and keep its other content with comments.
+
+    The file is replaced when complete.
 
     Raises:
-        OutputError: The file cannot be written, or is no longer a TOML file with such tables.
+        OutputError: The file cannot be written, or is no longer a TOML file with such a table.
     """
     import tomlkit
-    from tomlkit.items import InlineTable
 
     try:
         document = tomlkit.parse(read_text(path, "rig"))
-        for name, values in tables.items():
-            table: Any = document
-            for part in name.split("."):
-                if part not in table:
-                    table[part] = tomlkit.inline_table() if isinstance(table, InlineTable) else tomlkit.table()
-                table = table[part]
-            for key, value in values.items():
-                table[key] = list(value) if isinstance(value, tuple) else value
+        table: Any = document.setdefault(name, tomlkit.table())
+        for key, value in values.items():
+            table[key] = list(value) if isinstance(value, tuple) else value
     except (ValueError, TypeError) as error:
         problem = f"takes no values: it was changed meanwhile ({error})"
         raise OutputError(str(path), problem, "correct it, and do the step again") from error

@@ -12,7 +12,7 @@ from palpate.adapters.experiments.documents import save_policy
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.results import RunFolder, TrialRow
-from palpate.adapters.experiments.statistics import Claim, policy_summary
+from palpate.adapters.experiments.statistics import Claim, run_summary
 from palpate.adapters.experiments.trials import Trials
 from palpate.adapters.log import core_sha256, made_with, processor
 from palpate.adapters.mujoco import SimulatedRig
@@ -96,7 +96,7 @@ def write_evaluation(
     claim: Claim | None = None,
 ) -> dict[str, Any]:
     """Write ``summary.json``, times and forces as a picture, and the policy; return the values of the summary."""
-    summary = policy_summary(config, name, rows, trials)
+    summary = run_summary(config, rows, trials, policy=name)
     if claim is not None:
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))
         summary |= {"claim": str(claim), "verdict": verdict}

@@ -22,7 +22,7 @@ from palpate.adapters.experiments.evaluation import (
 from palpate.adapters.experiments.fitting import fitted_perception
 from palpate.adapters.experiments.planning import run_blocks
 from palpate.adapters.experiments.results import RunFolder, RunResult, TrialRow, folder_named
-from palpate.adapters.experiments.statistics import Claim, policy_summary
+from palpate.adapters.experiments.statistics import Claim, run_summary
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
 from palpate.adapters.hardware.real_time import RealTimeSession
@@ -198,7 +198,7 @@ class Run:
                     rows = self.rows(chosen, trials, recording, folder, on_trial=on_trial)
                 losses = recording.losses
             if folder is None:
-                summary = policy_summary(self.config, chosen.name, rows, trials)
+                summary = run_summary(self.config, rows, trials, policy=chosen.name)
             else:
                 summary = write_evaluation(self.config, folder, chosen.name, chosen.document, rows, trials, claim)
         return RunResult(rows, summary, len(rows) == trials, folder, losses, recording.timing)

@@ -160,27 +160,10 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
     return windows
 
 
-def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
-    """Return the statistics of a training run with this number of requested trials."""
-    return {
-        "scenario": config.scenario,
-        "arm": str(config.arm),
-        "seed": config.seed,
-        "finished": len(rows) >= trials,
-        **summary_of(rows),
-        "learning": learning_summary(rows),
-    }
-
-
-def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
-    """Return the statistics of a run of a policy that does not learn."""
-    return {
-        "policy": policy,
-        "scenario": config.scenario,
-        "arm": str(config.arm),
-        **summary_of(rows),
-        "finished": len(rows) == trials,
-    }
+def run_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int, **facts: Any) -> dict[str, Any]:
+    """Return the statistics of a run with this number of requested trials, after further facts."""
+    named = {"scenario": config.scenario, "arm": str(config.arm), "seed": config.seed, "finished": len(rows) >= trials}
+    return {**facts, **named, **summary_of(rows)}
 
 
 def _ends(interval: tuple[float, float] | None) -> list[float | None]:

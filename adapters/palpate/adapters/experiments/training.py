@@ -20,7 +20,7 @@ from palpate.adapters.experiments.policies import (
     policy_named,
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
-from palpate.adapters.experiments.statistics import training_summary
+from palpate.adapters.experiments.statistics import learning_summary, run_summary
 from palpate.adapters.experiments.third_party import third_party_entry
 from palpate.adapters.experiments.trial import OVERLOADS, ScoredTrial, require_sound, rest_reinforcement
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials
@@ -48,7 +48,7 @@ def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
 def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[list[TrialRow], dict[str, Any]]:
     """Write ``summary.json`` and the learning curve; return the finished trials and the values of the summary."""
     rows = folder.read_trials()
-    summary = training_summary(config, rows, trials)
+    summary = run_summary(config, rows, trials) | {"learning": learning_summary(rows)}
     folder.write_json("summary.json", summary)
     title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
     folder.write("learning_curve.png", learning_curve(rows, title))

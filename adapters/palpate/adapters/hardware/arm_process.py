@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Final, NamedTuple
 
@@ -253,16 +254,10 @@ class Assignment(NamedTuple):
     path: tuple[str, ...]
 
 
-def _setting_priority(real_time: RealTimeConfig) -> Callable[[], object]:
-    """Return a function that gives a thread a higher real-time priority than the loop's, if the run uses any."""
-    if not real_time.scheduling:
-        return lambda: None
-
-    def set_priority() -> None:
-        if not take_real_time(min(real_time.priority + 1, 99)).granted:
-            take_real_time(real_time.priority)
-
-    return set_priority
+def _set_priority(real_time: RealTimeConfig) -> None:
+    """Give this thread a higher real-time priority than the loop's, if the run uses any."""
+    if real_time.scheduling and not take_real_time(min(real_time.priority + 1, 99)).granted:
+        take_real_time(real_time.priority)
 
 
 def main() -> None:
@@ -285,7 +280,7 @@ def main() -> None:
 def _serve(given: Assignment, line: Connection, memory: ArmMemory, is_orphan: Callable[[], bool]) -> bool:
     sys.path[:] = given.path
     clock = given.clock
-    set_priority = _setting_priority(given.real_time)
+    set_priority = partial(_set_priority, given.real_time)
     set_priority()
     # The priority is between those of the bus's receiver and of this thread.
     sys.setswitchinterval(_SWITCH_S)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 
 from palpate.adapters.config import entries, from_here, imported, overlay
@@ -106,10 +107,9 @@ ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor
 
 
 def arm_maker(name: str) -> ArmMaker:
-    """Return the function that makes the arm adapter of that name."""
-    maker = load_maker("arm", name)
+    """Return the function that makes the arm adapter of that name; raises as :func:`force_sensor_maker`."""
     kinds: Any = ArmAdapter | ServedArm
-    return lambda settings, context: _made("arm.adapter", name, kinds, maker, settings, context)
+    return partial(_made, "arm.adapter", name, kinds, load_maker("arm", name))
 
 
 def force_sensor_maker(name: str) -> ForceSensorMaker:
@@ -118,10 +118,9 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
     Raises:
         ConfigurationError: There is none, or it cannot be loaded.
     """
-    maker = load_maker("force", name)
     # mypy takes a class for one only if it is no protocol.
     kind: Any = ForceSensor
-    return lambda settings, context: _made("force_sensor.adapter", name, kind, maker, settings, context)
+    return partial(_made, "force_sensor.adapter", name, kind, load_maker("force", name))
 
 
 def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSettings, context: RigContext) -> T:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Final
 
 from typing_extensions import override
@@ -115,15 +116,9 @@ class Ros2DriverArm(DriverArm):
         return StandBy(hold, way.close)
 
 
-def make_ros2_arm(table: Ros2ArmTable, context: RigContext) -> DriverArm:
-    """Return an arm with a forward_command_controller of ROS 2."""
-    return ros2_arm(
-        table, context, lambda: Ros2Link(table.network(), (table.joint_states, JOINT_STATE), table.commands)
-    )
-
-
-def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link]) -> DriverArm:
-    """Return the arm over a given link."""
+def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link] | None = None) -> DriverArm:
+    """Return an arm with a forward_command_controller of ROS 2, over a link of its own or a given one."""
+    reach = link or partial(Ros2Link, table.network(), (table.joint_states, JOINT_STATE), table.commands)
     joints = table.joints or tuple(Kinematics(context.arm, ToolGeometry()).model.names)[1:]
     if len(set(joints)) != len(context.lower_rad):
         accepted = f"{len(context.lower_rad)} names, one per joint of {context.arm.name}"
@@ -137,7 +132,7 @@ def ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Li
         velocity_rad_s=context.velocity_limit_rad_s, period_s=table.divider / CONTROL_RATE_HZ, velocities=velocities,
         start_s=table.start_timeout_s, silence_s=Ros2ArmSettings.silence_s * table.timeout_scale,
     )  # fmt: skip
-    return Ros2DriverArm(table, settings, link, context)
+    return Ros2DriverArm(table, settings, reach, context)
 
 
 class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):

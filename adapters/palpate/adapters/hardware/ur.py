@@ -54,15 +54,9 @@ class UrToolTable(UrController, SensorTable):
     """The tool force in a rig file."""
 
 
-def make_ur_rtde(table: UrTable, context: RigContext) -> DriverArm:
-    """Return an arm of Universal Robots over RTDE, with the client ur_rtde."""
-    return ur_arm(
-        table, context, lambda: UrLink(table.host, table.rate_Hz, context.set_priority, context.real_time_factor)
-    )
-
-
-def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> DriverArm:
-    """Return the arm over a given link."""
+def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink] | None = None) -> DriverArm:
+    """Return an arm of Universal Robots over RTDE, with the client ur_rtde or over a given link."""
+    reach = link or partial(UrLink, table.host, table.rate_Hz, context.set_priority, context.real_time_factor)
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
     with translating("arm"):
@@ -74,7 +68,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> D
         )  # fmt: skip
 
     def open_bus() -> OpenArm:
-        way, clock = link(), context.clock
+        way, clock = reach(), context.clock
         return OpenArm(UrArm(way, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
 
     return DriverArm(_NAME, open_bus, context.clock, context.limiter, table, lambda driver: judged(driver, context))

@@ -23,11 +23,11 @@ from .provenance import core_sha256 as core_sha256
 from .provenance import decisive as decisive
 from .provenance import made_with as made_with
 from .provenance import processor as processor
+from .provenance import source_sha256 as source_sha256
 from .raised import BY_OUTSIDE as BY_OUTSIDE
 from .raised import BY_POLICY as BY_POLICY
 from .raised import raised_by as raised_by
 from .reader import TrialLog as TrialLog
-from .reader import learner_of_json as learner_of_json
 from .reader import read_log as read_log
 from .records import CallEntry as CallEntry
 from .records import DecisionEntry as DecisionEntry

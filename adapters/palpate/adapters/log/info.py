@@ -3,6 +3,7 @@
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from statistics import median
 from typing import Any, Final
@@ -122,13 +123,8 @@ def _end(log: TrialLog) -> dict[str, Any] | None:
     end = log.end
     if end is None:
         return None
-    names = (
-        "outcome", "success", "exploration_time_s", "actions", "ticks", "clamped_ticks", "peak_force_N", "depth_m",
-        "true_peak_force_N", "true_depth_m", "true_tip_in_task_m", "true_hole_in_task_m", "error", "text",
-        "stopped_by",
-    )  # fmt: skip
     timing = json_in(log, "end.timing_json", end.timing_json) if end.timing_json else None
-    return {name: getattr(end, name) for name in names} | {"timing": timing}
+    return {name: value for name, value in asdict(end).items() if not name.endswith("_json")} | {"timing": timing}
 
 
 def counted(names: Iterable[str]) -> dict[str, int]:

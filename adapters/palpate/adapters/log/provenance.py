@@ -2,7 +2,7 @@
 
 import hashlib
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -30,10 +30,15 @@ def _versions() -> tuple[tuple[str, str], ...]:
 @cache
 def core_sha256() -> str:
     """Return a digest of the core's source; equal digests mean equal code."""
+    return source_sha256([str(Path(str(palpate.core.__file__)).parent)])
+
+
+def source_sha256(roots: Iterable[str]) -> str:
+    """Return a digest of all source files below some folders."""
     digest = hashlib.sha256()
-    root = Path(str(palpate.core.__file__)).parent
-    for path in sorted(root.rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    files = {path.relative_to(root).as_posix(): path for root in roots for path in Path(root).rglob("*.py")}
+    for name in sorted(files):
+        digest.update(name.encode() + b"\0" + files[name].read_bytes())
     return digest.hexdigest()
 
 

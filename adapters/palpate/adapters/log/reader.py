@@ -1,6 +1,5 @@
 """Reads a complete log: the trial from its messages, in recorded order."""
 
-import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -161,8 +160,3 @@ def _decoded(path: str, where: str, problem: str, kind: type[R], payload: bytes)
         return decode(kind, payload)
     except Exception as error:
         raise LogError(path, where, f"{problem} ({error})", _THIRD_PARTY) from error
-
-
-def learner_of_json(text: str) -> dict[str, Any] | None:
-    """Parse a learner's state; None if nothing learns."""
-    return dict(json.loads(text)) if text else None

@@ -21,7 +21,7 @@ from palpate.adapters.experiments import (
     task_actions,
     third_party_policy,
 )
-from palpate.adapters.log import TrialLog, config_of, learner_of_json, recorded_drawn, recorded_sensor, recorded_turn
+from palpate.adapters.log import TrialLog, config_of, recorded_drawn, recorded_sensor, recorded_turn
 from palpate.adapters.replay.tape import TapeEndError
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.perception import Perception, perception_from_dict
@@ -194,9 +194,9 @@ class Rebuilder:
             supervisor.latch.acknowledge("replay", "a recording moves nothing")
         if interrupted:
             self._kept = None
-        learner, state = learner_of(policy), learner_of_json(start.learner_json)
-        if learner is not None and state is not None and self._changes.policy is None:
-            learner.set_state(state)
+        learner = learner_of(policy)
+        if learner is not None and start.learner_json and self._changes.policy is None:
+            learner.set_state(dict(json.loads(start.learner_json)))
         x, y = start.start_m
         setup = TrialSetup(start.trial, self._seed(log, config), (x, y))
         other = self._changes.policy

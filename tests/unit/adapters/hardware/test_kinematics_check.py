@@ -11,7 +11,7 @@ from palpate.adapters.experiments import open_rig, ready_pose
 from palpate.adapters.hardware import RigContext
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.adapters.hardware.kinematics_check import ReportedPose, disagreement, judge_kinematics, judge_tool
-from palpate.adapters.hardware.ur import UrTable, ur_arm
+from palpate.adapters.hardware.ur import UrTable, make_ur_rtde
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import ToolConfig
 from palpate.core.motion import arm_named
@@ -105,11 +105,12 @@ def test_arm_is_compared_before_it_gets_power():
     link = VirtualUr(arm="ur5e", **stated)
     table = UrTable()
     for arm, accepted, told in (("ur5e", False, r"nominal model is 0\.0 mm"), ("ur10e", True, "its flange is")):
-        adapter = ur_arm(table, context(arm, clock=link.clock, tool=TOOL, accept_kinematics=accepted), lambda: link)
+        its = context(arm, clock=link.clock, tool=TOOL, accept_kinematics=accepted)
+        adapter = make_ur_rtde(table, its, lambda: link)
         with pytest.raises(ConfigurationError, match=told):
             adapter.open()
         assert not link.is_open
-    adapter = ur_arm(table, context("ur5e", clock=link.clock, tool=TOOL, accept_kinematics=True), lambda: link)
+    adapter = make_ur_rtde(table, context("ur5e", clock=link.clock, tool=TOOL, accept_kinematics=True), lambda: link)
     first, second = adapter.open()
     adapter.close()
     assert "the nominal model of ur5e is 0.0 mm and 0.0 mrad from the flange that the controller reports" in first

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 import ipaddress
 import logging
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from functools import cache
-from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from typing_extensions import override
 
 import palpate
 from palpate.adapters.experiments.executor import Workers
-from palpate.adapters.log import made_with
+from palpate.adapters.log import made_with, source_sha256
 from palpate.core.errors import ConfigurationError, PalpateError, UsageError, describe
 
 T = TypeVar("T")
@@ -122,11 +120,7 @@ class DaskWorkers(Workers):
 @cache
 def code_of() -> tuple[tuple[str, str], ...]:
     """Return what must be equal on all workers: a digest of palpate's source, and versions."""
-    files = {path.relative_to(root).as_posix(): path for root in palpate.__path__ for path in Path(root).rglob("*.py")}
-    digest = hashlib.sha256()
-    for name in sorted(files):
-        digest.update(name.encode() + b"\0" + files[name].read_bytes())
-    return ("source", digest.hexdigest()[:12]), *made_with().items()
+    return ("source", source_sha256(palpate.__path__)[:12]), *made_with().items()
 
 
 def _require_safe(address: str) -> None:

@@ -187,10 +187,7 @@ class Study:
         base, grids = dict(_settings(_table("base", table.get("base", {})))), table.get("grid", {})
         for name, value in base.items():
             # A value in place of a table would be lost when a grid varies settings of this table.
-            current: Any = RunConfig()
-            for key in name.split("."):
-                current = getattr(current, key, None)
-            if isinstance(current, Settings):
+            if isinstance(setting_of(RunConfig(), name), Settings):
                 raise ConfigurationError(name, value, "a table")
         grids = [dict(_settings(_table("grid", grid))) for grid in (grids if isinstance(grids, list) else [grids])]
         if any("seed" in settings for settings in (base, *grids)):
@@ -286,7 +283,7 @@ def setting_of(config: RunConfig, name: str) -> Any:
     """Return the value of a setting by its dotted name."""
     value: Any = config
     for part in name.split("."):
-        value = getattr(value, part)
+        value = getattr(value, part, None)
     return _plain(value)
 
 

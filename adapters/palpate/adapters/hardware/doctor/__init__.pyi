@@ -1,5 +1,4 @@
 from .examination import Examination as Examination
-from .examination import ExaminationSettings as ExaminationSettings
 from .findings import DeviceReport as DeviceReport
 from .findings import Level as Level
 from .findings import summary_text as summary_text

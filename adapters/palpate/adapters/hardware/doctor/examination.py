@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile
@@ -30,28 +30,31 @@ from palpate.drivers.errors import DriverError
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class ExaminationSettings:
-    """Settings of an examination: time of reading each device, person who pushes the tool, whether joints are moved.
-
-    ``before_move`` is called before the first motion; it refuses it by raising an error.
-    """
-
-    seconds: float
-    person: Person | None = None
-    move: bool = False
-    before_move: Callable[[], object] = str
-
-
 class Examination:
     """Examination of one rig.
+
+    Args:
+        seconds: Time of reading each device.
+        person: The person who pushes the tool; None skips that.
+        move: Whether joints are moved.
+        before_move: Called before the first motion, which it may refuse by raising an error.
 
     Raises:
         ConfigurationError: The rig file cannot be used. Settings that only a driver refuses are findings instead.
     """
 
-    def __init__(self, file: RigFile, context: RigContext, settings: ExaminationSettings) -> None:
-        self._file, self._context, self._settings = file, context, settings
+    def __init__(
+        self,
+        file: RigFile,
+        context: RigContext,
+        seconds: float,
+        person: Person | None = None,
+        *,
+        move: bool = False,
+        before_move: Callable[[], object] = str,
+    ) -> None:
+        self._file, self._context, self._seconds = file, context, seconds
+        self._person, self._move, self._before_move = person, move, before_move
         self._of_arm = DeviceReport(f"arm: {file.arm.adapter}")
         self._of_sensor = DeviceReport(f"force sensor: {file.force_sensor.adapter}")
         own = replace(context, notify=lambda line: self._of_arm.add(Level.NOTE, Topic.MODEL, line))
@@ -66,7 +69,7 @@ class Examination:
         yield of_rig
         _examined(self._arm, self._examine_arm, self._of_arm)
         stated = self._file.arm.settings.get("stops_without_commands", False)
-        if stated and self._settings.move and not self._of_arm.count(Level.WRONG):
+        if stated and self._move and not self._of_arm.count(Level.WRONG):
             _examined(self._file.arm, self._await_stop, self._of_arm)
         yield self._of_arm
         yield _examined(self._sensor, self._examine_sensor, self._of_sensor)
@@ -78,18 +81,18 @@ class Examination:
         sensor.activate()
         # Adapters may lack diagnostics.
         opened.callback(lambda: report.include(getattr(sensor, "diagnostics", dict)()))
-        series = listen(sensor.read, clock, self._settings.seconds)
+        series = listen(sensor.read, clock, self._seconds)
         reported = reported_by(sensor)
         report_pace(series, reported.rate_Hz, report)
         noise = report_wrench(series, report)
         if noise is not None:
             report_facts(self._file.facts, reported, noise, report)
         report_samples(series, report, noise, self._file.facts.frame or reported.frame or SENSOR_FRAME)
-        if self._settings.person is not None:
-            PushCheck(sensor, clock, self._settings.person, report).run()
+        if self._person is not None:
+            PushCheck(sensor, clock, self._person, report).run()
 
     def _examine_arm(self, arm: ArmClient, opened: ExitStack) -> None:
-        clock, report, move = self._context.clock, self._of_arm, self._settings.move
+        clock, report, move = self._context.clock, self._of_arm, self._move
         opened.callback(arm.close)
         arm.configure()
         if not arm.listens_unpowered and not move:
@@ -99,7 +102,7 @@ class Examination:
         arm.listens = True
         arm.activate()
         opened.callback(lambda: report.include(arm.diagnostics()))
-        series = listen(arm.read, clock, self._settings.seconds)
+        series = listen(arm.read, clock, self._seconds)
         report_pace(series, arm.rate_Hz, report)
         report_samples(series, report)
         report_pose(series.samples[-1].position_rad, self._context.lower_rad, self._context.upper_rad, report)
@@ -108,7 +111,7 @@ class Examination:
         if report.count(Level.WRONG):
             report.add(Level.NOTE, Topic.MOVE, "nothing was moved because of the problems above", "correct that first")
             return
-        self._settings.before_move()
+        self._before_move()
         arm.deactivate()
         arm.listens = False
         arm.activate()

@@ -7,7 +7,7 @@ import pytest
 from palpate.adapters.config import DeviceEntry, RigFile
 from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.adapter_arm import AdapterArm
-from palpate.adapters.hardware.doctor import DeviceReport, Examination, ExaminationSettings, Level, examination
+from palpate.adapters.hardware.doctor import DeviceReport, Examination, Level, examination
 from palpate.adapters.hardware.doctor.move import report_moves
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import DeviceError
@@ -43,7 +43,7 @@ class Bench:
 
     def reports(self, *, move=False):
         file = RigFile("bench", DeviceEntry("mine", {}), DeviceEntry("yours", {}))
-        return list(Examination(file, self.context, ExaminationSettings(0.2, move=move)).reports())
+        return list(Examination(file, self.context, 0.2, move=move).reports())
 
     @property
     def context(self):
@@ -85,7 +85,7 @@ def test_statement_that_a_robot_stops_by_itself_is_tried(bench, monkeypatch, sto
     again = SimpleNamespace(open=str, enable=str, run_out=lambda: stood_s, close=str)
     monkeypatch.setattr(examination, "arm_maker", lambda _: lambda settings, context: again)
     monkeypatch.setattr(examination, "served", lambda arm, _: arm)
-    _, report, _ = Examination(file, bench.context, ExaminationSettings(0.2, move=True)).reports()
+    _, report, _ = Examination(file, bench.context, 0.2, move=True).reports()
     assert text in report.findings[-1].text
     assert (report.count(Level.WRONG) == 0) == (stood_s is not None)
     assert bench.is_closed()
