@@ -82,11 +82,15 @@ def desk(palpate, trained, tmp_path):
         ("infer walks.txt there.svg --out x", "either one text file"),
         ("infer --show even.json all.json", "1 automaton file (got 2)"),
         # Values.
-        ("train --out", "Expected 1"),
+        ("train --out", "--out needs a value"),
         ("replay sound.mcap --jobs -1", "from 0 to 1024 (got -1)"),
         ("study reach.toml", "zebra-zero reaches"),
         # What is missing.
         ("log info", "name one or more"),
+        ("plan", "palpate plan needs a further argument: Job file"),
+        ("run --policy torque --trials 1.5", "--trials must be a whole number (got '1.5')"),
+        ("run --policy torque extra", "palpate run takes no further argument extra"),
+        ("render sound.mcap", "to is missing; it must be a file that ends with .mp4 or .gif"),
         ("log export sound.mcap --out x --to json", "to must be one of csv"),
         # Files that are read.
         ("compare --policy deep.json", "JSON (maximum recursion depth"),

@@ -60,7 +60,7 @@ def test_a_trial_of_a_rig_is_drawn(palpate, desk):
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("sound.mcap", "to must be ", ".mp4 or .gif (got '')"),
+        ("sound.mcap", "to is missing", ".mp4 or .gif"),
         ("sound.mcap --to there.gif", "there.gif", "never overwritten; name another file with --to"),
         ("sound.mcap --to a.gif --size 0x0", "size must be ", "120 to 4096 pixels each way (got '0x0')"),
         ("sound.mcap --to a.mp4 --size 641x480", "size must be two even numbers", "(got '641x480')"),

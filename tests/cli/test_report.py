@@ -104,6 +104,12 @@ def test_a_training_run(palpate, run):
     assert "Forces of single trials" not in Page(run).cells["h2"]
 
 
+def test_a_page_names_the_rig_of_its_trials(palpate, run):
+    (run / "run.toml").write_text((run / "run.toml").read_text().replace("[run]\n", "[run]\nrig = 'rig bench'\n"))
+    palpate.succeed("report", run)
+    assert Page(run).facts["Where"] == "rig bench"
+
+
 def test_a_claim_is_on_the_page(palpate):
     run = ("run", "--policy", "oracle", "--trials", 1, "--recording.no-enabled", "--out", "out")
     assert palpate(*run, "--claim", "success >= 0.9").code == 1

@@ -201,7 +201,7 @@ def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(palpate, 
         ("leaving:Bad", "imports without failing (GeneratorExit"),
         ("ill_made:Good", "a name in ill_made; it has no Good"),
         ("ill_made:Unfinished", "its Unfinished lacks choose"),
-        ("ill_made:Stillborn", "it failed with OSError: no weights"),
+        ("ill_made:Stillborn", "no policy can be made: OSError: no weights"),
         ("ill_made:__doc__", "a class or a function that makes a policy"),
         ("drift", "a policy file, or one of oracle"),
     ):

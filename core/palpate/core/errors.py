@@ -45,8 +45,13 @@ class ConfigurationError(PalpateError, ValueError):
 
     def __init__(self, field: str, value: object, accepted: str) -> None:
         self.field, self.value, self.accepted = field, value, accepted
-        text = f"{field} must be {accepted} (got {_shown(value)})"
-        super().__init__(f"{field} = {_shown(value)}: {accepted}" if accepted.startswith("no ") else text)
+        if accepted.startswith("no "):
+            text = f"{field} = {_shown(value)}: {accepted}"
+        elif value == "":
+            text = f"{field} is missing; it must be {accepted}"
+        else:
+            text = f"{field} must be {accepted} (got {_shown(value)})"
+        super().__init__(text)
 
 
 class AssetError(ConfigurationError):

@@ -225,10 +225,15 @@ def _one_line(boxed: str) -> str:
     """Return the parser's message without title, frame and hints."""
     parts = re.split(r"[─-]{5,}", " ".join(re.sub("[╭╮╰╯│]", " ", boxed).split()))
     message = (parts[1] if len(parts) > 1 else parts[0]).strip(" ─-")
-    if refused := re.search(r"Error parsing [^:]*: (\S+ must be .* \(got .*\))$", message):
+    if refused := re.search(r"Error parsing [^:]*: (\S+ (must be|is missing|=) .*)$", message):
         return refused.group(1)
-    if unread := re.search(r"Error parsing (--\S+): .*('.*')$", message):
-        return f"{unread.group(1)} must be a number (got {unread.group(2)})"
+    if unread := re.search(r"Error parsing (--\S+): (.*)('.*')$", message):
+        flag, reason, word = unread.groups()
+        return f"{flag} must be a {'whole ' * ('int' in reason)}number (got {word})"
+    if bare := re.search(r"Missing value for argument '(--\S+)'", message):
+        return f"{bare.group(1)} needs a value"
+    if missing := re.search(r"Missing from (palpate [^:]*): \S+ (.*?)\.? \(required\)", message):
+        return f"{missing.group(1)} needs a further argument: {missing.group(2)}"
     return message
 
 
@@ -255,4 +260,6 @@ def _unknown(kind: type, command: str, word: str) -> UsageError:
     if word == "--seeds":
         belongs += "; palpate study compares policies over several seeds"
     hint = f"; did you mean {near[0]}?" if near else "" if others else "; see --help"
+    if not word.startswith("-"):
+        return UsageError(f"palpate {command} takes no further argument {word}; options begin with --")
     return UsageError(f"{word} is not an option of palpate {command}{belongs}{hint}")

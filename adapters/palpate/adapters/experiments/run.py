@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final, Self, TypeAlias
 
-from palpate.adapters.config import RunConfig, configured
+from palpate.adapters.config import RigFile, RunConfig, configured
 from palpate.adapters.experiments import training
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_limits, require_usable
 from palpate.adapters.experiments.evaluation import (
@@ -297,6 +297,9 @@ class Run:
         """Create the folder, lock it until ``kept`` closes, and write ``run.toml`` with further facts of the run."""
         if folder is not None:
             kept.enter_context(folder.writing())
+            if self.rig_file:
+                file = RigFile.load(Path(self.rig_file))
+                facts["rig"] = f"rig {file.name!r} with {'emulated' if file.emulated else 'real'} devices"
             folder.write("run.toml", training.run_toml(self.config, command, **facts))
         self._notify_part()
 

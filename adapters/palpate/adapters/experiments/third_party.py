@@ -62,8 +62,7 @@ def third_party_policy(
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        accepted = f"code that makes a policy; it failed with {describe(error)}"
-        raise ConfigurationError("policy", entry.code, accepted) from error
+        raise ConfigurationError("policy", entry.code, f"no policy can be made: {describe(error)}") from error
     now = replace(third_party_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
     return ThirdPartyPolicy(made, now, context, frozen=frozen)
 

@@ -85,6 +85,8 @@ class Checkpoint:
                 dict(content["perception"]),
                 int(content["clock_ticks"]),
             )
+        except FileNotFoundError as error:
+            raise OutputError(str(path), "is missing, so there is nothing to resume", "begin a new run") from error
         except (OSError, ValueError, OverflowError, KeyError, TypeError) as error:
             raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
 

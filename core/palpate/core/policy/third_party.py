@@ -78,7 +78,7 @@ class ThirdPartyPolicy(Learner):
         missing = [name for name in _METHODS if not self._has(name)]
         if missing:
             kind = type(policy).__name__
-            raise ConfigurationError("policy", entry.code, f"code that makes a policy; its {kind} lacks {missing[0]}")
+            raise ConfigurationError("policy", entry.code, f"no policy: its {kind} lacks {missing[0]}")
         self.learns = self._has("get_state") and self._has("set_state")
         if entry.state is not None:
             self.set_state({"trials_learned": entry.trials_learned, "state": entry.state})

@@ -59,11 +59,6 @@ class RunSource:
         return max(0, int(self.facts.get("trials", 0)) - len(self.rows))
 
     @property
-    def world(self) -> str:
-        """Return the world of the trials; only the simulator knows the true hole."""
-        return "rig" if self.rows[0].hole_x_mm is None else "simulator"
-
-    @property
     def date(self) -> str:
         """Date of the last trial."""
         return time.strftime("%Y-%m-%d", time.localtime((self.path / "trials.csv").stat().st_mtime))
@@ -119,7 +114,7 @@ CAPTION: Final = "Brackets: 95 % intervals, exact for success, by order statisti
 
 def _facts(run: RunSource) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, object]] = [("Policy", run.facts.get("policy")), ("Arm", run.settings.get("arm"))]
-    facts += [("Part", run.facts.get("part")), ("Where", run.world), ("Date", run.date)]
+    facts += [("Part", run.facts.get("part")), ("Where", run.facts.get("rig", "simulator")), ("Date", run.date)]
     facts += [("Scenario", run.settings.get("scenario"))]
     facts += [("Seed", run.settings.get("seed")), ("Trials", len(run.rows))]
     if "claim" in run.summary:
