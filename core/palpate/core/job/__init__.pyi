@@ -29,6 +29,7 @@ from .verdict import Choice as Choice
 from .verdict import Verdict as Verdict
 from .verdict import judge as judge
 from .verdict import require_measurable as require_measurable
+from .verification import ACROSS as ACROSS
 from .verification import ATTENUATED as ATTENUATED
 from .verification import AXIAL as AXIAL
 from .verification import DEVIATIONS_95 as DEVIATIONS_95
@@ -39,5 +40,6 @@ from .verification import HALF_PERIOD_TICKS as HALF_PERIOD_TICKS
 from .verification import MOST_SAMPLES as MOST_SAMPLES
 from .verification import NARROW as NARROW
 from .verification import PEAK as PEAK
+from .verification import PUSH_SHARE as PUSH_SHARE
 from .verification import Spring as Spring
 from .verification import farthest_m as farthest_m

@@ -37,6 +37,12 @@ _FEWEST: Final = 18
 """Samples of the shortest window: three periods of a dither. Two are matched by chance within a second."""
 MOST_SAMPLES: Final = 56
 """Samples of the longest window, 0.4 s: a sensor that needs more is too noisy for this press."""
+ACROSS: Final = (0.2, 1.5)
+"""Accepted share of the stiffness across. Tilt of the peg, friction along a wall and coarse encoders lower it, to at
+least 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
+PUSH_SHARE: Final = 0.25
+"""Bend of the gripper by a push, over the budget, at which the push stops growing. With the same amount again, and the
+growth until it is measured, the bend stays below the budget."""
 ATTENUATED: Final = 0.7
 """Limit to which attenuation is corrected; half a force then stays below the accepted stiffness."""
 

@@ -7,7 +7,7 @@ from math import hypot, pi
 from operator import sub
 from typing import Final
 
-from palpate.core.job import AXIAL, DITHER_SHARE, HALF_PERIOD, Spring
+from palpate.core.job import ACROSS, AXIAL, DITHER_SHARE, HALF_PERIOD, PUSH_SHARE, Spring
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
 from palpate.core.tasks.contact.response import Response, Verdict
@@ -26,18 +26,10 @@ from palpate.core.trial import (
 
 _TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
 """Ticks at standstill until the force must respond: two of the longest windows."""
-_ACROSS: Final = (0.2, 1.5)
-"""Accepted share of the stiffness across. Tilt of the peg, friction along a wall and coarse encoders lower it, to at
-least 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
 _PUSH_N: Final = 3.0
 """Force of a push against a wall; the response to half of it has a narrow interval at a noise of 0.3 N."""
 _GROWTH: Final = 1.02
 """Growth of the push per tick in contact with a wall without a known response: it doubles in a quarter of a second."""
-_PUSH_SHARE: Final = 0.25
-"""Bend of the gripper by a push, over the budget, at which the push stops growing. With the same amount again, and the
-growth until it is measured, the bend stays below the budget."""
-_FOLLOWED: Final = 2.0
-"""Largest command over that bend: servos that follow by less than half also lag and would oscillate."""
 _SIMILAR: Final = 0.5
 """Cosine of the largest angle between similar pushes, such as those against two walls of a corner."""
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
@@ -97,12 +89,12 @@ class Monitor:
         self.presses(task.press_kgf * N_PER_KGF)
         self.axial, self.across = (
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
-            for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self.lateral_N_per_m, _ACROSS))
+            for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self.lateral_N_per_m, ACROSS))
         )
         self.timeout_ticks = _TIMEOUT_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
         self.air = Response(Spring(0.0, 0.0, mass_kg, *AXIAL)) if in_air else None
-        self.loose = Response(replace(self.axial.spring, lowest=_ACROSS[0])) if in_air else None
+        self.loose = Response(replace(self.axial.spring, lowest=ACROSS[0])) if in_air else None
         self._unloaded = tuple(response for response in (self.air, self.loose) if response is not None)
         speed_m_s = task.travel_speed_mm_s * 1e-3
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
@@ -140,8 +132,8 @@ class Monitor:
             # One window while waiting, one after it is raised and one more, with a tenth of a second to begin each.
             self.timeout_ticks = max(_TIMEOUT_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
-        self._least_push_m = min(least_N, _PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
-        self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + _PUSH_SHARE * self.budget_N)
+        self._least_push_m = min(least_N, PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
+        self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + PUSH_SHARE * self.budget_N)
 
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
         """Set the press; the budget then keeps the gripper's force below the limit."""
@@ -263,7 +255,7 @@ class Monitor:
     def push_N(self) -> float:
         """Return the force of a push, twice that of its dither."""
         dither_N = self._push_dither.amplitude_m * self.lateral_N_per_m
-        return 2.0 * min(dither_N, _PUSH_SHARE * self.budget_N)
+        return 2.0 * min(dither_N, PUSH_SHARE * self.budget_N)
 
     def push_dither_m_s(self, *, met: bool = False) -> float:
         """Return the dither's velocity along a push.
@@ -272,8 +264,9 @@ class Monitor:
             met: True if there is contact with a wall. The push then grows until it responds, measured by the motion of
                 the flange, because the arm's servos yield to a stiff gripper.
         """
-        largest_m, dither = _PUSH_SHARE * self.budget_N / self.lateral_N_per_m, self._push_dither
-        if met and self.across.swing_m < largest_m and dither.amplitude_m < _FOLLOWED * largest_m:
+        budget_m, dither = self.budget_N / self.lateral_N_per_m, self._push_dither
+        # A flange that suddenly follows in full then bends the gripper by no more than the budget.
+        if met and self.across.swing_m < PUSH_SHARE * budget_m and dither.amplitude_m < budget_m:
             dither.amplitude_m *= _GROWTH
         return self._push_dither.velocity_m_s()
 

@@ -31,7 +31,7 @@ _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
 _SLOWED: Final = 3.0
 """Factor by which friction may slow the descent relative to damping and press."""
 _REST_S: Final = 5.0
-"""Time during the descent for responses, stalls and harder presses."""
+"""Time during the descent for stalls and harder presses."""
 _PAST_FLOOR_M: Final = 3e-4
 """Distance below the lowest possible floor beyond which there is none."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
@@ -73,7 +73,9 @@ class Insert(RunningPhase):
         self._reach_m = self._play_m + self._chamfer_m + self._bend_m
         damping = control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
-        self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ
+        due_N = _DUE_SHARE * budget_N
+        waits_ticks = self._full_m * monitor.axial_N_per_m / due_N * monitor.timeout_ticks
+        self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ + waits_ticks
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
         pull = (0.0, 0.0, self._pull_N)
         self._pull, self._free = (
@@ -133,7 +135,7 @@ class Insert(RunningPhase):
             monitor.push(None)
             if self._depth_m > self._chamfer_m:
                 monitor.play_m = self._play_m
-        due = not self._walled or monitor.spent_N > _DUE_SHARE * monitor.budget_N
+        due = not self._walled or monitor.spent or monitor.spent_N > _DUE_SHARE * monitor.budget_N
         # Contact that is lost with the budget spent leaves nothing to press on: only a wall can respond.
         lost = monitor.spent and not self._pressed
         vx, vy, vz = self._pressing(push=due and (lost or self._depth_m > self._wall_m))
