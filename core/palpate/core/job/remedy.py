@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from math import isfinite
+from math import isfinite, sqrt
 from typing import Final
 
 from palpate.core.job.derived import Constants, Quantities, derive
 from palpate.core.job.regime import Regime, regime_of
-from palpate.core.job.verification import MOST_SAMPLES
+from palpate.core.job.verification import ACROSS, FAIR, MOST_SAMPLES, PUSH_SHARE, Spring
 
 _STEP, _STEPS = 1.05, 48
 """Remedies are tried in steps of 5 %, down to a tenth and up to ten times the value."""
@@ -40,18 +40,44 @@ class Verification:
         return regime_of(self.job, found, step_m=self.step_m, known=known)
 
     @property
+    def push_N(self) -> tuple[float, float]:
+        """Return the push that shows the stiffness of the gripper across, and the largest one in the budget."""
+        job, found = self.job, derive(self.job)
+        damping_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.lateral_N_per_m)
+        spring = Spring(job.lateral_N_per_m, damping_s, job.rigid_kg, *ACROSS, Constants().period_s)
+        return spring.least_dither_N(job.noise_N, self.step_m, FAIR), PUSH_SHARE * (
+            job.force_N - found.insertion_press_N
+        )
+
+    @property
+    def needs_wall(self) -> bool:
+        """Return True if the descent bends the gripper by more than the budget, unless a wall responds."""
+        return self.job.depth_m * self.job.axial_N_per_m > self.push_N[1] / PUSH_SHARE
+
+    @property
     def is_possible(self) -> bool:
-        """Return True if the longest window is sufficient."""
-        return self.regime.window_s < 1.001 * _BUDGET_S
+        """Return True if the longest window is sufficient, and the largest push."""
+        least_N, most_N = self.push_N
+        return self.regime.window_s < 1.001 * _BUDGET_S and (least_N <= most_N or not self.needs_wall)
+
+    @property
+    def axis(self) -> str:
+        """Return the stiffness whose response is hidden, a field of the tool."""
+        return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:
         """Return why verification is impossible, with the cheapest remedies; empty if it is possible."""
         if self.is_possible:
             return ""
-        regime, job = self.regime, self.job
+        regime, job, (least_N, most_N) = self.regime, self.job, self.push_N
+        remedies = " or ".join(islice(self._remedies(), _NAMED)) or "use a quieter sensor and another gripper"
+        if self.axis == "lateral_N_per_mm":
+            return (
+                f"no wall of the hole can be verified: with {1e-3 * job.lateral_N_per_m:.3g} N/mm across this takes a"
+                f" push of {least_N:.3g} N, at most {most_N:.3g} N fits the force limit: {remedies}"
+            )
         takes = f"{regime.window_s:.2g} s" if isfinite(regime.window_s) else "more than any window"
         source = "" if regime.response_noise_N < 1.5 * job.noise_N else ", mostly of the encoders' steps"
-        remedies = " or ".join(islice(self._remedies(), _NAMED)) or "use a quieter sensor and another gripper"
         return (
             f"no contact can be verified: this takes {takes} (longest window: {_BUDGET_S:.2g} s) with a dither"
             f" of {regime.dither_N:.2g} N in a noise of {regime.response_noise_N:.2g} N{source}: {remedies}"
@@ -72,6 +98,8 @@ class Verification:
         yield from _remedy("raise limits.speed_mm_s to {:g}", job.speed_m_s, 1e3, _STEP, of_job("speed_m_s"))
         quieter = "use a force sensor with at most {:g} N of noise"
         yield from _remedy(quieter, job.noise_N, 1.0, 1.0 / _STEP, of_job("noise_N"))
+        across = of_job("lateral_N_per_m")
+        yield from _remedy("use a gripper of at most {:g} N/mm across", job.lateral_N_per_m, 1e-3, 1.0 / _STEP, across)
         stiffness = of_job("axial_N_per_m")
         yield from _remedy("use a gripper of at least {:g} N/mm", job.axial_N_per_m, 1e-3, _STEP, stiffness)
         yield from _remedy("use a gripper of at most {:g} N/mm", job.axial_N_per_m, 1e-3, 1.0 / _STEP, stiffness)

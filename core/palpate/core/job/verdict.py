@@ -110,8 +110,10 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
         raise ConfigurationError(f"{table}.depth_tolerance_mm", tolerance_mm, accepted)
     derived_N = derive(quantities).press_N
     by_hand_N = 0.0 if isclose(press_N, derived_N, rel_tol=1e-3) else press_N
-    if refusal := Verification(quantities, step_mm * 1e-3, by_hand_N).refusal():
-        raise ConfigurationError(f"{job.tool.TABLE}.axial_N_per_mm", job.tool.axial_N_per_mm, refusal)
+    verification = Verification(quantities, step_mm * 1e-3, by_hand_N)
+    if refusal := verification.refusal():
+        axis = verification.axis
+        raise ConfigurationError(f"{job.tool.TABLE}.{axis}", getattr(job.tool, axis), refusal)
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:

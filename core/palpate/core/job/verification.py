@@ -73,10 +73,10 @@ class Spring:
         spring_N, inertia_N = self.stiffness_N_per_m * step_m, self.rigid_kg * step_m / self.period_s**2
         return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / self.period_s) ** 2) + 6.0 * inertia_N**2)
 
-    def least_dither_N(self, noise_N: float, step_m: float) -> float:
+    def least_dither_N(self, noise_N: float, step_m: float, half_width: float = NARROW) -> float:
         """Return the smallest dither amplitude that the longest window verifies, position errors included."""
-        narrow_N = _per_root_sample(self.noise_N(noise_N, step_m), NARROW) / sqrt(MOST_SAMPLES - _FEWEST)
-        return max(narrow_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
+        least_N = _per_root_sample(self.noise_N(noise_N, step_m), half_width) / sqrt(MOST_SAMPLES - _FEWEST)
+        return max(least_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
 
     def dither_N(self, press_N: float, noise_N: float, step_m: float) -> float:
         """Return the dither amplitude of a pressing tool."""
