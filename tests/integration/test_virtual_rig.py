@@ -15,7 +15,7 @@ from palpate.simulation.work_cell import HiddenValues
 from tests.virtual_rig import VirtualRig
 from tests.virtual_time import Timer
 
-LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=10.0)
+LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
 
 
 @pytest.mark.parametrize(

@@ -187,6 +187,7 @@ class Insert(RunningPhase):
             self._state.event("hole", f"found after {self._state.exploration_s:.3f} s")
         self._begin(Stage.LOOK)
         self._depths_m: list[float] = []
+        self._too_deep_ticks = 0
         self._monitor.pull_N = 0.0
         self._monitor.axial.restart()
         self._monitor.push(None)
@@ -204,8 +205,12 @@ class Insert(RunningPhase):
             self._begin(Stage.SINK)
             return self._sink()
         response = monitor.across if free else monitor.axial
-        if past and self._pressed:
+        self._too_deep_ticks = self._too_deep_ticks + 1 if past and self._pressed else 0
+        if self._too_deep_ticks > response.window:
             monitor.mismatch(f"a floor at {depth_m * 1e3:.2f} mm, deeper than it can be")
+        elif self._too_deep_ticks:
+            # A late force makes the tip of a fast descent seem deeper.
+            monitor.wait(f"at {depth_m * 1e3:.2f} mm in the hole")
         elif (not free or monitor.direction is not None) and response.verified_since_restart():
             self._judge(response.window)
         elif len(self._depths_m) > _LOOK_TICKS:
