@@ -6,6 +6,7 @@ from typing import Final
 
 from typing_extensions import override
 
+from palpate.core.job import MOST_SAMPLES
 from palpate.core.motion import DampingControl
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact import Monitor, RunningPhase
@@ -27,11 +28,9 @@ _STALL_M: Final = 1e-4
 """Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
 a third of the time for it."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""Six times the stall time, which includes the harder press and the checks."""
+"""Six times the stall time, which includes the harder press and the checks; also added to the time of a descent."""
 _SLOWED: Final = 3.0
 """Factor by which friction may slow the descent relative to damping and press."""
-_REST_S: Final = 5.0
-"""Time during the descent for stalls and harder presses."""
 _PAST_FLOOR_M: Final = 3e-4
 """Distance below the lowest possible floor beyond which there is none."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
@@ -73,9 +72,9 @@ class Insert(RunningPhase):
         self._reach_m = self._play_m + self._chamfer_m + self._bend_m
         damping = control.damping_N_s_per_m
         self._harder_m_s = min(press_N, _HARDER_SHARE * task.max_force_N) / damping
-        due_N = _DUE_SHARE * budget_N
-        waits_ticks = self._full_m * monitor.axial_N_per_m / due_N * monitor.timeout_ticks
-        self._limit_ticks = (_SLOWED * self._full_m * damping / press_N + _REST_S) * CONTROL_RATE_HZ + waits_ticks
+        windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
+        descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
+        self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
         pull = (0.0, 0.0, self._pull_N)
         self._pull, self._free = (
