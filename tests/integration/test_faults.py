@@ -1,6 +1,6 @@
 """Simulated trials with injected faults: every fault stops the trial in time, or does no harm."""
 
-from itertools import product
+from itertools import chain, product
 
 import pytest
 
@@ -60,6 +60,14 @@ LATE = [
     Fault("a joint that does not follow", ({"kind": "freeze", "channels": (1,)} | JOINTS,)),
     Fault("an arm that does not follow", ({"kind": "stuck", "port": "arm"},)),
 ]
+
+
+def test_zero_that_drifts_while_the_tool_presses_on_the_plate_is_no_descent():
+    [fault] = [each for each in sensor_faults() if each.name == "Fz drifts by 7 N/s"]
+    drifting = [Case(fault, phase, seed) for seed in (2, 3, 4) for phase in ("approach", "explore")]
+    for one in chain.from_iterable(run_cases(CONFIG, drifting, "torque")):
+        assert one.latched or one.verdict is Verdict.TOLERABLE, one
+        assert one.peak_force_N < 45.0, one
 
 
 def test_late_samples_under_new_times_and_joints_that_do_not_follow_are_found():

@@ -138,6 +138,11 @@ def sensor_faults():
             )
             for ticks in (21, 42, 70)
         ),
+        *(_moved("Fz", "drifts by", "N/s", "bias-drift", size, 2) for size in (-7.0, 1.0, 7.0, 15.0)),
+        *(_moved("Fz", "off by", "N", "offset", size, 2) for size in (-3.0, 3.0, 10.0)),
+        _moved("Fx", "drifts by", "N/s", "bias-drift", 3.0, 0),
+        _moved("Fx", "off by", "N", "offset", 5.0, 0),
+        _moved("Tx", "off by", "N m", "offset", 0.3, 3),
     ]  # fmt: skip
 
 
@@ -147,6 +152,11 @@ def _sensor_fault(name, *plans, adversarial=False, noise_share=0.0):
 
 def _noisy(name, *plans, adversarial=False, share=1.0):
     return _sensor_fault(f"{name}, fresh noise", *plans, adversarial=adversarial, noise_share=share)
+
+
+def _moved(channel, how, unit, kind, size, number):
+    plan = {"kind": kind, "port": "force_sensor", "magnitude": size, "channels": (number,)}
+    return _sensor_fault(f"{channel} {how} {size:g} {unit}", plan)
 
 
 def _scaled(factor):

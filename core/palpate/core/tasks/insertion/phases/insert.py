@@ -42,6 +42,8 @@ _HARDER_SHARE: Final = 0.25
 _RELEASE_SHARE: Final = 0.8
 """Pull over press in a release. A peg that descended under the press is released by more than its friction; one that
 not even the harder press moves is held more firmly."""
+_DROP_SHARE: Final = 0.5
+"""Least motion without contact in a hole, over the bend of the gripper under the press, which a drop releases."""
 _DEVIATIONS: Final = 3.3
 """Standard deviations of the depth; one in two thousand errors is larger on one side."""
 
@@ -75,11 +77,12 @@ class Insert(RunningPhase):
         windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
-        self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
-        pull = (0.0, 0.0, self._pull_N)
-        self._pull, self._free = (
-            DampingControl(damping, force_N, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
-            for force_N in (pull, (0.0, 0.0, 0.0))
+        self._drop_m, self._held_m = _DROP_SHARE * press_N / monitor.axial_N_per_m, budget_N / monitor.axial_N_per_m
+        self._pulls_N = _RELEASE_SHARE * press_N, _RELEASE_SHARE * budget_N
+        self._let_go_ticks = round(task.release_s * CONTROL_RATE_HZ)
+        self._gentle, self._firm, self._free = (
+            DampingControl(damping, (0.0, 0.0, pull_N), task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
+            for pull_N in (*self._pulls_N, 0.0)
         )
 
     def enter(self) -> None:
@@ -87,6 +90,7 @@ class Insert(RunningPhase):
         self.over, self._stage = False, Stage.SINK
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
+        self._dropped_m, self._last_m = 0.0, self._from_m[2]
         self._walled = self._found = self._released = False
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
@@ -98,6 +102,10 @@ class Insert(RunningPhase):
     def step(self) -> Vector3:
         self._depth_m = depth_m = self._measurement.tip_depth_m - self._state.surface_m
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
+        reference_m = self._motion.reference_m[2]
+        if abs(self._measurement.filtered_force_z_N) < self._monitor.contact_N:
+            self._dropped_m += max(reference_m - self._last_m, 0.0)
+        self._last_m = reference_m
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
         if self._stage is Stage.SEAT:
@@ -128,6 +136,9 @@ class Insert(RunningPhase):
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
+        elif self._dropped_m < self._drop_m and self._last_m - self._from_m[2] > self._held_m:
+            # A drifting force sensor lets a tool press harder and harder on the plate, as if it sank.
+            self._begin_release(self._depth_m)
         if monitor.walled:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
             self._walled = True
@@ -232,7 +243,7 @@ class Insert(RunningPhase):
         same_m = max(4.0 * error_m, _STALL_M)
         # A floor is where it was before the peg was pulled up; what holds a wedged peg now holds it elsewhere.
         returned = self._released and self._seated_m is not None and depth_m > self._seated_m - same_m
-        if short_m <= 0.0 or returned:
+        if (short_m <= 0.0 and self._dropped_m >= self._drop_m) or returned:
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
             self._seated_m, self._same_m = depth_m, same_m
             if self._let_go_ticks:
@@ -247,8 +258,8 @@ class Insert(RunningPhase):
             state.event("short", f"{text}: pressed harder")
             self._begin(Stage.SEAT)
         elif short_m <= state.slack_m + state.edge_m + 2.0 * _DEVIATIONS * error_m:
-            self._text, self._monitor.pull_N = text, self._pull_N
-            self._begin(Stage.RELEASE)
+            self._text = text
+            self._begin_release(self._seated_m)
         else:
             self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
 
@@ -283,15 +294,29 @@ class Insert(RunningPhase):
         reference_m = self._motion.reference_m
         return 0.0, 0.0, self._free.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
+    def _begin_release(self, depth_m: float) -> None:
+        self._release_from_m = depth_m
+        self._pull, self._monitor.pull_N = (
+            (self._gentle, self._pulls_N[0]) if self._found else (self._firm, self._pulls_N[1])
+        )
+        self._begin(Stage.RELEASE)
+
     def _release(self) -> Vector3:
-        """Pull gently: a peg on the floor is released, a wedged one is not. Then press and check again."""
+        """Pull: a peg that is free rises, a wedged one does not. Then press and check again, or sink further."""
         self._ticks += 1
         reference_m = self._motion.reference_m
-        if self._seated_m is not None and self._depth_m < self._seated_m - 2.0 * _STALL_M:
-            self._released = True
-            # The peg sinks back to the floor.
+        if self._depth_m < self._release_from_m - 2.0 * _STALL_M:
+            # The peg sinks back.
             self._best_m, self._progress_tick = self._depth_m, self._state.tick
-            self._begin_look()
-        elif self._ticks > _SEAT_TICKS:
+            if self._found:
+                self._released = True
+                self._begin_look()
+            else:
+                self._dropped_m, self._monitor.pull_N = self._drop_m, 0.0
+                self._begin(Stage.SINK)
+        elif self._ticks > _SEAT_TICKS and self._found:
             self._state.end(Outcome.UNCERTAIN_DEPTH, self._text)
+        elif self._ticks > _SEAT_TICKS:
+            sunk = f"it sank by {1e3 * self._held_m:.2f} mm in contact"
+            self._monitor.mismatch(f"{sunk}, and a pull of {self._monitor.pull_N:.1f} N does not raise it")
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
