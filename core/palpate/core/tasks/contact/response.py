@@ -193,10 +193,12 @@ def _repetition(x: Array, rest: Array) -> Any:
     of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """
-    both = np.concatenate((x, rest), axis=1)
-    lags = range(1, HALF_PERIOD_TICKS[1] - 1)
-    correlated = np.array([np.add.reduce(both[lag:] * both[:-lag]) for lag in lags])
-    correlated /= np.maximum(np.add.reduce(both * both), _LEAST)
-    columns = x.shape[1]
-    terms = 2.0 * correlated[:, :columns] * correlated[:, columns:]
-    return np.maximum(1.0 + np.add.reduce(terms), 1.0)
+    (count, columns), lags = x.shape, HALF_PERIOD_TICKS[1] - 1
+    padded = np.zeros((2, columns, count + lags - 1))
+    padded[0, :, :count], padded[1, :, :count] = x.T, rest.T
+    series, column, sample = padded.strides
+    # A view of both series, shifted by each lag.
+    shifted: Array = np.ndarray((lags, 2, columns, count), buffer=padded, strides=(sample, series, column, sample))
+    products = np.add.reduce(shifted * padded[:, :, :count], axis=3)
+    correlated = products[1:] / np.maximum(products[0], _LEAST)
+    return np.maximum(1.0 + 2.0 * np.add.reduce(correlated[:, 0] * correlated[:, 1]), 1.0)
