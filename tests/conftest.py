@@ -1,5 +1,6 @@
 """Settings for all tests."""
 
+import copy
 import gc
 import json
 import os
@@ -16,6 +17,7 @@ from xdist.scheduler import LoadGroupScheduling
 from palpate.adapters.config import plugins
 from palpate.adapters.experiments import evaluation, learning_curve, third_party, training
 from palpate.adapters.log import decisive, processor, read_log, timeline
+from palpate.simulation.work_cell import build_work_cell
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
 from tests.wall_clock.late import TooLateError
@@ -47,7 +49,8 @@ MIXED = pytest.StashKey[bool]()
 
 @pytest.fixture(scope="session", autouse=True)
 def _once():
-    """Make once per process what takes long and is not tested where it is used: pictures, and what is installed."""
+    """Make once per process what takes long and is not tested where it is used: pictures, models, what is installed."""
+    models = {}
     picture = cache(lambda: learning_curve([], ""))
     forces, found = list[bytes](), cache(lambda path, group: plugins_of(group=group))
     plugins_of, distributions = plugins.entry_points, cache(lambda: third_party_names(tuple(sys.path)))
@@ -57,7 +60,14 @@ def _once():
         forces[:] = forces or [timeline(log)]
         return forces[0]
 
+    def one_model(kinematics, config, *, goal_in_base, **more):
+        key = (kinematics.arm, kinematics.tool, config, goal_in_base.homogeneous.tobytes(), *more.items())
+        if key not in models:
+            models[key] = build_work_cell(kinematics, config, goal_in_base=goal_in_base, **more)
+        return copy.copy(models[key])
+
     with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("palpate.simulation.work_cell.cell.build_work_cell", one_model)
         patched.setattr(training, "learning_curve", lambda rows, title: picture())
         patched.setattr(evaluation, "trials_picture", lambda rows, title: picture())
         patched.setattr(import_module("palpate.adapters.visualisation.report.run_page"), "timeline", one_timeline)

@@ -18,10 +18,8 @@ MANY = 5000
 """Trials that no training ends with before a test that is held up has come to it."""
 
 
-def test_the_installed_script_prints_and_refuses(palpate):
+def test_the_installed_script_refuses(palpate):
     script = Path(sys.executable).with_name("palpate")
-    done = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=TIMEOUT_S, check=True)
-    assert done.stdout == palpate.succeed("--version")
     done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
 

@@ -40,6 +40,7 @@ def test_films_in_every_format(palpate, desk):
         assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 8)
 
 
+@pytest.mark.nightly
 def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate, desk):
     require_graphics()
     for name in ("a.gif", "b.gif"):

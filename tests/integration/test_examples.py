@@ -73,7 +73,6 @@ def test_every_example_is_here():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*ALL, "ask_a_person"}
 
 
-@pytest.mark.nightly
 def test_train_and_look(example, tmp_path):
     out = tmp_path / "out"
     printed = example.printed("train_and_look", out)
@@ -100,6 +99,7 @@ def test_clearance_study(example, tmp_path):
     assert re.search(r"^torque, hole of 29.3 mm: \d+% inserted, median \d\.\d\d s$", printed, re.MULTILINE)
 
 
+@pytest.mark.nightly
 def test_replay_gate(example, tmp_path):
     printed = example.printed("replay_gate", tmp_path / "out")
     assert "2 of 2 equal in every bit" in printed

@@ -67,7 +67,7 @@ def replayed(messages, folder):
 
 
 @pytest.mark.usefixtures("installed")
-def test_it_is_trained_run_shown_and_compared(palpate, trained):
+def test_it_is_trained_run_shown_and_reported(palpate, trained):
     document = load_policy(trained / "policy.json")
     assert document.third_party.trials_learned == 2
     assert document.third_party.state["holes"] == 2
@@ -77,13 +77,18 @@ def test_it_is_trained_run_shown_and_compared(palpate, trained):
     assert (start.policy, start.frozen) == (DRIFT, True)
     assert '"holes":2' in start.learner_json.replace(" ", "")
     assert DRIFT in palpate.succeed("log", "info", "learned/logs/trial-00000.mcap")
-    table = palpate.succeed("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 0.3)
-    assert "Drift" in table
     palpate.succeed("report", "learned")
     palpate.succeed("train", "--policy", DRIFT, "--trials", 1, "--out", "resumed")
     palpate.succeed("train", "--resume", "--out", "resumed", "--trials", 2)
     learned = [load_policy(folder / "policy.json").third_party for folder in (Path("resumed"), trained)]
     assert learned[0] == learned[1]
+
+
+@pytest.mark.nightly
+@pytest.mark.usefixtures("installed")
+def test_it_is_compared(palpate):
+    words = ("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 0.3)
+    assert "Drift" in palpate.succeed(*words)
 
 
 def test_trials_replay_with_its_code_and_without_it(palpate, trained, monkeypatch):

@@ -23,7 +23,7 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
     [
         ("zebra-zero", "zebra-nmc", "jr3-can", (0.7, 1.8)),
         pytest.param("zebra-zero", "cia402", "jr3-can", (0.7, 1.7), marks=pytest.mark.nightly),
-        ("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0)),
+        pytest.param("ur5e", "ur-rtde", "ati-netft", (0.0, 1.0), marks=pytest.mark.nightly),
         pytest.param("ur5e", "ros2", "ros2", (0.0, 1.0), marks=pytest.mark.nightly),
     ],
 )

@@ -47,9 +47,11 @@ def test_process_that_is_begun_meanwhile_does_not_see_ctrl_c():
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
-def test_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path):
+# Others that a death interrupts run again in a pool of two.
+@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.nightly)])
+def test_call_runs_once_more_when_its_worker_died_and_no_other_call_does(tmp_path, processes):
     calls = [(None,), (tmp_path / "killed",), (tmp_path / "interrupted", True), (tmp_path,)]
-    with closing(LocalWorkers(2)) as workers:
+    with closing(LocalWorkers(processes)) as workers:
         ends = {number: future.exception() for number, future in completed(workers, die, calls)}
     assert isinstance(ends.pop(0), BrokenExecutor)
     assert ends == {1: None, 2: None, 3: None}

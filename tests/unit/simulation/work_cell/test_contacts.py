@@ -81,10 +81,12 @@ def test_sphere_above_a_box_has_a_pair_with_it(section, size_mm, tilt_mrad, pose
     listed = set(listed_pairs(config, boxes, leeway))
     aside, heading, tilt, leans_to, turn = pose
     lower, upper = peg_rings(peg)
-    for first, ring, height, most_m in (
+    rings = [
         (0, lower, 0.0, leeway.aside_m),
         (len(lower), upper, UPPER_RING_M, leeway.play_m - UPPER_RING_M * leeway.tilt),
-    ):
+    ]
+    # A shaft takes the place of the upper ring.
+    for first, ring, height, most_m in rings[: 1 if config.has_shaft else 2]:
         dx, dy = aside * most_m * cos(heading), aside * most_m * sin(heading)
         dx += height * tilt * leeway.tilt * cos(leans_to)
         dy += height * tilt * leeway.tilt * sin(leans_to)

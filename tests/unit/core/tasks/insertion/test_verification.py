@@ -149,7 +149,14 @@ _LIES = {
 }
 
 
-@pytest.mark.parametrize("phase", [Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT])
+@pytest.mark.parametrize(
+    "phase",
+    [
+        *(pytest.param(phase, marks=pytest.mark.nightly) for phase in (Phase.SETTLE, Phase.APPROACH)),
+        Phase.EXPLORE,
+        Phase.INSERT,
+    ],
+)
 @pytest.mark.parametrize("name", _LIES)
 def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name, phase):
     world = FakeWorld(HOLE)
