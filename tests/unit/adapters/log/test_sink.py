@@ -47,26 +47,6 @@ def test_log_can_be_read_once_it_is_closed_and_the_next_one_too(tmp_path):
     assert not [thread for thread in threading.enumerate() if thread.name == "log writer"]
 
 
-def test_log_that_is_left_open_ends_with_the_next_one_or_with_the_run(tmp_path):
-    sink = FileSink()
-    for name in ("a.mcap", "b.mcap"):
-        sink.open(tmp_path / name, {})
-        for message in messages(36):
-            sink.put(message)
-    sink.shut()
-    for name in ("a.mcap", "b.mcap"):
-        assert ticks_of(tmp_path / name) == (list(range(1, 36)), False)
-
-
-def test_existing_log_stays_as_it_is_and_the_next_one_is_recorded(tmp_path):
-    sink = FileSink()
-    write(sink, tmp_path / "a.mcap")
-    assert len(write(sink, tmp_path / "a.mcap", 14)) == 1
-    assert ticks_of(tmp_path / "a.mcap") == (list(range(1, 35)), True)
-    assert write(sink, tmp_path / "b.mcap") == []
-    sink.shut()
-
-
 def test_link_that_leads_nowhere_is_not_followed(tmp_path):
     (tmp_path / "link.mcap").symlink_to(tmp_path / "nowhere")
     sink = FileSink()

@@ -50,9 +50,12 @@ def test_tool_complies_less_the_later_its_arm_follows(lag_gain, compliance):
     config = config_of("square", "asked", "zebra-zero", {})
     corner_first = baseline("corner-first", config, tuple)
     explore = build_task(config, ready_pose(config), build_perception(config), corner_first)._explore
-    explore.begin((0.0, 0.0))
     # The gain of the compliance times this lag is as stated.
     lag_s = lag_gain / (config.control.lateral_stiffness_N_per_mm * 1e3 * explore._push_m_per_N_s)
     explore._motion.reference_m, explore._measurement.position_m = (0.01 * lag_s, 0.0, 0.0), (0.0, 0.0, 0.0)
-    explore._look_for_lag((0.01, 0.0, 0.0))
-    assert explore._give == pytest.approx(compliance)
+    for _ in range(2):
+        # Each trial finds the lag out by itself.
+        explore.begin((0.0, 0.0))
+        assert explore._give == 1.0
+        explore._look_for_lag((0.01, 0.0, 0.0))
+        assert explore._give == pytest.approx(compliance)
