@@ -97,14 +97,14 @@ def draw(language: Language, count: int, seed: int, shortest: int = 0, longest: 
     words, labels = [], []
     for label in (True, False):
         # ways[k][s]: strings of length k that lead from state s to one with this label.
-        ways = [np.array([output is label for output in machine.state_outputs], dtype=float)]
+        outputs = [np.array([output is label for output in machine.state_outputs], dtype=float)]
         for _ in range(longest):
-            ways.append(ways[-1][targets].sum(axis=1))
-        lengths = [length for length, way in enumerate(ways) if way[machine.start] and length >= shortest]
+            outputs.append(outputs[-1][targets].sum(axis=1))
+        lengths = [length for length, way in enumerate(outputs) if way[machine.start] and length >= shortest]
         for _ in range(count // 2):
             state, word = machine.start, []
             for left in reversed(range(int(rng.choice(lengths)))):
-                zero, one = ways[left][targets[state]]
+                zero, one = outputs[left][targets[state]]
                 word.append(int(rng.random() * (zero + one) >= zero))
                 state = targets[state, word[-1]]
             words.append(tuple(word))

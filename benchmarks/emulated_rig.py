@@ -29,9 +29,9 @@ class EmulatedRig:
     """
 
     def __init__(self, folder: Path, *words: str, palpate: Sequence[str] = PALPATE) -> None:
-        self.path, self._told = folder / "rig.toml", folder / "emulate.txt"
-        with self._told.open("w") as told:
-            self._process = subprocess.Popen([*palpate, "emulate", "--rig-file", str(self.path), *words], stdout=told)
+        self.path, self._output = folder / "rig.toml", folder / "emulate.txt"
+        with self._output.open("w") as output:
+            self._process = subprocess.Popen([*palpate, "emulate", "--rig-file", str(self.path), *words], stdout=output)
         while not self.path.exists() or "[force_sensor]" not in self.path.read_text():
             if self._process.poll() is not None:
                 raise SystemExit("the emulated devices ended before they were served")
@@ -44,7 +44,7 @@ class EmulatedRig:
     @property
     def inserted(self) -> int:
         """How often the peg really went in."""
-        return self._told.read_text().count("# inserted")
+        return self._output.read_text().count("# inserted")
 
     def close(self) -> None:
         self._process.terminate()

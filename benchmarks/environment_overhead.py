@@ -56,8 +56,8 @@ class Floor:
 
     def command(self, data: Any) -> None:
         commands = {name: getattr(data, name).copy() for name in ("ctrl", "mocap_pos", "mocap_quat")}
-        told = {name: value for name, value in commands.items() if value.size}
-        self.stretches[-1][1].append((told, self.model if self.cell is None else self.cell.stepped))
+        sent = {name: value for name, value in commands.items() if value.size}
+        self.stretches[-1][1].append((sent, self.model if self.cell is None else self.cell.stepped))
 
     def seconds(self) -> float:
         import mujoco

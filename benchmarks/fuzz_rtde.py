@@ -73,10 +73,10 @@ class Conversation:
             return package("I", names)
         if kind == "U":
             number = draw.randrange(0, len(self.recipes[who]) + 2)
-            told = self.recipes[who][number - 1] if 0 < number <= len(self.recipes[who]) else "input_int_register_0"
+            recipe = self.recipes[who][number - 1] if 0 < number <= len(self.recipes[who]) else "input_int_register_0"
             values = [
                 struct.pack(">i", draw.choice(COMMANDS)) if "_int_" in name else struct.pack(">d", self.number())
-                for name in told.split(",") if name
+                for name in recipe.split(",") if name
             ]  # fmt: skip
             return package("U", bytes([number]) + b"".join(values))
         return package(kind, draw.randbytes(draw.randrange(12)) if kind == "?" else b"")
@@ -106,8 +106,8 @@ class Conversation:
             before = self.controller.targets_rad()
             self.now_ns += CYCLE_NS
             self.controller.step(self.now_ns)
-            ways = [abs(a - b) for a, b in zip(before, self.controller.targets_rad(), strict=True)]
-            require(all(way <= 3.15 * 2e-3 for way in ways), "joints within their speed")
+            steps_rad = [abs(a - b) for a, b in zip(before, self.controller.targets_rad(), strict=True)]
+            require(all(step <= 3.15 * 2e-3 for step in steps_rad), "joints within their speed")
             for session in self.sessions:
                 self.hear(session.due(self.now_ns))
 

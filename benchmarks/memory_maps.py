@@ -95,7 +95,7 @@ def run(cell: Cell) -> dict[str, Any]:
     return {"ratio": ratio, "reached": reached, "exact": exact, "random": random, "cpu_s": cpu_s}
 
 
-def told(found: list[tuple[Cell, dict[str, Any]]]) -> Iterator[str]:
+def lines_of(found: list[tuple[Cell, dict[str, Any]]]) -> Iterator[str]:
     """A line for each learner: median and worst ratio, and the runs that lose a start."""
     maps, scored = {cell["map"] for cell, _ in found}, [(cell, one) for cell, one in found if one]
     refused = maps - {cell["map"] for cell, _ in scored}
@@ -135,7 +135,7 @@ def main() -> None:
         for learner in options.learners
         for seed in seeds_of(options)
     ]
-    print("\n".join(told(sweep(options, run, cells))))
+    print("\n".join(lines_of(sweep(options, run, cells))))
 
 
 if __name__ == "__main__":

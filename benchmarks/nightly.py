@@ -178,7 +178,7 @@ PARTS: Final[dict[str, Callable[[Settings, Path], Result]]] = {
 
 
 def commit() -> str:
-    """The commit in the checkout; changes that are not committed are told apart."""
+    """Return the commit of the checkout, marked if there are uncommitted changes."""
     said = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=CHECKOUT, text=True, capture_output=True)
     return said.stdout.strip() or "unknown"
 

@@ -164,8 +164,8 @@ def run(cell: Cell) -> dict[str, Any]:
     try:
         if cell["what"] == "plan":
             cell_config = settings(part, chosen.task, chosen.learner).cell
-            told = {"valid": valid(cell_config), "reasons": list(verdict.reasons), "J": verdict.regime.jam_number}
-            return told | {"task": chosen.task, "policy": chosen.policy or chosen.learner, "part": part}
+            row = {"valid": valid(cell_config), "reasons": list(verdict.reasons), "J": verdict.regime.jam_number}
+            return row | {"task": chosen.task, "policy": chosen.policy or chosen.learner, "part": part}
         if cell["what"] == "best":
             counted = cell["trials"] + (not chosen.policy) - 1
             rows = trials_of(settings(part, chosen.task, chosen.learner), chosen.policy, counted)
@@ -236,9 +236,9 @@ def main() -> None:
 def line(part: Part, found: Mapping[str, Any]) -> tuple[object, ...]:
     """A row of a part."""
     plan, rows = found.get("plan", {}), found.get("best", {}).get("trials", [])
-    told = f"{plan.get('task', '')} {plan.get('policy', '')}{'' if plan.get('valid', True) else ' (not valid)'}"
+    description = f"{plan.get('task', '')} {plan.get('policy', '')}{'' if plan.get('valid', True) else ' (not valid)'}"
     ends = dict(Counter(f"{row['outcome']}{' FALSE' * row['false']} {row['trip'][:40]}".strip() for row in rows))
-    told += "".join(f"; {reason}" for reason in plan.get("reasons", []))
+    description += "".join(f"; {reason}" for reason in plan.get("reasons", []))
     names = (
         "arm",
         "size_mm",
@@ -253,7 +253,7 @@ def line(part: Part, found: Mapping[str, Any]) -> tuple[object, ...]:
     )
     oracle = found.get("oracle", {}).get("oracle", "")
     return (
-        part["id"], " ".join(str(part[name]) for name in ("shape", *names)), told,
+        part["id"], " ".join(str(part[name]) for name in ("shape", *names)), description,
         f"{_in(rows)} of {len(rows)}", oracle, ends, max((row["N"] for row in rows), default=0.0),
     )  # fmt: skip
 

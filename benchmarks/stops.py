@@ -46,13 +46,13 @@ from palpate.core.trial.ready_pose import find_ready_pose
 WIRES = ("zebra-nmc", "cia402", "ur-rtde")
 WAYS = tuple(f"{who} {how}" for who in ("loop", "arm") for how in ("stopped", "killed", "hanging"))
 BUS_MS = {"zebra-nmc": 0.0, "cia402": 100.0, "ur-rtde": 150.0}
-"""Time-out of the bus itself, where the rig file's patience is 1."""
+"""Time-out of the bus itself, for a timeout_scale of 1 in the rig file."""
 STILL_RAD, REST_RAD_S = 1e-6, 0.005
 LOOK_S = 0.002
 EMULATED_PRIORITY = 30
 GONE_S = 5.0
 ALLOWED_MS = 50.0
-PATIENCE = 2.0
+TIMEOUT_SCALE = 2.0
 """Of the emulated devices: no more, or their own time-outs would be long."""
 
 
@@ -115,7 +115,7 @@ def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, 
     ) as cell:
         rig = folder / "rig.toml"
         # Where the adapter has a limit of its own, that is the one of the rig files that come with palpate.
-        text = re.sub(r"timeout_scale = [0-9.]+", f"timeout_scale = {PATIENCE}", cell.rig_toml())
+        text = re.sub(r"timeout_scale = [0-9.]+", f"timeout_scale = {TIMEOUT_SCALE}", cell.rig_toml())
         own = f"velocity_rad_s = {FASTEST_RAD_S}\n" if arm == ZEBRA else ""
         rig.write_text(text.replace("[arm]\n", f"[arm]\n{own}"))
         watched = Watched(cell, Path(counts))
@@ -170,7 +170,7 @@ class Loop:
         return said
 
     def moves(self) -> bool:
-        """Whether it moves; on a busy machine an emulated device may have failed, and then it is told to go on."""
+        """Return whether it moves; an emulated device that failed on a busy machine is restarted."""
         if self.lines.empty():
             return True
         if not self.lines.get():
@@ -269,7 +269,7 @@ def bench(arm: str, options: argparse.Namespace) -> None:
         for way in options.ways:
             seen: list[Trial] = []
             said = Counter[str]()
-            timeout_ms = BUS_MS[arm] * PATIENCE if way.startswith("arm") else options.timeout_ms
+            timeout_ms = BUS_MS[arm] * TIMEOUT_SCALE if way.startswith("arm") else options.timeout_ms
             at_work = Loop(rig, model, Path(name), start, options)
             after = None
             try:

@@ -132,8 +132,8 @@ def tried(strike: Strike, folder: Path) -> str:
     ticks = len(read_log(log).ticks)
     if process.returncode == 0:
         return f"went on and inserted ({cell.insertions}), {ticks} ticks"
-    told = f"at rest after {moved_s:.2f} s, ended after {ended_s:.2f} s, exit code {process.returncode}"
-    return f"{told}, {ticks} ticks in the log: {last}"
+    result = f"at rest after {moved_s:.2f} s, ended after {ended_s:.2f} s, exit code {process.returncode}"
+    return f"{result}, {ticks} ticks in the log: {last}"
 
 
 def main() -> None:

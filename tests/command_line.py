@@ -89,10 +89,10 @@ class CommandLine:
         assert files_in(Path.cwd()) == before
         return lines[0]
 
-    def refuses(self, words, *told):
-        """Refuse these words, as :meth:`refusal` has it, in a line that holds all that is told."""
+    def refuses(self, words, *message):
+        """Refuse these words as in :meth:`refusal`, in a line that contains all given texts."""
         line = self.refusal(*words.split())
-        assert [part for part in told if part not in line] == [], line
+        assert [part for part in message if part not in line] == [], line
 
 
 def _process_state():

@@ -32,7 +32,7 @@ def once(data):
     send, mute = network.send_message, False
     heard = []
 
-    def send_among_strangers(can_id, payload, remote=False):
+    def send_among_others(can_id, payload, remote=False):
         if can_id != _SYNC:
             send(can_id, payload, remote)
             return
@@ -43,7 +43,7 @@ def once(data):
         if not mute:
             send(can_id, payload, remote)
 
-    network.send_message = send_among_strangers
+    network.send_message = send_among_others
     for ends, quiet, identifier, payload in frames_in(data):
         heard.append((identifier, payload))
         mute = quiet

@@ -158,8 +158,8 @@ def _constants(node: ast.Constant) -> _Found:
 def _statements(node: ast.stmt) -> _Found:
     if isinstance(node, ast.AugAssign) and type(node.op) in _ARITHMETIC:
         yield "arithmetic", Place(node, (ast.unparse(_with(node, op=_ARITHMETIC[type(node.op)]())),))
-    told = isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant)
-    if isinstance(node, _DROPPED) or told or (isinstance(node, ast.AnnAssign) and node.value is not None):
+    is_call = isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant)
+    if isinstance(node, _DROPPED) or is_call or (isinstance(node, ast.AnnAssign) and node.value is not None):
         yield "statement", Place(node, ("pass",))
     if isinstance(node, ast.If) and node.orelse:
         swapped = ast.unparse(_with(node, body=node.orelse, orelse=node.body))

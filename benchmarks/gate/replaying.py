@@ -39,10 +39,10 @@ def sources(checkout: Path) -> list[Path]:
 
 
 def digest(paths: Iterable[Path]) -> str:
-    told = hashlib.sha256()
+    whole = hashlib.sha256()
     for path in sorted(paths):
-        told.update(f"{path.name}\0".encode() + hashlib.sha256(path.read_bytes()).digest())
-    return told.hexdigest()[:16]
+        whole.update(f"{path.name}\0".encode() + hashlib.sha256(path.read_bytes()).digest())
+    return whole.hexdigest()[:16]
 
 
 def replayed(checkout: Path, prepared: Callable[[], None] = lambda: None, logs: Sequence[Path] = ()) -> str:
@@ -83,11 +83,11 @@ def in_child(work: Callable[[], Any], cpu_s: int = _CPU_S) -> tuple[str, Any]:
             resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
             resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY_B, _MOST_MEMORY_B))
             try:
-                told: Any = ("done", work())
+                result: Any = ("done", work())
             except BaseException as error:
-                told = ("raised", f"{type(error).__name__}: {error}")
+                result = ("raised", f"{type(error).__name__}: {error}")
             with os.fdopen(writer, "wb") as stream:
-                pickle.dump(told, stream)
+                pickle.dump(result, stream)
             code = 0
         finally:
             os._exit(code)
@@ -113,14 +113,14 @@ def lines_run(checkout: Path, kept: Path) -> dict[str, dict[int, set[str]]]:
     """
     logs = golden_logs(checkout)
     of = digest([*sources(checkout), *logs])
-    told = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
-    if told.get("of") != of:
+    known = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    if known.get("of") != of:
         kind, value = in_child(lambda: _traced(checkout, logs), _TRACED_CPU_S)
         if kind != "done":
             raise SystemExit(str(value))
-        told = {"of": of, "lines": value}
-        kept.write_text(json.dumps(told), encoding="utf-8")
-    return {file: {int(line): set(ran) for line, ran in ones.items()} for file, ones in told["lines"].items()}
+        known = {"of": of, "lines": value}
+        kept.write_text(json.dumps(known), encoding="utf-8")
+    return {file: {int(line): set(ran) for line, ran in ones.items()} for file, ones in known["lines"].items()}
 
 
 def _traced(checkout: Path, logs: Sequence[Path]) -> dict[str, dict[int, list[str]]]:

@@ -234,9 +234,9 @@ class Follow(RunningPhase):
 
     def _end(self) -> None:
         rms_N = sqrt(self._square_sum / self._ticks)
-        told = f"{self._gone_m:.3f} m, {rms_N:.3f} N RMS and {self._worst_N:.2f} N at most from {self._press_N:.3f} N"
+        report = f"{self._gone_m:.3f} m, {rms_N:.3f} N RMS and {self._worst_N:.2f} N at most from {self._press_N:.3f} N"
         within = rms_N <= self._tolerance_N
-        self._state.end(Outcome.DONE if within else Outcome.OUT_OF_TOLERANCE, told)
+        self._state.end(Outcome.DONE if within else Outcome.OUT_OF_TOLERANCE, report)
 
     def _astray(self, depth_m: float) -> Trip:
         text = (

@@ -37,8 +37,10 @@ def test_a_restart_replaces_what_it_wrote_and_nothing_else(emulate):
     written = Path("rig.toml").read_text()
     assert "cia402" in written
     Path("rig.toml").write_text(written + "[calibration]\nplate_mm = 21.0\n")
-    told = emulate.refusal("emulate", "--rig-file", "rig.toml")
-    assert "rig.toml: exists, and was changed since palpate emulate wrote it; name another file with --rig-file" in told
+    message = emulate.refusal("emulate", "--rig-file", "rig.toml")
+    assert (
+        "rig.toml: exists, and was changed since palpate emulate wrote it; name another file with --rig-file" in message
+    )
     Path("rig.toml").unlink()
     Path("rig.job.toml").write_text(DOWEL.read_text())
     assert "rig.job.toml: exists" in emulate.refusal("emulate", "--rig-file", "rig.toml")

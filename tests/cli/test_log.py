@@ -44,9 +44,9 @@ def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate, logs):
     assert len(lines) == 4
     assert lines[0].split()[:2] == ["log", "trial"]
     assert [line.split()[1] for line in lines[1:]] == ["0", "1", "2"]
-    told = json.loads(palpate.succeed("log", "info", "--json", *logs))
-    assert [info["trial"] for info in told] == [0, 1, 2]
-    for info, path in zip(told, logs, strict=True):
+    message = json.loads(palpate.succeed("log", "info", "--json", *logs))
+    assert [info["trial"] for info in message] == [0, 1, 2]
+    for info, path in zip(message, logs, strict=True):
         assert info["messages"]["/tick"] == info["ticks"]["count"] == len(read_log(path).ticks)
         assert info["ticks"]["rate_Hz"] == pytest.approx(140.0, abs=1e-3)
         assert info["size_bytes"] == path.stat().st_size

@@ -26,9 +26,9 @@ def test_every_command_explains_itself(palpate, name):
 )
 def test_help_is_broken_where_the_terminal_ends_and_samples_are_not(palpate, monkeypatch, wide, line):
     monkeypatch.setenv("COLUMNS", str(wide))
-    told = palpate.succeed("study", "--help")
-    assert line in told
-    assert '["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are\n' in told
+    message = palpate.succeed("study", "--help")
+    assert line in message
+    assert '["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are\n' in message
 
 
 def test_palpate_alone_lists_its_commands(palpate):

@@ -54,15 +54,15 @@ def test_run_refuses_what_the_plan_refuses(palpate, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("flag", "value", "told"),
+    ("flag", "value", "message"),
     [
         ("--task.area-half-width-mm", 1.0, "at least place.position_uncertainty_mm = 1.5, or holes lie outside"),
         ("--task.ready-height-mm", 0.5, "more than 0.512, or a tilted peg may begin in a plate"),
     ],
 )
-def test_settings_by_hand_that_contradict_the_job_are_refused(palpate, tmp_path, flag, value, told):
+def test_settings_by_hand_that_contradict_the_job_are_refused(palpate, tmp_path, flag, value, message):
     words = ("run", "--policy", "torque", "--job", DOWEL, "--out", tmp_path / "run", flag, value)
-    assert told in palpate.refusal(*words)
+    assert message in palpate.refusal(*words)
 
 
 def test_job_is_simulated_over_its_uncertainties(palpate):

@@ -39,10 +39,10 @@ def test_help_and_info_import_nothing_heavy(trained):
         "from palpate.adapters.cli.main import main\n"
         "def loaded(names): return [name for name in names if name in sys.modules]\n"
         "main(['--help'])\n"
-        f"told = [loaded({SETTINGS + HEAVY!r})]\n"
+        f"before = [loaded({SETTINGS + HEAVY!r})]\n"
         "main(['log', '--help'])\n"
         f"main(['log', 'info', {str(log)!r}])\n"
-        f"sys.stderr.write(json.dumps([*told, loaded({HEAVY!r})]))"
+        f"sys.stderr.write(json.dumps([*before, loaded({HEAVY!r})]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, timeout=TIMEOUT_S, check=True

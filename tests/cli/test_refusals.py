@@ -50,7 +50,7 @@ def desk(palpate, trained, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         # Unknown words and names.
         ("frobnicate", COMMANDS),
@@ -118,5 +118,5 @@ def desk(palpate, trained, tmp_path):
         ("rig check tests.fake_devices:FakeArm", "package.module:Name"),
     ],
 )
-def test_refused_in_one_line(desk, words, told):
-    desk.refuses(words, told)
+def test_refused_in_one_line(desk, words, message):
+    desk.refuses(words, message)

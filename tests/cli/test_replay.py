@@ -172,7 +172,7 @@ def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate, log, tmp_p
 
 
 def test_the_simulator_does_not_go_on_from_what_it_did_not_record(palpate, messages, tmp_path):
-    def told(changed_messages):
+    def message(changed_messages):
         log = write_log(tmp_path / "log.mcap", changed_messages)
         done = palpate("replay", log, "--policy", "torque", "--continue-in-mujoco")
         log.unlink()
@@ -182,7 +182,7 @@ def test_the_simulator_does_not_go_on_from_what_it_did_not_record(palpate, messa
     def another_model(start):
         start.world_json = json.dumps(json.loads(start.world_json) | {"model_sha256": "0"})
 
-    assert "only the simulator can continue it" in told(changed(messages, 0, in_start(world="zebra zero on serial")))
+    assert "only the simulator can continue it" in message(changed(messages, 0, in_start(world="zebra zero on serial")))
     other = changed(messages, indices(messages, "/tick")[3], lambda made: made.wrench.force_N.__setitem__(0, 0.25))
-    assert "tick 3: this simulator gives another wrench than was recorded" in told(other)
-    assert "this simulator's model differs" in told(changed(messages, 0, another_model))
+    assert "tick 3: this simulator gives another wrench than was recorded" in message(other)
+    assert "this simulator's model differs" in message(changed(messages, 0, another_model))

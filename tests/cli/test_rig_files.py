@@ -34,11 +34,11 @@ def test_rig_file_that_cannot_work_is_refused_in_one_line(palpate, content, reas
 
 def test_a_zebra_is_not_led_by_the_kinematics_of_another_arm(palpate):
     words = ("--arm", "panda", "--policy", "torque", "--trials", "1")
-    told = palpate.refusal("run", "--rig", zebra_rig(Path("zebra.toml")), *JOB, *words)
-    assert "arm must be zebra-zero, which the rig file has, or none" in told
+    message = palpate.refusal("run", "--rig", zebra_rig(Path("zebra.toml")), *JOB, *words)
+    assert "arm must be zebra-zero, which the rig file has, or none" in message
     Path("rig.toml").write_text(Path("zebra.toml").read_text().replace('name = "zebra-zero"', ""))
-    told = palpate.refusal("run", "--rig", "rig.toml", *JOB, *words)
-    assert "arm must be zebra-zero, or the URDF of this arm, with 6 joints" in told
+    message = palpate.refusal("run", "--rig", "rig.toml", *JOB, *words)
+    assert "arm must be zebra-zero, or the URDF of this arm, with 6 joints" in message
 
 
 def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate):
@@ -71,7 +71,7 @@ def faulted(rig="rig.toml"):
     """A rig file whose rig has an open fault."""
     zebra_rig(Path(rig))
     latch = FaultFile(Path(rig))
-    latch.set("PLATE_NOT_FOUND: nothing felt down to 2.93 mm")
+    latch.set("PLATE_NOT_FOUND: no contact down to 2.93 mm")
     latch.end()
 
 
@@ -92,7 +92,7 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
     )
     done = palpate(*words.split())
     assert (done.code, len(done.stderr.splitlines())) == (1, 1), done
-    assert "PLATE_NOT_FOUND: nothing felt down to 2.93 mm" in done.stderr
+    assert "PLATE_NOT_FOUND: no contact down to 2.93 mm" in done.stderr
     assert done.stderr.endswith('acknowledge it: --acknowledge "1 NAME: why"\n')
     assert not Path("out").exists()
 
@@ -100,7 +100,7 @@ def test_a_rig_with_an_open_fault_is_refused_in_one_line_with_the_option_to_copy
 def test_an_acknowledgement_names_the_open_fault_and_needs_a_rig_that_moves(palpate):
     faulted()
     refused = palpate.refusal(*RUN.split(), "--acknowledge", "2 Ada: fixed")
-    assert "acknowledge must be the open fault, 1 (PLATE_NOT_FOUND: nothing felt" in refused
+    assert "acknowledge must be the open fault, 1 (PLATE_NOT_FOUND: no contact" in refused
     assert "left out without --rig" in palpate.refusal("run", "--policy", "torque", "--acknowledge", "1 Ada: fixed")
     assert "left out without --move" in palpate.refusal(
         "rig", "doctor", "--rig", "rig.toml", "--acknowledge", "1 Ada: fixed"

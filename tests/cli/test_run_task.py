@@ -19,7 +19,7 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (f"run {SPATIAL} --policy corner-first", "3 or more for the policy corner-first"),
         ("run --policy corner-first", "one of --task insertion-6dof"),
@@ -28,5 +28,5 @@ def test_who_knows_the_pose_of_hole_and_grip_goes_straight_in_and_is_replayed(pa
         ("run --policy torque --task.options way_mm 9", "no option of insertion"),
     ],
 )
-def test_options_that_do_not_go_together_are_refused_in_one_line(palpate, words, told):
-    palpate.refuses(words, told)
+def test_options_that_do_not_go_together_are_refused_in_one_line(palpate, words, message):
+    palpate.refuses(words, message)

@@ -27,8 +27,8 @@ def begin(tmp_path_factory):
 
     def start(program, *words):
         command = [sys.executable, "-m", f"distributed.cli.dask_{program}", "--no-dashboard", *words]
-        with (folder / f"{program}.txt").open("ab") as told:
-            processes.append(subprocess.Popen(command, cwd=folder, stdout=told, stderr=told))
+        with (folder / f"{program}.txt").open("ab") as message:
+            processes.append(subprocess.Popen(command, cwd=folder, stdout=message, stderr=message))
         return processes[-1]
 
     yield start
@@ -102,7 +102,7 @@ def test_worker_with_several_threads_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("address", "told"),
+    ("address", "message"),
     [
         ("tcp://127.0.0.1:1", "cannot be reached"),
         ("tls://127.0.0.1:1", "cannot be reached"),
@@ -110,8 +110,8 @@ def test_worker_with_several_threads_is_refused():
         ("nowhere", "tls:// with certificates"),
     ],
 )
-def test_scheduler_that_cannot_be_used_is_refused(palpate, monkeypatch, address, told):
+def test_scheduler_that_cannot_be_used_is_refused(palpate, monkeypatch, address, message):
     monkeypatch.setattr(cluster, "_TIMEOUT_S", 0.5)
     Path("study.toml").write_text(STUDY)
-    assert told in palpate.refusal("study", "study.toml", "--scheduler", address)
+    assert message in palpate.refusal("study", "study.toml", "--scheduler", address)
     assert not os.path.exists("runs")

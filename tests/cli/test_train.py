@@ -165,6 +165,6 @@ def test_a_finished_run_says_so_is_left_alone_and_says_how_to_go_on(palpate, tra
 LAST = "31 trials, mean time 8.00 s in the first 15 and 24.00 s in the last 15; success in the last 15: 15 of 15"
 
 
-@pytest.mark.parametrize(("trials", "told"), [(25, "25 trials, mean time 13.00 s; success: 25 of 25"), (31, LAST)])
-def test_first_and_last_trials_do_not_overlap(trials, told):
-    assert results_line(trial_rows(*range(1, trials + 1))) == told
+@pytest.mark.parametrize(("trials", "message"), [(25, "25 trials, mean time 13.00 s; success: 25 of 25"), (31, LAST)])
+def test_first_and_last_trials_do_not_overlap(trials, message):
+    assert results_line(trial_rows(*range(1, trials + 1))) == message

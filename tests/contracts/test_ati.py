@@ -52,19 +52,19 @@ class TestNetFt(ForceSensorContract):
         )  # fmt: skip
 
 
-@pytest.mark.parametrize("way", ["silent", "unplugged"])
-def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause(way):
+@pytest.mark.parametrize("end", ["silent", "unplugged"])
+def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause(end):
     bench = Bench()
     with bench.sensor as sensor:
         network = bench.box.network
-        bench.is_plugged = way != "unplugged"
-        if way == "silent":
+        bench.is_plugged = end != "unplugged"
+        if end == "silent":
             bench.fall_silent()
         bench.ticks(10)
-        if way == "silent":
+        if end == "silent":
             assert sensor.read().validity is Validity.STALE
             bench.ticks(70)
-        with pytest.raises(DeviceError, match="nothing new for" if way == "silent" else "network is unreachable"):
+        with pytest.raises(DeviceError, match="nothing new for" if end == "silent" else "network is unreachable"):
             sensor.read()
         assert sensor.life is Life.FAULTED
         bench.ticks(200)

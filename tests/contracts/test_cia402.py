@@ -87,6 +87,6 @@ class TestCia402Arm(ArmCommandContract):
 )
 def test_settings_that_cannot_work_are_refused(settings, field):
     context = RigContext(VirtualTime(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
-    with pytest.raises(ConfigurationError) as told:
+    with pytest.raises(ConfigurationError) as message:
         arm_maker("cia402")({"nodes": [1, 2, 3], **settings}, context)
-    assert told.value.field == field
+    assert message.value.field == field

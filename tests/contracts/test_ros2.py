@@ -55,7 +55,7 @@ class Bench(VirtualDomain):
         self.network = lambda message: None
 
     def knobs(self):
-        # A cut cable cannot be told from silence, so there is no knob for it.
+        # A cut cable looks like silence, so there is no member for it.
         return {
             "clock": self.clock, "advance": self.ticks, "provoke_fault": self.fail, "runs_by_itself": True,
             "is_open": lambda: self.is_open,

@@ -22,7 +22,7 @@ class Bench(BusBench):
         super().__init__()
         self.plant = IdealPlant()
         self.bus = NmcChain(self.plant)
-        # A line on which nobody answers is told to stop for 0.3 s.
+        # The stop is repeated for 0.3 s on a line without answers.
         self.cable = Cable(self.clock, self.desk.serial("arm", self.bus), 0.6)
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
         table = {

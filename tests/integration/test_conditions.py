@@ -1,4 +1,4 @@
-"""Trials under conditions that were drawn: told in table and log, equal in a resumed run, and set up again."""
+"""Trials under drawn conditions: stated in table and log, equal in a resumed run, and set up again."""
 
 import csv
 

@@ -106,7 +106,7 @@ def test_tutorial(palpate, tmp_path, monkeypatch):
         for lines in re.findall(r"^```text\n(.*?)^```", source, re.DOTALL | re.MULTILINE) if printed else []:
             there = {shape(line) for line in printed.splitlines()}
             missing = [line for line in lines.splitlines() if shape(line) not in there]
-            # After a shortened training other trials succeed, but the same is told of them.
+            # After a shortened training other trials succeed, but the same lines are printed.
             assert len(missing) < len(lines.splitlines()) if short else missing == []
     assert what_ifs == 1
     assert len(shown) == 3

@@ -1,4 +1,4 @@
-"""The examples run, say where to look, and what they name is there; wrong calls are told in one line."""
+"""The examples run and name existing files; wrong calls end with one line."""
 
 import re
 import runpy

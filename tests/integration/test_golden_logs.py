@@ -19,8 +19,8 @@ ELSEWHERE = {Outcome.DONE, Outcome.OUT_OF_TOLERANCE, Outcome.NO_CONTACT}
 @pytest.mark.parametrize("name", NAMES)
 def test_golden_log_replays(name):
     one = replay_file(GOLDEN / f"{name}.mcap", Rebuilder())
-    told = explanation(one, Changes(), strict=False)
-    assert one.verdict in (Verdict.EQUAL, Verdict.NOT_BIT_COMPARABLE), told
+    message = explanation(one, Changes(), strict=False)
+    assert one.verdict in (Verdict.EQUAL, Verdict.NOT_BIT_COMPARABLE), message
 
 
 def test_there_are_no_others():

@@ -117,7 +117,7 @@ def test_example_of_the_guide_inserts_a_square_peg_by_options(capsys):
 
 
 def learn_outside(env, policy, seed, trials, notify):
-    """Let a policy of palpate act and learn through the environment, by what any agent is told."""
+    """Let a policy of palpate act and learn through the environment, with the information that any agent receives."""
     for trial in trials:
         state, info = env.reset(seed=seed, options={"trial": trial})
         assert info["trial"] == trial

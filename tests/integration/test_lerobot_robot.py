@@ -185,13 +185,13 @@ def test_success_by_truth_or_else_by_outcome(dataset, tmp_path, end, success, en
 
 
 def test_log_is_an_episode_and_its_examples_come_back(dataset, tmp_path):
-    told = [
+    message = [
         DecisionEntry(tick=14 * (k + 1), number=k, symbol="s", state="s", action=action, source="learned", index=index)
         for k, (action, index) in enumerate((("-x", 4), ("rest", None), ("+y", 2)))
     ]
     ends = [EndRecord(tick=69, outcome=outcome) for outcome in ("inserted", "time limit")]
     paths = [
-        write_log(tmp_path / f"{k}.mcap", [exact(n) for n in range(70)], others=told, end=end)
+        write_log(tmp_path / f"{k}.mcap", [exact(n) for n in range(70)], others=message, end=end)
         for k, end in enumerate(ends)
     ]
     assert dataset.export(paths, tmp_path / "out", 140) == 140

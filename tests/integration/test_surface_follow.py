@@ -94,9 +94,9 @@ SHORT = f"--task {TASK} --task.options stroke_mm 10 way_mm 12"
 
 def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_refused(palpate, tmp_path, monkeypatch):
     out = tmp_path / "run"
-    told = palpate.succeed("run", *SHORT.split(), "--arm", "ur5", "--trials", 1, "--out", out)
-    assert told.startswith(f"{TASK}, ur5, scenario paper")
-    assert "success 100.0%" in told
+    message = palpate.succeed("run", *SHORT.split(), "--arm", "ur5", "--trials", 1, "--out", out)
+    assert message.startswith(f"{TASK}, ur5, scenario paper")
+    assert "success 100.0%" in message
     # All options are recorded, those too that were not given.
     assert '"speed_mm_s" = 20.0' in (out / "run.toml").read_text()
     assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
@@ -111,7 +111,7 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (f"run --task={TASK} --policy torque", f"left out with --task {TASK}"),
         (f"run {SHORT} --cell.contacts listed", "searched, with a contour"),
@@ -119,5 +119,5 @@ def test_it_is_run_recorded_and_replayed_and_a_replay_without_the_package_is_ref
         (f"compare {SHORT}", "uses no policy"),
     ],
 )
-def test_what_does_not_go_with_it_is_one_line(palpate, words, told):
-    palpate.refuses(words, told)
+def test_what_does_not_go_with_it_is_one_line(palpate, words, message):
+    palpate.refuses(words, message)

@@ -61,7 +61,7 @@ def struck(arm, force, strike, at_ns=200_000_000):
 
 
 @pytest.mark.parametrize(
-    ("arm", "force", "event", "told"),
+    ("arm", "force", "event", "message"),
     [
         ("ur-rtde", "ati-netft", "protective-stop", "protective stop; clear what the arm has met, and unlock it"),
         ("ur-rtde", "ati-netft", "sensor-silent", r"^rig: trial 0: .*stale \(ATI Net F/T: nothing new for 5. ms"),
@@ -78,8 +78,8 @@ def struck(arm, force, strike, at_ns=200_000_000):
         ),
     ],
 )
-def test_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, told):
-    assert re.search(told, struck(arm, force, lambda rig: rig.cell._faults[event]()))
+def test_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, event, message):
+    assert re.search(message, struck(arm, force, lambda rig: rig.cell._faults[event]()))
 
 
 def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s():

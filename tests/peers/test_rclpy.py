@@ -92,11 +92,11 @@ def lead(arm, ticks):
 
 
 def test_rclpy_robot_is_driven_until_it_leaves(distribution):
-    way = link(DOMAINS[distribution], "/force_torque_sensor_broadcaster/wrench", WRENCH)
-    wrench = Ros2Wrench(way, "tool0")
+    wire = link(DOMAINS[distribution], "/force_torque_sensor_broadcaster/wrench", WRENCH)
+    wrench = Ros2Wrench(wire, "tool0")
     with peer(distribution, "robot", DOMAINS[distribution]) as robot, opened(DOMAINS[distribution]) as arm:
-        way.open()
-        await_publisher(way, 10.0, time.sleep)
+        wire.open()
+        await_publisher(wire, 10.0, time.sleep)
         arm.enable()
         goal = lead(arm, 140)
         wrench.poll(time.monotonic_ns())
@@ -113,7 +113,7 @@ def test_rclpy_robot_is_driven_until_it_leaves(distribution):
         assert seen["last"] == pytest.approx(goal)
         with pytest.raises(DriverError, match="no subscriber to /forward_position_controller/commands"):
             lead(arm, 300)
-    way.close()
+    wire.close()
 
 
 def test_rclpy_client_drives_the_emulated_robot(distribution):

@@ -128,13 +128,13 @@ def test_loop_that_is_killed_leaves_the_arm_at_rest_and_nobody_behind(bench):
 
 
 @pytest.mark.parametrize(
-    ("way", "told"),
+    ("way", "message"),
     [(signal.SIGKILL, "was killed by SIGKILL; only the drives"), (signal.SIGUSR2, "has not run for")],
     ids=["killed", "hanging in C"],
 )
-def test_loop_whose_arm_s_process_fails_knows_and_ends_it(way, told, bench):
+def test_loop_whose_arm_s_process_fails_knows_and_ends_it(way, message, bench):
     os.kill(int(bench.arm.name), way)
-    assert f"fake arm: stopped by a fault (the arm's process {told}" in bench.said()
+    assert f"fake arm: stopped by a fault (the arm's process {message}" in bench.said()
     assert bench.loop.wait(10) == 0
     wait_for(lambda: not bench.arm.exists())
     # Nothing of it moved the arm once the loop had given it up.

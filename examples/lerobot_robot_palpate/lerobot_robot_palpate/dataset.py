@@ -59,8 +59,8 @@ def frames_of(log: TrialLog, fps: int) -> dict[str, Any]:
         rewards[max(int(np.searchsorted(tick, entry.tick)) - 1, 0)] += entry.reinforcement
     newest = np.searchsorted([entry.tick for entry in log.decisions], tick, side="right")
     numbers = np.array([-1, *(entry.number for entry in log.decisions)])
-    told = [("", "") if entry.index is None else (entry.state, entry.action) for entry in log.decisions]
-    examples = np.array([("", ""), *told])
+    pairs = [("", "") if entry.index is None else (entry.state, entry.action) for entry in log.decisions]
+    examples = np.array([("", ""), *pairs])
     return {
         "observation.state": found["state"],
         "observation.wrench": found["wrench"],

@@ -115,12 +115,12 @@ class Palpate(Robot):
         return self._env
 
     def _note(self, observation: Any, info: dict[str, Any], *, over: bool = False) -> None:
-        told = dict(zip(self._readings.names, observation.tolist(), strict=True))
-        time_s = told.pop("time_s")
+        reading = dict(zip(self._readings.names, observation.tolist(), strict=True))
+        time_s = reading.pop("time_s")
         for source in _SOURCES:
-            source_s = told.pop(f"{source}_source_time_s")
+            source_s = reading.pop(f"{source}_source_time_s")
             whole_s, microseconds = divmod(round(1e6 * source_s), 1_000_000)
-            told |= {f"{source}_source_s": float(whole_s), f"{source}_source_us": float(microseconds)}
-            told[f"{source}_age_s"] = time_s - source_s
+            reading |= {f"{source}_source_s": float(whole_s), f"{source}_source_us": float(microseconds)}
+            reading[f"{source}_age_s"] = time_s - source_s
         facts = float(info["trial"]), float(over), float(info["is_success"])
-        self._seen = told | dict(zip(_FACTS, facts, strict=True))
+        self._seen = reading | dict(zip(_FACTS, facts, strict=True))

@@ -27,9 +27,9 @@ def torch_script(path: str) -> Callable[[Sequence[float]], list[float]]:
     torch.set_num_threads(1)  # sums in one order: equal input, equal bits
     network = torch.jit.load(path).eval()  # type: ignore[no-untyped-call]
 
-    def values(felt: Sequence[float]) -> list[float]:
+    def values(measured: Sequence[float]) -> list[float]:
         with torch.inference_mode():
-            found: list[float] = network(torch.tensor(felt, dtype=torch.float32)).flatten().tolist()
+            found: list[float] = network(torch.tensor(measured, dtype=torch.float32)).flatten().tolist()
         return found
 
     return values
@@ -47,8 +47,8 @@ def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
     (given,) = session.get_inputs()
     shape = (1, -1) if len(given.shape) == 2 else (-1,)
 
-    def values(felt: Sequence[float]) -> list[float]:
-        (found, *_) = session.run(None, {given.name: np.array(felt, np.float32).reshape(shape)})
+    def values(measured: Sequence[float]) -> list[float]:
+        (found, *_) = session.run(None, {given.name: np.array(measured, np.float32).reshape(shape)})
         flat: list[float] = np.asarray(found).ravel().tolist()
         return flat
 
@@ -77,8 +77,8 @@ class Network(Policy):
 
     def choose(self, observation: Observation) -> Decision:
         lengths = (*observation.position_m, *observation.reference_m)
-        felt = (*(1e3 * x for x in lengths), *observation.force_N, *(1e3 * t for t in observation.torque_Nm))
-        values = self._values(felt)
+        measured = (*(1e3 * x for x in lengths), *observation.force_N, *(1e3 * t for t in observation.torque_Nm))
+        values = self._values(measured)
         best = values.index(max(values))
         return Decision(self._actions[best], best, "network")
 

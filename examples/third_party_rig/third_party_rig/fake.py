@@ -139,7 +139,7 @@ class FakeDevice:
 
 
 class FakeServos:
-    """Set-points of joints: what is told becomes what is held a tick later; every word but ``G`` drops it before."""
+    """Set-points of joints: a request takes effect a tick later; every word except ``G`` drops a waiting one."""
 
     def __init__(self, home_rad: Sequence[float]) -> None:
         self.held_rad = self._told_rad = tuple(home_rad)

@@ -26,8 +26,8 @@ def digests(config, numbers):
     """One a trial, run one after the other in one cell: of all that was reported, and the truth at the end."""
     with Run(config) as run:
         trials = run.trials(ChosenPolicy("random", config))
-        told = [repr((scored.report.events, scored.truth)) for scored in map(trials.run, numbers)]
-    return [hashlib.sha256(text.encode()).hexdigest() for text in told]
+        message = [repr((scored.report.events, scored.truth)) for scored in map(trials.run, numbers)]
+    return [hashlib.sha256(text.encode()).hexdigest() for text in message]
 
 
 @pytest.mark.parametrize(

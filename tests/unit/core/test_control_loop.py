@@ -133,10 +133,10 @@ class TestLoop:
         with world:
             report = run_trial(Last(world, policy), world.ports, SETUP, guard)
             assert_stopped(world)
-        (told,) = policy.ended
-        assert (report.outcome, told.inserted) == ((Outcome.TRIPPED, False) if tripped else (Outcome.INSERTED, True))
-        assert told.tip_m[:2] == pytest.approx((0.3e-3, -0.2e-3), abs=0.2e-3)
-        assert told.depth_m == report.depth_m > 9e-3
+        (message,) = policy.ended
+        assert (report.outcome, message.inserted) == ((Outcome.TRIPPED, False) if tripped else (Outcome.INSERTED, True))
+        assert message.tip_m[:2] == pytest.approx((0.3e-3, -0.2e-3), abs=0.2e-3)
+        assert message.depth_m == report.depth_m > 9e-3
 
 
 class Diary(LoopObserver):

@@ -1,4 +1,4 @@
-"""A scripted board at the other end of a fake link, and a clock that does not advance unless told."""
+"""A scripted board at the other end of a fake link, and a clock that advances only on request."""
 
 import struct
 
@@ -21,7 +21,7 @@ def moments(counter, x=0, y=0, z=0, node=1):
 
 
 class FakeCanLink:
-    """Answers as the board of node 1 would, unless told otherwise."""
+    """Answers as the board of node 1 by default."""
 
     def __init__(self):
         self.garbled = self.bus_offs = self.send_failures = 0

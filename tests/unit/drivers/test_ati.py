@@ -163,7 +163,7 @@ def test_dead_network_is_an_error_and_not_silence():
 
 
 @pytest.mark.parametrize(
-    ("datagrams", "told"),
+    ("datagrams", "message"),
     [
         ([], "nothing new for 199 ms;"),
         ([record(1)], r"nothing new for 199 ms, but old records \(1\)"),
@@ -171,13 +171,13 @@ def test_dead_network_is_an_error_and_not_silence():
         ([bytes(35)], r"but malformed datagrams \(1\)"),
     ],
 )
-def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams, told):
+def test_silence_tells_what_came_instead_of_news_until_there_is_some(datagrams, message):
     device, wire = streaming()
     wire.waiting = [record(500)]
     device.poll(1_000_000)
     wire.waiting = datagrams
     device.poll(200_000_000)
-    with pytest.raises(SilentError, match=told):
+    with pytest.raises(SilentError, match=message):
         device.check()
     wire.waiting = [record(502)]
     device.poll(210_000_000)

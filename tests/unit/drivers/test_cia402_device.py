@@ -265,12 +265,12 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize(("provoke", "kind", "told"), CASES.values(), ids=CASES)
-def test_fault_stops_the_arm_and_stays(provoke, kind, told):
+@pytest.mark.parametrize(("provoke", "kind", "message"), CASES.values(), ids=CASES)
+def test_fault_stops_the_arm_and_stays(provoke, kind, message):
     bench = Bench().enabled()
     bench.cycle(0.001)
     provoke(bench)
-    with pytest.raises(kind, match=told):
+    with pytest.raises(kind, match=message):
         bench.cycle(0.003, times=40)
     assert bench.arm.state is ArmState.FAULTED
     assert bench.arm.fault is not None

@@ -56,7 +56,7 @@ def test_missing_board_is_a_wiring_error():
 
 
 @pytest.mark.parametrize(
-    ("board", "error", "told"),
+    ("board", "error", "message"),
     [
         ({"answer": lambda _: [CanFrame(0x101, b"\x07")]}, WiringError, r"no answer \(frames without sense \(16\)\)"),
         ({"state": 1}, DeviceFaultError, "not initialised"),
@@ -69,10 +69,10 @@ def test_missing_board_is_a_wiring_error():
     ],
     ids=["garbage", "no sensor", "full scales of zero", "no stream"],
 )
-def test_board_with_which_nothing_can_begin_is_named(board, error, told):
+def test_board_with_which_nothing_can_begin_is_named(board, error, message):
     bench = Bench()
     vars(bench.link).update(board)
-    with pytest.raises(error, match=told):
+    with pytest.raises(error, match=message):
         start_up(bench.device, bench.clock_ns, bench.sleep)
 
 
@@ -210,7 +210,7 @@ def test_silence_ends_with_a_reading():
 
 
 @pytest.mark.parametrize(
-    ("what", "told"),
+    ("what", "message"),
     [
         ("silence", "; check power"),
         ("the same again", r", but repeated readings \(\d+\); .* plugged into its board"),
@@ -218,7 +218,7 @@ def test_silence_ends_with_a_reading():
         ("other lengths", r", but frames without sense \(\d+\);"),
     ],
 )
-def test_silence_tells_from_the_first_moment_what_came_instead(what, told):
+def test_silence_tells_from_the_first_moment_what_came_instead(what, message):
     bench = Bench().streaming()
     halves = {
         "silence": lambda n: [],
@@ -230,8 +230,8 @@ def test_silence_tells_from_the_first_moment_what_came_instead(what, told):
         bench.link.inbox += halves(n)
         bench.poll(10.0)
         if n == 6:
-            assert re.search(f"nothing new for 60 ms{told}", str(bench.device.silence(bench.now_ns)))
-    with pytest.raises(SilentError, match=f"nothing new for 210 ms{told}"):
+            assert re.search(f"nothing new for 60 ms{message}", str(bench.device.silence(bench.now_ns)))
+    with pytest.raises(SilentError, match=f"nothing new for 210 ms{message}"):
         bench.device.check()
 
 

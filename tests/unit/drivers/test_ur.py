@@ -81,8 +81,8 @@ def test_trouble_of_a_stopped_arm_is_latched_too():
     assert arm.state is ArmState.FAULTED
 
 
-@pytest.mark.parametrize(("strike", "told"), TROUBLES, ids=[told for _, told in TROUBLES])
-def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(strike, told):
+@pytest.mark.parametrize(("strike", "message"), TROUBLES, ids=[message for _, message in TROUBLES])
+def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(strike, message):
     ur = VirtualUr()
     arm = enabled(ur)
     lead(arm, ur, 5, (*HOME[:5], 2.0))
@@ -91,9 +91,9 @@ def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(strike, told
     with pytest.raises(DriverError) as raised:
         lead(arm, ur, 200, (*HOME[:5], 2.0))
     ur.clock.sleep(0.4)
-    assert told in str(raised.value)
+    assert message in str(raised.value)
     assert arm.state is ArmState.FAULTED
-    assert told in (arm.fault or "")
+    assert message in (arm.fault or "")
     assert ur.controller.stationary
     assert ur.clock.now_ns() - since_ns < 1_200_000_000
     with pytest.raises(DriverError, match="a fault is latched"):
@@ -136,11 +136,11 @@ def test_connection_that_breaks_at_rest_is_made_again_and_one_in_motion_waits_fo
 
 
 @pytest.mark.parametrize(
-    ("controller", "told"),
+    ("controller", "message"),
     [({"version": (5, 8, 0, 1)}, "5.8.0.1.*untried"), ({"version": (10, 7, 0, 1)}, "10.7.0.1.*untried")],
 )
-def test_controller_that_is_set_up_otherwise_is_refused(controller, told):
-    with pytest.raises(SettingError, match=told):
+def test_controller_that_is_set_up_otherwise_is_refused(controller, message):
+    with pytest.raises(SettingError, match=message):
         made(VirtualUr(**controller)).open()
 
 

@@ -174,7 +174,7 @@ def test_client_that_does_not_answer_is_left(link, client, go):
 def test_client_that_dies_is_named_with_its_last_words(client, printed, said):
     class Dying(UrLink):
         def _start(self, fd):
-            self._told.write(printed)
+            self._errors.write(printed)
 
     dying = Dying("arm", 500.0)
     with pytest.raises(SilentError, match=said):

@@ -243,16 +243,16 @@ def test_one_lost_reply_is_no_fault_and_two_are(line):
 
 
 @pytest.mark.parametrize(
-    ("modules", "error", "told"),
+    ("modules", "error", "message"),
     [(slice(2, 3), SilentError, "home pose"), (slice(6), WiringError, "not known any more")],
 )
-def test_reset_of_modules_in_mid_run_loses_the_position(line, modules, error, told):
+def test_reset_of_modules_in_mid_run_loses_the_position(line, modules, error, message):
     arm = running(line)
     for module in line.modules[modules]:
         module.reset()
     with pytest.raises(SilentError):
         tick(arm, line, times=2)
-    with pytest.raises(error, match=told):
+    with pytest.raises(error, match=message):
         arm.acknowledge()
     assert arm.is_faulted
 

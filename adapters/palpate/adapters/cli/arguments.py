@@ -143,8 +143,8 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
         known = {name: _frozen(facts[name]) for name in ("trials", "policy") if name in facts}
         own = replace(own, **{name: value for name, value in known.items() if f"--{name}" not in given_flags})
     if command == "run" and (ignored := sorted({*given.get("learning", {})} - {*_EARNED})):
-        told = f"--learning.{ignored[0].replace('_', '-')} changes nothing: palpate run does not learn"
-        raise UsageError(f"{told}; palpate train --policy FILE does")
+        problem = f"--learning.{ignored[0].replace('_', '-')} changes nothing: palpate run does not learn"
+        raise UsageError(f"{problem}; palpate train --policy FILE does")
     return cast("T", own.with_run(_composed(own, table, bool(facts), given)))
 
 

@@ -29,11 +29,11 @@ def help_text(kind: type, command: str) -> str:
     lines += [_hanging(_head(flag), f"{_text(flag)}{_default(flag.default)}", wide) for flag in flags]
     if rare:
         more = ", ".join(flag_of(option) for option in rare)
-        told = f"Further options, described by palpate settings {command}: {more}"
-        lines += ["", textwrap.fill(told, wide, break_on_hyphens=False)]
+        note = f"Further options, described by palpate settings {command}: {more}"
+        lines += ["", textwrap.fill(note, wide, break_on_hyphens=False)]
     if "run" in kinds_of(kind):
-        told = "Every other setting is a flag, too, such as --task.step-mm 0.5: palpate settings lists them."
-        lines += ["", textwrap.fill(told, wide)]
+        note = "Every other setting is a flag, too, such as --task.step-mm 0.5: palpate settings lists them."
+        lines += ["", textwrap.fill(note, wide)]
     return "\n".join(lines) + "\n"
 
 

@@ -61,8 +61,8 @@ def with_options(config: RunConfig) -> RunConfig:
         return config
     from palpate.core.trial import options_of
 
-    told = vars(options_of(task_kind(config.task.name).options, config.task))
-    return replace(config, task=replace(config.task, options=dict(told)))
+    options = vars(options_of(task_kind(config.task.name).options, config.task))
+    return replace(config, task=replace(config.task, options=dict(options)))
 
 
 def require_corners(config: RunConfig) -> None:
@@ -71,16 +71,16 @@ def require_corners(config: RunConfig) -> None:
     Raises:
         ConfigurationError: Their number differs, or they would lie outside the peg or touch down outside the area.
     """
-    told, peg = config.task.options, config.cell.peg
-    sides, corners = SIDES.get(peg.cross_section, 0), told.get("corners", 0.0)
+    options, peg = config.task.options, config.cell.peg
+    sides, corners = SIDES.get(peg.cross_section, 0), options.get("corners", 0.0)
     most_mm = 1e3 * max(hypot(x, y) for x, y in peg.section().outline(peg.rim_spheres)) + _BESIDE_MM
     where = f"as the {peg.cross_section} peg of cell.peg.cross_section has"
     if corners and corners != sides:
         raise ConfigurationError("task.options.corners", corners, f"{sides}, {where}")
-    if told.get("flat_deg") and peg.cross_section != KEYED:
-        raise ConfigurationError("task.options.flat_deg", told["flat_deg"], f"0: only {KEYED} pegs have a flat")
-    if corners and (corner_mm := told.get("corner_mm", 0.0)) > most_mm:
+    if options.get("flat_deg") and peg.cross_section != KEYED:
+        raise ConfigurationError("task.options.flat_deg", options["flat_deg"], f"0: only {KEYED} pegs have a flat")
+    if corners and (corner_mm := options.get("corner_mm", 0.0)) > most_mm:
         raise ConfigurationError("task.options.corner_mm", corner_mm, f"at most {most_mm:.1f}, {where} its corners")
-    if corners and (inside_mm := told.get("inside_mm", 0.0)) > config.task.area_half_width_mm:
+    if corners and (inside_mm := options.get("inside_mm", 0.0)) > config.task.area_half_width_mm:
         accepted = f"at most task.area_half_width_mm = {config.task.area_half_width_mm:g}"
         raise ConfigurationError("task.options.inside_mm", inside_mm, accepted)

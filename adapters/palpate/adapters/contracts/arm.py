@@ -69,8 +69,8 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             _require_stopped(self._send(rig, requested_rad), requested_rad)
         else:
             applied = self._go(rig, requested_rad)
-            told = applied.reason is CommandReason.AS_REQUESTED and applied.position_rad == requested_rad
-            require("each command", told, f"{applied}", f"{requested_rad} with the reason AS_REQUESTED")
+            is_applied = applied.reason is CommandReason.AS_REQUESTED and applied.position_rad == requested_rad
+            require("each command", is_applied, f"{applied}", f"{requested_rad} with the reason AS_REQUESTED")
             self._rest_rad = requested_rad
         rig.advance(rig.settle_ticks)
         self.rest(rig)
@@ -130,7 +130,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             rig.advance(rig.settle_ticks)
             _require_at("turned by hand", _where(rig), there_rad, rig.tolerance_rad)
 
-    def test_position_limit_is_applied_and_told(self) -> None:
+    def test_position_limit_is_applied_and_reported(self) -> None:
         """When commanded beyond a joint limit, the arm stops at the limit and reports POSITION_LIMIT."""
         with self.rig(Life.CONSTRUCTED) as rig:
             limits = _limits_in_reach(rig)
@@ -161,7 +161,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         applied = self._send(rig, back_rad)
         _require_at("away from the limit", applied.position_rad, back_rad, rig.tolerance_rad)
 
-    def test_velocity_limit_is_applied_and_told(self) -> None:
+    def test_velocity_limit_is_applied_and_reported(self) -> None:
         """A joint step that is too fast is shortened, even if sent several times per tick, and ``send`` reports it."""
         with self.rig(Life.CONSTRUCTED) as rig:
             ends = _fast_steps(rig)

@@ -184,8 +184,8 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                     for load, error in ((overload, most_error), (_NOTHING, 2.0 * tolerance)):
                         sample = _settled(rig, act, load)
                         change = _minus(part(sample), free)
-                        told = _near(change, load, error) or sample.validity is not Validity.VALID
-                        require("range", told, f"a change of {change}, VALID", f"{load}, or another validity")
+                        is_right = _near(change, load, error) or sample.validity is not Validity.VALID
+                        require("range", is_right, f"a change of {change}, VALID", f"{load}, or another validity")
 
     def test_no_hidden_tare(self) -> None:
         """A load applied before ``configure`` is reported like one applied later."""

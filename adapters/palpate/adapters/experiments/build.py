@@ -258,13 +258,13 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
     torque_Nm = config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
     if sensor.noise_N < contact_N and passed * sensor.noise_Nm < torque_Nm:
         return
-    told = f"noise of {sensor.noise_N:g} N and {1e3 * sensor.noise_Nm:g} mN m"
+    noise = f"noise of {sensor.noise_N:g} N and {1e3 * sensor.noise_Nm:g} mN m"
     accepted = (
         f"less than {contact_N:.2f} N, a contact, and {1e3 * torque_Nm / passed:.0f} mN m, of which the low-pass leaves"
         f" {1e3 * torque_Nm:.1f} mN m, a torque that points to the hole: insert with a finer sensor;"
         " one in an arm's flange serves as an additional coarse limit ([arm] force_stop_N)"
     )
-    raise ConfigurationError("force_sensor.facts", told, accepted)
+    raise ConfigurationError("force_sensor.facts", noise, accepted)
 
 
 def open_rig(

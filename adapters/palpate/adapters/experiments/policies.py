@@ -297,12 +297,12 @@ def _signal_in(document: PolicyDocument) -> Mapping[str, Any]:
 def tool_of(config: RunConfig) -> dict[str, Any]:
     """Return the settings of the peg that determine its contact torques, which do not include the clearance."""
     peg = config.cell.peg
-    told = {"cross_section": peg.cross_section, "diameter_mm": peg.diameter_mm, "chamfer_mm": peg.chamfer_mm}
+    settings = {"cross_section": peg.cross_section, "diameter_mm": peg.diameter_mm, "chamfer_mm": peg.chamfer_mm}
     if peg.cross_section == "rounded-square":
-        told["corner_radius_mm"] = peg.corner_radius_mm
+        settings["corner_radius_mm"] = peg.corner_radius_mm
     if peg.cross_section == "keyed":
-        told["flat_mm"] = peg.flat_mm
-    return {f"cell.peg.{name}": value for name, value in told.items()}
+        settings["flat_mm"] = peg.flat_mm
+    return {f"cell.peg.{name}": value for name, value in settings.items()}
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:

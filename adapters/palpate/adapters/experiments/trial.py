@@ -60,8 +60,8 @@ class ScoredTrial:
     @property
     def cause(self) -> str:
         """The trip with the device or person that caused it."""
-        told = "; ".join(filter(None, (self.trip_source, self.stopped_by)))
-        return f"{self.trip} ({told})" if told else self.trip
+        causes = "; ".join(filter(None, (self.trip_source, self.stopped_by)))
+        return f"{self.trip} ({causes})" if causes else self.trip
 
 
 def outcome_of(report: TrialReport) -> Outcome | None:
@@ -153,16 +153,16 @@ class _Witness(LoopObserver):
         change = supervised.command_override
         if change is not None and change.trip is not None and self._trip is None:
             self._trip = change.trip
-            self.trip_source = self._told(change.trip)
+            self.trip_source = self._source(change.trip)
 
-    def _told(self, trip: Trip) -> str:
+    def _source(self, trip: Trip) -> str:
         if trip.reason is TripReason.LATE_CYCLE:
             return "the fault of this computer, which was late, or of an adapter that waits"
         if trip.sample:
             return self._rig.device_behind(trip.sample)
         # The cause may be the world, or a line with errors to report.
-        told = self._rig.device_behind("joint" if trip.reason in _OF_THE_ARM else "force")
-        return told if ": " in told else ""
+        source = self._rig.device_behind("joint" if trip.reason in _OF_THE_ARM else "force")
+        return source if ": " in source else ""
 
 
 def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:

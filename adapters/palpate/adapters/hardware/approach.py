@@ -125,10 +125,10 @@ def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: fl
 
     Acceleration, speed and deceleration are constant: a mean over :data:`_RAMP_TICKS` of a constant speed.
     """
-    begin, way = np.array(begin_rad), np.subtract(target_rad, begin_rad)
-    ticks = max(1, round(float(np.abs(way).max()) / speed_rad_s * CONTROL_RATE_HZ))
+    begin, path_rad = np.array(begin_rad), np.subtract(target_rad, begin_rad)
+    ticks = max(1, round(float(np.abs(path_rad).max()) / speed_rad_s * CONTROL_RATE_HZ))
     steps = np.convolve(np.full(ticks, 1.0 / ticks), np.full(_RAMP_TICKS, 1.0 / _RAMP_TICKS))
-    return [*(tuple((begin + share * way).tolist()) for share in np.cumsum(steps)[:-1]), target_rad]
+    return [*(tuple((begin + share * path_rad).tolist()) for share in np.cumsum(steps)[:-1]), target_rad]
 
 
 def _follow(ticks: GuardedTicks, path: list[JointVector]) -> None:

@@ -58,7 +58,7 @@ class EmulatedCell:
         self.cell.place(start)
         # Time, wrench and change of the wrench; always replaced as a whole, because servers read it in other threads.
         self._hum = np.random.default_rng(6)
-        self._felt: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
+        self._measured: tuple[int, list[float], list[float]] = 0, self.cell.measure_wrench(), [0.0] * 6
         self._servers, self._start_rad = ExitStack(), start
         # Devices and cell share one clock.
         self._clock = clock = MonotonicClock(0, emulation.real_time_factor)
@@ -118,7 +118,7 @@ class EmulatedCell:
         self.cell.advance()
         before = self.cell.before_errors
         wrench = self.cell.measure_wrench()
-        self._felt = now_ns, wrench, list(map(sub, before, self.cell.before_errors))
+        self._measured = now_ns, wrench, list(map(sub, before, self.cell.before_errors))
         joints = self.cell.joint_angles()
         with self.arm.hold():
             self.arm.motors.measured_rad(joints)
@@ -127,7 +127,7 @@ class EmulatedCell:
     def run(
         self,
         ended: Callable[[], bool],
-        told: Callable[[GroundTruth], None],
+        notify: Callable[[GroundTruth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
         """Run the cell in real time until ``ended``; report the truth of each insertion, and each event."""
@@ -143,7 +143,7 @@ class EmulatedCell:
                 self._events.remove(event)
                 self._faults[event.name]()
                 happened(event)
-            self._watch(told)
+            self._watch(notify)
             tick += 1
             deadline_ns = start_ns + tick * _NS // CONTROL_RATE_HZ
             if clock.now_ns() - deadline_ns > _NS // 10:
@@ -153,14 +153,14 @@ class EmulatedCell:
             else:
                 clock.sleep_until(deadline_ns)
 
-    def _watch(self, told: Callable[[GroundTruth], None]) -> None:
+    def _watch(self, notify: Callable[[GroundTruth], None]) -> None:
         if self.cell.ticks % 14:
             return
         truth = self.cell.truth()
         inside = truth.depth_m >= self.config.task.insertion_depth_mm * 1e-3 - _INSERTED_M
         if inside and not self._was_inside:
             self.insertions += 1
-            told(truth)
+            notify(truth)
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
@@ -169,7 +169,7 @@ class EmulatedCell:
         A value held for the whole tick would have the same mean age, but its age would depend on the phase of the
         reading.
         """
-        ticked_ns, wrench, steps = self._felt
+        ticked_ns, wrench, steps = self._measured
         ahead = min(max((now_ns - ticked_ns) * CONTROL_RATE_HZ / _NS, 0.0), 1.0) - 0.5
         parts = zip(wrench, steps, _HUM, self._hum.standard_normal(6).tolist(), strict=True)
-        return tuple(felt + ahead * step + sd * draw for felt, step, sd, draw in parts)
+        return tuple(measured + ahead * step + sd * draw for measured, step, sd, draw in parts)

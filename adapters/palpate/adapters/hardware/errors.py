@@ -7,7 +7,7 @@ from palpate.core.errors import CommandError, ConfigurationError, DeviceError, L
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, StateError
 
 
-def told(error: DriverError, device: str = "") -> str:
+def message_of(error: DriverError, device: str = "") -> str:
     """Return the problem, the affected part of the device, and the remedy, without the name of the device."""
     part = "" if error.device == "arm" or (device and error.device.startswith(device)) else f"{error.device}: "
     return f"{part}{error.problem}; {error.remedy}"
@@ -21,7 +21,7 @@ def translated(error: DriverError, device: str) -> PalpateError:
         return CommandError(error.problem, error.remedy)
     if isinstance(error, StateError):
         return LifecycleError(device, "in another state", error.problem, error.remedy)
-    return DeviceError(device, told(error, device))
+    return DeviceError(device, message_of(error, device))
 
 
 @contextmanager

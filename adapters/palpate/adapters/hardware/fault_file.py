@@ -108,8 +108,10 @@ class FaultFile(FaultLatch):
     @override
     def acknowledge(self, by: str, reason: str) -> None:
         self._wait()
-        if told := self.still():
-            raise DeviceError("rig", f"{told}, still; fault {self.number} cannot be acknowledged before that is over")
+        if present := self.still():
+            raise DeviceError(
+                "rig", f"{present}, still; fault {self.number} cannot be acknowledged before that is over"
+            )
         before, cause = self._faults, self.cause
         super().acknowledge(by, reason)
         self._faults = (*before[:-1], replace(before[-1], by=by, reason=reason, acknowledged=_now()))
@@ -126,9 +128,9 @@ class FaultFile(FaultLatch):
         self._wait()
         if self.cause and self._path is not None:
             problem = self._write_if_possible()
-            told = f"not kept: {problem}" if problem else f"kept in {self._path}"
+            place = f"not kept: {problem}" if problem else f"kept in {self._path}"
             with suppress(OSError):
-                sys.stderr.write(f"palpate: fault {self.number}: {self.cause}; {told}; {self.remedy}\n")
+                sys.stderr.write(f"palpate: fault {self.number}: {self.cause}; {place}; {self.remedy}\n")
 
     def _parsed(self, words: str) -> Acknowledgement:
         found, last = _WORDS.fullmatch(words), self._faults[-1] if self._faults else None

@@ -61,17 +61,19 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
     """
     arm = context.arm
     mm, mrad = disagreement(arm, reported)
-    told = f"{mm:.1f} mm and {mrad:.1f} mrad from the flange that the controller reports"
+    offset = f"{mm:.1f} mm and {mrad:.1f} mrad from the flange that the controller reports"
     most_mm, most_mrad = (_CALIBRATED_MM, _CALIBRATED_MRAD) if arm.calibration else (_NOMINAL_MM, _NOMINAL_MRAD)
     if not (mm <= most_mm and mrad <= most_mrad):
-        accepted = f"the model of this arm; its flange is {told}, and at most {most_mm:g} mm and {most_mrad:g} mrad fit"
+        accepted = (
+            f"the model of this arm; its flange is {offset}, and at most {most_mm:g} mm and {most_mrad:g} mrad fit"
+        )
         raise ConfigurationError("arm", arm.name, accepted)
     if arm.calibration:
-        return f"the calibrated model of {arm.name} is {told}"
+        return f"the calibrated model of {arm.name} is {offset}"
     if not context.accept_kinematics:
-        accepted = f"[arm] calibration = FILE, or --accept-kinematics: its nominal model is {told}"
+        accepted = f"[arm] calibration = FILE, or --accept-kinematics: its nominal model is {offset}"
         raise ConfigurationError("arm", arm.name, accepted)
-    return f"the nominal model of {arm.name} is {told}, and elsewhere it may be more"
+    return f"the nominal model of {arm.name} is {offset}, and elsewhere it may be more"
 
 
 def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) -> str:

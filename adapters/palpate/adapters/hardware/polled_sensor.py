@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final, Generic, TypeVar
 
 from palpate.adapters.hardware.clock import sleeping
-from palpate.adapters.hardware.errors import told, translated, translating
+from palpate.adapters.hardware.errors import message_of, translated, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Range, Settings, Validity, WrenchSample
 from palpate.drivers.device import ForceSample, PolledSensor
@@ -91,7 +91,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         latest = device.latest
         if latest is not None and now_ns - latest.receive_time_ns <= 2 * self.period_ns + _LINE_NS:
             return ""
-        return told(device.silence(now_ns), self.name)
+        return message_of(device.silence(now_ns), self.name)
 
     def diagnostics(self) -> dict[str, str]:
         """Return the diagnostics of the driver; empty before ``configure``."""
@@ -116,7 +116,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             # An old sample is marked; a lost device must raise an error.
             latest = device.latest
             if latest is None or self._clock.now_ns() - latest.receive_time_ns > 10 * self._max_age_ns:
-                self._fail(f"has fallen silent: {told(error, self.name)}", error)
+                self._fail(f"has fallen silent: {message_of(error, self.name)}", error)
         except DriverError as error:
             self._latch(str(error))
             raise translated(error, self.name) from error
@@ -199,7 +199,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         finally:
             if close_wire is not None:
                 with suppress(Exception):
-                    # An adapter that is gone cannot even be told to close its bus, and says so in many ways.
+                    # A missing adapter cannot close its bus, and raises errors of many types.
                     close_wire()
 
     def _is_sound(self, device: DriverT) -> bool:

@@ -91,8 +91,8 @@ class Ros2DriverArm(DriverArm):
         clock = context.clock
 
         def open_bus() -> OpenArm:
-            way = link()
-            return OpenArm(Ros2Arm(way, settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
+            wire = link()
+            return OpenArm(Ros2Arm(wire, settings, now_ns=clock.now_ns, sleep=sleeping(clock)), wire.close)
 
         super().__init__(_NAME, open_bus, clock, context.limiter, table)
         self._link, self._velocities = link, settings.velocities
@@ -105,15 +105,15 @@ class Ros2DriverArm(DriverArm):
 
     @override
     def stand_by(self) -> StandBy:
-        way = self._link()
+        wire = self._link()
         with translating(self.name):
-            way.open()
+            wire.open()
 
         def hold(position_rad: JointVector) -> None:
             with translating(self.name):
-                way.write(held(position_rad, self._velocities))
+                wire.write(held(position_rad, self._velocities))
 
-        return StandBy(hold, way.close)
+        return StandBy(hold, wire.close)
 
 
 def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link] | None = None) -> DriverArm:
@@ -154,11 +154,11 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
         return SensorFactsTable(rate_Hz=self._table.rate_Hz, frame="sensor")
 
     def _connect(self) -> None:
-        way = self._link()
-        self._close_wire = way.close
-        way.open()
-        await_publisher(way, self._start_timeout_s, sleeping(self._clock))
-        self.device = Ros2Wrench(way, self._table.frame, self._table.sign)
+        wire = self._link()
+        self._close_wire = wire.close
+        wire.open()
+        await_publisher(wire, self._start_timeout_s, sleeping(self._clock))
+        self.device = Ros2Wrench(wire, self._table.frame, self._table.sign)
 
 
 def make_ros2_wrench(table: Ros2WrenchTable, context: RigContext) -> Ros2ForceSensor:

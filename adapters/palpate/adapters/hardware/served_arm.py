@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
-from palpate.adapters.hardware.errors import told, translating
+from palpate.adapters.hardware.errors import message_of, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import AppliedCommand, Clock, CommandLimiter, JointSample, JointVector, Range, Settings
 from palpate.drivers.device import ArmDriver
@@ -168,7 +168,7 @@ class DriverArm(ServedArm):
         try:
             found = driver.cycle(setpoint_rad)
         except DriverError as error:
-            raise DeviceError(self.name, told(error, self.name)) from error
+            raise DeviceError(self.name, message_of(error, self.name)) from error
         sample = self._sample
         if sample is None or found.time_ns > sample.source_time_ns:
             # Earlier measurements are not new; their age increases.

@@ -68,8 +68,8 @@ def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink]
         )  # fmt: skip
 
     def open_bus() -> OpenArm:
-        way, clock = reach(), context.clock
-        return OpenArm(UrArm(way, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
+        opened, clock = reach(), context.clock
+        return OpenArm(UrArm(opened, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), opened.close)
 
     return DriverArm(_NAME, open_bus, context.clock, context.limiter, table, lambda driver: judged(driver, context))
 
@@ -95,7 +95,7 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
     def __init__(self, link: Callable[[], UrLink], clock: Clock, table: UrToolTable) -> None:
         super().__init__(_TOOL, clock, table)
         self._link, self._rate_Hz = link, table.rate_Hz
-        self._way: UrLink | None = None
+        self._opened: UrLink | None = None
 
     @property
     @override
@@ -107,16 +107,16 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         return SensorFactsTable(range_N=RANGE_N, range_Nm=RANGE_NM, rate_Hz=self._rate_Hz, frame="sensor")
 
     def _connect(self) -> None:
-        way = self._way = self._link()
-        self._close_wire = way.close
-        way.open(_OPEN_S)
-        self.device = UrToolForce(way)
+        opened = self._opened = self._link()
+        self._close_wire = opened.close
+        opened.open(_OPEN_S)
+        self.device = UrToolForce(opened)
 
     def _on_acknowledge(self) -> None:
         super()._on_acknowledge()
-        if self._way is not None:
+        if self._opened is not None:
             with translating(self.name):
-                self._way.open(_OPEN_S)
+                self._opened.open(_OPEN_S)
 
 
 def make_ur_tool_force(table: UrToolTable, context: RigContext) -> UrToolForceSensor:

@@ -117,9 +117,9 @@ def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
         for path, name in zip(paths, names, strict=True):
             log = read_log(path)
             with Writer(passing / name, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-                ways = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in _TOPICS.items()}
+                topics = {kind: bag.add_connection(topic, kind, typestore=store) for kind, topic in _TOPICS.items()}
                 for kind, time_ns, message in _messages(log, store.types):
-                    bag.write(ways[kind], max(time_ns, 0), store.serialize_cdr(message, kind))
+                    bag.write(topics[kind], max(time_ns, 0), store.serialize_cdr(message, kind))
     return [out / name for name in names]
 
 
@@ -229,7 +229,7 @@ def _only(bag: Path, connections: Sequence[Connection], kind: str, option: str, 
     if len({each.topic for each in found}) == 1:
         return found[0]
     there = ", ".join(sorted({each.topic for each in connections if each.msgtype == kind})) or "none"
-    raise ConfigurationError(option, topic, f"one topic of type {kind} in {bag}, which has {there}")
+    raise ConfigurationError(option, topic, f"no single topic of type {kind} in {bag}: it has {there}")
 
 
 def _store() -> Any:

@@ -102,7 +102,7 @@ def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
 
 
 def _changes_text(changes: Changes) -> list[str]:
-    told = list(changes.settings)
+    changed = list(changes.settings)
     if changes.policy is not None:
-        told.append(f"policy {changes.policy_name}")
-    return told
+        changed.append(f"policy {changes.policy_name}")
+    return changed

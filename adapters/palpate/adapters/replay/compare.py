@@ -61,8 +61,8 @@ def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None
     )
     for channel, name, recorded, kind in kinds:
         replayed = made.of[kind]
-        for told, now in zip(recorded, replayed, strict=False):
-            _compare_fields(differences, min(told.tick, now.tick), channel, told, now, _flags(log))
+        for before, now in zip(recorded, replayed, strict=False):
+            _compare_fields(differences, min(before.tick, now.tick), channel, before, now, _flags(log))
         few = min(len(recorded), len(replayed))
         more = [entry.tick for entry in (*recorded[few:], *replayed[few:])]
         if more and (surely is None or len(replayed) == few or more[0] < surely):
@@ -121,11 +121,11 @@ def _compare_fields(
     differences: Differences, tick: int, channel: str, recorded: Any, replayed: Any, skipped: Collection[str]
 ) -> None:
     for name in (field.name for field in fields(recorded) if field.name not in skipped):
-        told, now = getattr(recorded, name), getattr(replayed, name)
+        before, now = getattr(recorded, name), getattr(replayed, name)
         shown = name.removesuffix("_json")
-        if shown != name and told != now:
-            told, now = (json.loads(text) if text else None for text in (told, now))
-        differences.compare(max(tick, 0), channel, shown, told, now, gross=name not in _ROUNDED)
+        if shown != name and before != now:
+            before, now = (json.loads(text) if text else None for text in (before, now))
+        differences.compare(max(tick, 0), channel, shown, before, now, gross=name not in _ROUNDED)
 
 
 def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
@@ -146,10 +146,10 @@ def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str,
 def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
     """Compare the cause of the latch with the recorded trip, or with the device's error."""
     trips = (event.detail for event in tape.log.events if event.name == "trip")
-    told = next(trips, str(error) if isinstance(error, DeviceError) else "")
+    recorded = next(trips, str(error) if isinstance(error, DeviceError) else "")
     # The text of a trip contains rounded numbers.
-    gross = bool(told) is not bool(cause)
-    tape.differences.compare(tape.tick, "/end", "latch", told, cause, gross=gross)
+    gross = bool(recorded) is not bool(cause)
+    tape.differences.compare(tape.tick, "/end", "latch", recorded, cause, gross=gross)
 
 
 def ending_note(tape: Tape) -> str:

@@ -103,8 +103,8 @@ def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fo
         gone_through()
     found = sum(len(trial.contacts) for trial in trials)
     if found < MIN_CONTACTS:
-        told = f"{found} in {len(trials)} trials that ended in the hole, of {len(paths)} logs"
-        raise ConfigurationError("contacts", told, f"at least {MIN_CONTACTS}")
+        count = f"{found} in {len(trials)} trials that ended in the hole, of {len(paths)} logs"
+        raise ConfigurationError("contacts", count, f"at least {MIN_CONTACTS}")
     config = recorded
     if config.learner != "belief":
         config = overlay(replace(recorded, learner="belief"), LEARNERS["belief"])

@@ -182,12 +182,12 @@ def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
     if start.model_sha256 != arm_sha256(rebuilt.config.arm, rebuilt.config.tool.geometry):
         causes.append(f"the model of the arm {rebuilt.config.arm} differs from the recording's")
     if isinstance(rebuilt.policy, ThirdPartyPolicy):
-        told = PolicyDocument.from_json_text(start.policy_json).third_party if start.policy_json else None
+        stored = PolicyDocument.from_json_text(start.policy_json).third_party if start.policy_json else None
         now = rebuilt.policy.entry
-        if told is not None and told.code == now.code and told.source_sha256 != now.source_sha256:
+        if stored is not None and stored.code == now.code and stored.source_sha256 != now.source_sha256:
             causes.append(f"the code of {now.code} differs from the recording's")
-        if told is not None and told.version != now.version:
-            causes.append(f"{now.distribution} {now.version} (recorded with {told.version})")
+        if stored is not None and stored.version != now.version:
+            causes.append(f"{now.distribution} {now.version} (recorded with {stored.version})")
     if _other_processor(log):
         causes.append("another processor")
     return tuple(causes)

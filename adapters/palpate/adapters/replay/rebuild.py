@@ -132,16 +132,16 @@ class RecordedDecisions(FixedPolicy):
         # An option is chosen once, but each of its actions is recorded.
         if self.log is None or observation.action_number >= len(self.log.decisions):
             raise TapeEndError("policy")
-        told = self.log.decisions[observation.action_number]
-        if told.index is not None and 0 <= told.index < len(self._actions):
+        entry = self.log.decisions[observation.action_number]
+        if entry.index is not None and 0 <= entry.index < len(self._actions):
             # Otherwise the log contradicts itself, which the comparison of decisions detects.
-            return Decision(self._actions[told.index], told.index, told.source, told.grounds[self._observed :])
-        if len(told.displacement_m) != 2 or told.index is not None:
+            return Decision(self._actions[entry.index], entry.index, entry.source, entry.grounds[self._observed :])
+        if len(entry.displacement_m) != 2 or entry.index is not None:
             problem = "does not say where the action leads"
-            raise LogError(self.log.path, f"decision {told.number}", problem, "it was altered")
-        x, y = told.displacement_m
-        spatial = Spatial.of(told.controller, told.spatial) if told.controller else None
-        return Decision(Action(told.action, (x, y), spatial), None, told.source, told.grounds[self._observed :])
+            raise LogError(self.log.path, f"decision {entry.number}", problem, "it was altered")
+        x, y = entry.displacement_m
+        spatial = Spatial.of(entry.controller, entry.spatial) if entry.controller else None
+        return Decision(Action(entry.action, (x, y), spatial), None, entry.source, entry.grounds[self._observed :])
 
 
 class Rebuilder:
@@ -203,8 +203,8 @@ class Rebuilder:
         name = start.policy if other is None else other if isinstance(other, str) else "document"
         baseline_name = "" if name == "document" or (other is None and start.policy_json) else name
         frozen = log.start.frozen or other is not None
-        told = policy.problem if isinstance(policy, RecordedDecisions) else ""
-        return Rebuilt(config, setup, ready, task, perception, policy, baseline_name, frozen, supervisor, told)
+        problem = policy.problem if isinstance(policy, RecordedDecisions) else ""
+        return Rebuilt(config, setup, ready, task, perception, policy, baseline_name, frozen, supervisor, problem)
 
     def _seed(self, log: TrialLog, config: RunConfig) -> int:
         changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)
@@ -232,7 +232,7 @@ class Rebuilder:
         if isinstance(other, ThirdPartyEntry):
             return perception, third_party_policy(other, config, perception, frozen=True)
         if other is None and log.start.policy == OUTSIDE:
-            return perception, self._told(log, config, perception, "an external agent chose the actions")
+            return perception, self._as_recorded(log, config, perception, "an external agent chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, baseline(other or log.start.policy, config, lambda: _hole(log, world))
         document = PolicyDocument.from_json_text(log.start.policy_json)
@@ -248,13 +248,13 @@ class Rebuilder:
         if entry.code != log.start.policy:
             raise ValueError(f"it names two policies, {log.start.policy} and {entry.code}")
         if _requested(log):
-            return self._told(log, config, perception, "a person chose the actions")
+            return self._as_recorded(log, config, perception, "a person chose the actions")
         try:
             return third_party_policy(entry, config, perception, frozen=log.start.frozen)
         except ConfigurationError as error:
-            return self._told(log, config, perception, str(error))
+            return self._as_recorded(log, config, perception, str(error))
 
-    def _told(self, log: TrialLog, config: RunConfig, perception: Perception, problem: str) -> Policy:
+    def _as_recorded(self, log: TrialLog, config: RunConfig, perception: Perception, problem: str) -> Policy:
         """Return a policy that repeats the recorded decisions."""
         if self.what_if:
             text = f"the policy's code is missing, and the log cannot answer a what-if ({problem})"

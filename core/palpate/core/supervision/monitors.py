@@ -195,8 +195,8 @@ class JointMonitor:
         ]
         for number, (angle, samples, low, high) in enumerate(self._same, start=1):
             if samples >= _STUCK_SAMPLES and high - low > self._stuck_rad:
-                way = f"{(high - low) * 1e3:.2f} mrad"
-                text = f"joint {number} reads {angle:.4f} rad while its commands span {way}"
+                span = f"{(high - low) * 1e3:.2f} mrad"
+                text = f"joint {number} reads {angle:.4f} rad while its commands span {span}"
                 return Trip(TripReason.TRACKING_ERROR, tick, text)
         return None
 

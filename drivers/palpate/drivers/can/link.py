@@ -90,7 +90,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
     """
     try:
         if interface == "slcan":
-            # python-can's slcan sleeps two seconds after opening, unless told otherwise.
+            # By default, python-can's slcan sleeps two seconds after opening.
             slcan = BoundedSlcanBus(channel=channel, bitrate=bitrate, **{"sleep_after_open": 0.1} | options)
             slcan.serialPortOrig.exclusive = True
             return slcan
@@ -176,7 +176,7 @@ class CanLink:
         return True
 
     def _unpoison(self) -> None:
-        # python-can's slcan keeps a line that is not UTF-8 and fails on it at every call, until it is told to flush.
+        # python-can's slcan keeps a line that is not UTF-8 and fails on it at every call until it is flushed.
         flush = getattr(self._bus, "flush", None)
         if flush is not None:
             try:

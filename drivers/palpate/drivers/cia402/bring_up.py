@@ -94,12 +94,12 @@ class BringUp:
             if all(view.state is goal and view.missed_in_a_row == 0 for view in views):
                 return
             if begin_ns > deadline_ns:
-                told = ", ".join(f"{v.box.node}: {v.state.value if v.state else v.statusword}" for v in views)
+                states = ", ".join(f"{v.box.node}: {v.state.value if v.state else v.statusword}" for v in views)
                 local = [
                     v.box.node for v in views if v.statusword is not None and not v.statusword & codec.Status.REMOTE
                 ]
-                told += f"; not under remote control: {local}" if local else ""
-                raise DeviceFaultError("arm", f"not every drive reached '{goal.value}' ({told})", "see the drives")
+                states += f"; not under remote control: {local}" if local else ""
+                raise DeviceFaultError("arm", f"not every drive reached '{goal.value}' ({states})", "see the drives")
             self._pause(begin_ns)
 
     def come_to_rest(self) -> None:

@@ -101,13 +101,13 @@ def _silent(view: AxisView, joint: JointDrive, settings: ArmSettings, now_ns: in
 def _left(view: AxisView, joint: JointDrive, allowed: Sequence[DriveState]) -> Iterator[DriverError]:
     if view.statusword is None or view.state in allowed:
         return
-    told = f"statusword 0x{view.statusword:04X}"
+    report = f"statusword 0x{view.statusword:04X}"
     if view.state in FAULTS:
         why = ", following error" if view.statusword & Status.FOLLOWING_ERROR else ""
-        yield DeviceFaultError(f"drive {joint.node}", f"is in fault ({told}{why})", _REMEDY)
+        yield DeviceFaultError(f"drive {joint.node}", f"is in fault ({report}{why})", _REMEDY)
     else:
         state = "no known state" if view.state is None else f"'{view.state.value}'"
-        yield DeviceFaultError(f"drive {joint.node}", f"went to {state} by itself ({told})", _REMEDY)
+        yield DeviceFaultError(f"drive {joint.node}", f"went to {state} by itself ({report})", _REMEDY)
 
 
 def _disobeys(view: AxisView, joint: JointDrive) -> Iterator[DriverError]:
@@ -123,8 +123,8 @@ def _disobeys(view: AxisView, joint: JointDrive) -> Iterator[DriverError]:
     )  # fmt: skip
     for is_so, problem, remedy in problems:
         if is_so:
-            told = f"{problem}, statusword 0x{word:04X})"
-            yield DeviceFaultError(f"drive {joint.node}", told, f"{remedy}, then acknowledge")
+            report = f"{problem}, statusword 0x{word:04X})"
+            yield DeviceFaultError(f"drive {joint.node}", report, f"{remedy}, then acknowledge")
 
 
 def _astray(view: AxisView, joint: JointDrive) -> Iterator[DriverError]:

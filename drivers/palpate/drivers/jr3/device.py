@@ -190,10 +190,10 @@ class Jr3(PolledSensor):
         return sample
 
     def _do_due(self, now_ns: int) -> None:
-        patience_ns = _STALL_PERIODS * self._period_us * 1000
+        timeout_ns = _STALL_PERIODS * self._period_us * 1000
         if self.phase is Jr3Phase.AWAITING:
-            patience_ns = max(patience_ns, FIRST_READING_NS)
-        if self.phase in FLOWING and now_ns - self._sampler.last_new_ns > patience_ns:
+            timeout_ns = max(timeout_ns, FIRST_READING_NS)
+        if self.phase in FLOWING and now_ns - self._sampler.last_new_ns > timeout_ns:
             self._decoder.forget()
             self._advance(Jr3Event.STALLED)
         if self._exchange.exhausted(now_ns):

@@ -108,8 +108,8 @@ class UrArm(LatchingArm):
                 seen = self._fresh()
             except SilentError as error:
                 if enabled and away_s > settings.silence_s:
-                    told = f"this computer was away for {away_s * 1e3:.0f} ms; after that {error.problem}"
-                    raise LateError(NAME, told, KEEP_TIME) from error
+                    problem = f"this computer was away for {away_s * 1e3:.0f} ms; after that {error.problem}"
+                    raise LateError(NAME, problem, KEEP_TIME) from error
                 if self._state is not ArmState.STOPPED or before is None:
                     raise
                 # The arm is at rest; the next enable() restores the connection.

@@ -72,7 +72,7 @@ class UrLink:
         self.host, self._words, self._set_priority = host, [host, str(rate_Hz)], set_priority
         self._process: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
-        self._told: Any = None
+        self._errors: Any = None
         self._state, self._requested = b"", 0
         self._answers: dict[int, dict[str, Any]] = {}
         self._lost = ""
@@ -92,7 +92,7 @@ class UrLink:
         self.close()
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         # The client prints its errors.
-        self._told = tempfile.TemporaryFile()
+        self._errors = tempfile.TemporaryFile()
         with theirs:
             # A process inherits from its starting thread, and this thread must not change.
             starter = threading.Thread(target=self._start, args=(theirs.fileno(),))
@@ -150,8 +150,8 @@ class UrLink:
 
     def close(self) -> None:
         """End the process, after a request to end the program on the controller. Never raises."""
-        process, line, told = self._process, self._line, self._told
-        self._process = self._line = self._told = None
+        process, line, errors = self._process, self._line, self._errors
+        self._process = self._line = self._errors = None
         self._answers = {}
         if line is not None:
             line.close()
@@ -160,15 +160,15 @@ class UrLink:
                 process.wait(_END_S)
             process.kill()
             process.wait()
-        if told is not None:
-            told.close()
+        if errors is not None:
+            errors.close()
 
     def _start(self, fd: int) -> None:
         if self._set_priority is not None:
             self._set_priority()
         self._process = subprocess.Popen(
             [sys.executable, "-m", "palpate.drivers.ur.process_main", str(fd), *self._words], pass_fds=[fd],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._told, start_new_session=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True,
         )  # fmt: skip
 
     def _open_line(self) -> socket.socket:
@@ -212,8 +212,8 @@ class UrLink:
         return SilentError(NAME, f"the connection to {self.host} is broken: {cause}", CHECK)
 
     def _last_words(self) -> str:
-        if self._told is None:
+        if self._errors is None:
             return ""
-        self._told.seek(0)
-        lines = self._told.read().decode("utf-8", "replace").strip().splitlines()
+        self._errors.seek(0)
+        lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
         return lines[-1].strip() if lines else ""

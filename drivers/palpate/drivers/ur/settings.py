@@ -86,8 +86,8 @@ def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
         (seen.safety_mode not in range(1, 32), f"safety mode {seen.safety_mode}"),
         (seen.runtime not in range(6), f"runtime state {seen.runtime}"),
     )
-    if told := [text for is_wrong, text in findings if is_wrong]:
-        problem = f"what its controller at {host} sends makes no sense: {', '.join(told)}"
+    if wrong := [text for is_wrong, text in findings if is_wrong]:
+        problem = f"what its controller at {host} sends makes no sense: {', '.join(wrong)}"
         raise GarbledError(NAME, problem, CHECK)
 
 

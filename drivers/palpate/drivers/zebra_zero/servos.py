@@ -75,7 +75,7 @@ def bring_to_rest(
         return StopOutcome.NOTHING_ON
     begin_ns = clock_ns()
     deadline_ns, dead_ns = begin_ns + round(timeout_s * 1e9), begin_ns + round(_DEAD_S * 1e9)
-    told: set[int] = set()
+    reached: set[int] = set()
     moving = set(addresses)
     replies = tries = 0
     try:
@@ -83,7 +83,7 @@ def bring_to_rest(
             bus.group(SMOOTH)
         while moving and clock_ns() < deadline_ns:
             for address in sorted(moving):
-                replies, tries = replies + _poll(bus, address, told, moving), tries + 1
+                replies, tries = replies + _poll(bus, address, reached, moving), tries + 1
                 if not replies and tries >= _DEAD_TRIES and clock_ns() >= dead_ns:
                     bus.broadcast(addresses, ABRUPT)
                     return StopOutcome.LINE_DEAD
@@ -95,20 +95,20 @@ def bring_to_rest(
         return StopOutcome.LINE_DEAD
     if not moving:
         return StopOutcome.STATIONARY
-    return StopOutcome.NOT_SEEN if told else StopOutcome.LINE_DEAD
+    return StopOutcome.NOT_SEEN if reached else StopOutcome.LINE_DEAD
 
 
-def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> bool:
+def _poll(bus: NmcBus, address: int, reached: set[int], moving: set[int]) -> bool:
     reply = bus.attempt(address, NOP)
     if not isinstance(reply, Reply):
         return False
     if reply.status & STICKY_STATUS:
-        told.add(address)
+        reached.add(address)
         moving.discard(address)
-    elif address not in told:
-        # The group's command has no receipt, so each module is told once more.
+    elif address not in reached:
+        # Modules do not acknowledge the group's command, so each one gets its own.
         if isinstance(bus.attempt(address, SMOOTH), Reply):
-            told.add(address)
+            reached.add(address)
     elif reply.status & NmcStatus.MOVE_DONE:
         moving.discard(address)
     return True

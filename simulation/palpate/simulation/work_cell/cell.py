@@ -159,8 +159,10 @@ class WorkCell:
         """
         true = self._wrench.tolist()
         if self._hidden is not None:
-            felt = self._hidden.felt(self._delay.passed([-each for each in true]), -self.data.body("sensor").xmat[6:9])
-            true = [-each for each in felt]
+            measured = self._hidden.measured(
+                self._delay.passed([-each for each in true]), -self.data.body("sensor").xmat[6:9]
+            )
+            true = [-each for each in measured]
         self.before_errors: list[float] = true
         wrench = list(map(sub, next(self._noise), true))
         return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench

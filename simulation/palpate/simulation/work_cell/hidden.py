@@ -77,7 +77,7 @@ class HiddenValues:
             hole_height_error_mm=config.hole_height_error_mm + self.plate_mm,
         )
 
-    def felt(self, wrench: list[float], down_in_tool: Any) -> list[float]:
+    def measured(self, wrench: list[float], down_in_tool: Any) -> list[float]:
         """Return a wrench, (6,), as the turned sensor measures it, including the gripper's weight.
 
         Args:

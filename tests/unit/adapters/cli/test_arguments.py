@@ -61,14 +61,14 @@ def test_a_setting_of_another_command_is_told_where_it_belongs(flag, command):
 def test_the_flags_are_those_of_the_help(kind, capsys):
     with pytest.raises(SystemExit):
         parse(kind, "x", ["--help"])
-    told = set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out))
-    assert told - {"--help", "--task"} <= flags_of(kind)  # --task is short for --task.name
+    report = set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out))
+    assert report - {"--help", "--task"} <= flags_of(kind)  # --task is short for --task.name
 
 
 def test_a_run_toml_of_another_format_is_refused(tmp_path):
     path = tmp_path / "run.toml"
-    for told, found in (('format = "palpate.run/0"\n', "'palpate.run/0'"), ("", "None")):
-        path.write_text(f'seed = 3\n[run]\n{told}command = "train"\n')
+    for report, found in (('format = "palpate.run/0"\n', "'palpate.run/0'"), ("", "None")):
+        path.write_text(f'seed = 3\n[run]\n{report}command = "train"\n')
         with pytest.raises(ConfigurationError, match=rf"run.format must be 'palpate.run/2', .* \(got {found}\)"):
             config("--config", str(path))
 

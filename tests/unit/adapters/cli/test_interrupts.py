@@ -74,9 +74,9 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(palpate, 
             press(2)
         advance_once(self)
 
-    def fail(self, *told):
+    def fail(self, *message):
         press(2)
-        fail_once(self, *told)
+        fail_once(self, *message)
         press(2)
 
     monkeypatch.setattr(WorkCell, "advance", advance)

@@ -59,11 +59,11 @@ def test_number_that_is_none_or_in_another_unit_is_refused_by_its_name(table):
                     job[table][field][place] = wrong
                 with pytest.raises(ConfigurationError) as caught:
                     usable(name, job)
-                told = str(caught.value)
+                message = str(caught.value)
                 # Place, stiffness and size enter the depth's standard deviation; its message says which to change.
-                summed = told.startswith(("part.depth_tolerance_mm ", "place "))
-                assert f"{table}.{field}" in told or summed, told
-                assert "\n" not in told
+                summed = message.startswith(("part.depth_tolerance_mm ", "place "))
+                assert f"{table}.{field}" in message or summed, message
+                assert "\n" not in message
 
 
 @pytest.mark.parametrize("name", JOBS)
@@ -73,7 +73,7 @@ def test_the_example_jobs_can_be_used_as_they_are_and_state_the_simulator_s_fric
 
 
 @pytest.mark.parametrize(
-    ("table", "fields", "told"),
+    ("table", "fields", "message"),
     [
         ("part", {"hole_mm": 29.0}, "part.hole_mm must be from 29.002 to 39 for part.peg_mm = 29"),
         ("part", {"hole_depth_mm": 9.0}, "part.hole_depth_mm must be at least part.depth_mm = 10"),
@@ -93,12 +93,12 @@ def test_the_example_jobs_can_be_used_as_they_are_and_state_the_simulator_s_fric
         ("arm", {"lower_rad": [0.0]}, "6 numbers, one per joint"),
     ],
 )
-def test_relations_are_refused_with_the_bound_and_what_to_do(table, fields, told):
+def test_relations_are_refused_with_the_bound_and_what_to_do(table, fields, message):
     job = deepcopy(JOBS["paper-peg"])
     job[table] = {**job.get(table, {}), **fields}
     with pytest.raises(ConfigurationError) as caught:
         usable("paper-peg", job)
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 PAGE = Path(__file__).parents[4] / "docs" / "job-file.md"

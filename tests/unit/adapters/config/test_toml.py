@@ -52,13 +52,13 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
 
 def test_all_options_of_a_task_are_told_and_an_insertion_has_none():
     config = overlay(RunConfig(), {"task": {"name": "insertion-6dof", "options": {"corners": 4.0}}})
-    told = with_options(config).task.options
-    assert (told["corners"], told["down_share"]) == (4.0, 0.9)
+    message = with_options(config).task.options
+    assert (message["corners"], message["down_share"]) == (4.0, 0.9)
     assert with_options(RunConfig()) == RunConfig()
 
 
 @pytest.mark.parametrize(
-    ("world", "options", "told"),
+    ("world", "options", "message"),
     [
         ("blind-square", {"corners": 3.0}, "task.options.corners must be 4, as the square peg"),
         ("blind-square", {"flat_deg": 30.0}, "task.options.flat_deg must be 0"),
@@ -69,27 +69,27 @@ def test_all_options_of_a_task_are_told_and_an_insertion_has_none():
         ("blind-keyed", {"flat_deg": 37.5, "corner_mm": 11.5}, ""),
     ],
 )
-def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world, options, told):
+def test_corners_that_the_peg_of_the_cell_lacks_are_refused(world, options, message):
     task = {"name": "insertion-6dof", "options": options, "area_half_width_mm": 11.0}
     config = overlay(scenario(world), {"task": task})
-    if not told:
+    if not message:
         require_corners(config)
         return
     with pytest.raises(ConfigurationError) as refused:
         require_corners(config)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("insertoin", "did you mean insertion?"),
         ("math:pi", "a palpate.core.trial.TaskKind; math:pi has no preset"),
         ("no_such_package:KIND", "No module named 'no_such_package'"),
     ],
 )
-def test_what_is_no_kind_of_task_is_refused(name, told):
+def test_what_is_no_kind_of_task_is_refused(name, message):
     with pytest.raises(ConfigurationError, match=r"task\.name") as refused:
         task_kind(name)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
     assert "\n" not in str(refused.value)

@@ -134,6 +134,6 @@ def test_an_automaton_s_states_survive_their_way_into_a_policy_file(tmp_path):
     [("last", "last-2"), ("last-0", "last-2"), ("", "none"), ("last-60", "states"), ("gone.json", "no such file")],
 )
 def test_memories_that_cannot_be_had_are_refused_by_their_setting(memory, accepted):
-    with pytest.raises(ConfigurationError, match=r"perception\.memory") as told:
+    with pytest.raises(ConfigurationError, match=r"perception\.memory") as message:
         identifier(memory, SYMBOLS)
-    assert accepted in told.value.accepted
+    assert accepted in message.value.accepted

@@ -167,18 +167,18 @@ def test_a_belief_serves_another_force_limit_with_shorter_steps(learned):
 
 
 @pytest.mark.parametrize(
-    ("peg", "told"),
+    ("peg", "message"),
     [
         ({"cross_section": "square"}, "cell.peg.cross_section must be 'round'"),
         ({"diameter_mm": 20.0}, "cell.peg.diameter_mm must be 29.0"),
         ({"chamfer_mm": 1.0}, "cell.peg.chamfer_mm must be 0.0"),
     ],
 )
-def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(learned, peg, told):
+def test_a_touch_model_of_another_peg_is_refused_unless_it_is_asked_for(learned, peg, message):
     other = overlay(ROUND, {"cell": {"peg": peg}})
     with pytest.raises(ConfigurationError) as refused:
         load(learned, other)
-    assert str(refused.value).startswith(told)
+    assert str(refused.value).startswith(message)
     assert "--learning.belief.other-tool" in str(refused.value)
     load(learned, overlay(other, {"learning": {"belief": {"other_tool": True}}}))
 

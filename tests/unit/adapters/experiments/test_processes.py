@@ -77,12 +77,12 @@ def holder(folder):
 def test_second_writer_is_refused_and_told_whose_it_is(tmp_path):
     other = holder(tmp_path)
     try:
-        with pytest.raises(OutputError) as told, only_writer(tmp_path):
+        with pytest.raises(OutputError) as message, only_writer(tmp_path):
             pass
     finally:
         other.kill()
         other.communicate()
-    line = str(told.value)
+    line = str(message.value)
     assert f"is being written by process {other.pid} on {socket.gethostname()} since 20" in line
     assert str(tmp_path) in line
 

@@ -79,7 +79,7 @@ def test_learning_shows_in_windows_of_trials_counted_from_one():
     }
 
 
-def test_trials_that_are_marked_are_counted_by_reason_and_told():
+def test_flagged_trials_are_counted_by_reason():
     rows = trial_rows(1.0, 1.0, 1.0, 1.0)
     rows[1] = replace(rows[1], flagged="slots skipped (30)")
     rows[3] = replace(rows[3], flagged="a tick too late (21.0 ms); slots skipped (7)")

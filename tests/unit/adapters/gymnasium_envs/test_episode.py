@@ -125,9 +125,9 @@ def rig():
 def test_loop_goes_on_and_counts_what_was_late(rig, think_ms, sources):
     bench = Bench(rig, think_ms)
     report = bench.run()
-    told = [record.source for record in report.decisions]
-    assert told[: len(sources)] == sources
-    assert bench.desk.late_decisions == told.count(LATE)
+    message = [record.source for record in report.decisions]
+    assert message[: len(sources)] == sources
+    assert bench.desk.late_decisions == message.count(LATE)
     # While it rests it goes on pressing, as hard as ever and no harder.
     assert report.outcome is Outcome.TIME_LIMIT
     assert report.peak_force_N < 10.0

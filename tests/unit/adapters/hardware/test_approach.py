@@ -131,7 +131,7 @@ def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(arm, joint,
 
 
 @pytest.mark.parametrize(
-    ("altered", "told"),
+    ("altered", "message"),
     [
         # Joint 5 reads a turn too much.
         (
@@ -145,11 +145,11 @@ def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(arm, joint,
     ],
     ids=["a lost turn", "another frame"],
 )
-def test_sample_that_would_mislead_is_refused_before_the_arm_moves(altered, told):
+def test_sample_that_would_mislead_is_refused_before_the_arm_moves(altered, message):
     with SimulatedRig(CONFIG, ready_pose()) as rig:
         rig.prepare(0)
         sent = SentCommands(rig.ports.arm)
-        with pytest.raises(DeviceError, match=told):
+        with pytest.raises(DeviceError, match=message):
             way(replace(rig.ports, arm=sent, **altered(rig.ports)))
     assert sent.requested == []
 

@@ -27,15 +27,15 @@ def test_table_can_goes_to_python_can_as_it_is(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("interface", "told"),
+    ("interface", "message"),
     [
         ("kvaser", "library of its maker is missing .CANlib, .* install it"),
         ("neovi", "python-ics"),
         ("socketcand", "give python-can what .* .arm.can."),
     ],
 )
-def test_interface_that_is_not_there_is_one_line(interface, told, capfd):
-    with pytest.raises(WiringError, match=told) as caught:
+def test_interface_that_is_not_there_is_one_line(interface, message, capfd):
+    with pytest.raises(WiringError, match=message) as caught:
         open_bus(interface, "0", 1_000_000)
     assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")

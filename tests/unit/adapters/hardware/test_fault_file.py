@@ -35,9 +35,9 @@ def test_new_rig_has_no_fault_and_a_file_before_it_moves(rig):
 def test_fault_outlives_its_program_and_names_the_option_to_copy(rig, capsys):
     tripped(rig)
     option = '--acknowledge "1 NAME: why"'
-    told = capsys.readouterr().err
-    assert told.startswith("palpate: fault 1: FORCE_LIMIT: force 31.00 N, limit 30 N; kept in ")
-    assert told.endswith(f"acknowledge it: {option}\n")
+    message = capsys.readouterr().err
+    assert message.startswith("palpate: fault 1: FORCE_LIMIT: force 31.00 N, limit 30 N; kept in ")
+    assert message.endswith(f"acknowledge it: {option}\n")
     with pytest.raises(FaultLatchedError) as refused:
         FaultFile(rig)
     assert "FORCE_LIMIT: force 31.00 N, limit 30 N" in str(refused.value)

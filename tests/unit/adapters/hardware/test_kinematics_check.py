@@ -78,8 +78,8 @@ def test_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp
 
 
 def test_tool_of_the_job_is_compared_with_what_is_entered_at_the_controller():
-    told = "payload of the controller and tool agree, and so does its tool centre point"
-    assert judge_tool(context(), TOOL, reported()) == told
+    message = "payload of the controller and tool agree, and so does its tool centre point"
+    assert judge_tool(context(), TOOL, reported()) == message
     assert "it has no tool centre point" in judge_tool(context(), TOOL, reported(tool_on_flange=(0.0,) * 6))
 
 
@@ -104,10 +104,10 @@ def test_arm_is_compared_before_it_gets_power():
     stated = {"payload_kg": 0.5, "payload_cog_m": CENTRE, "tcp_offset": TCP}
     link = VirtualUr(arm="ur5e", **stated)
     table = UrTable()
-    for arm, accepted, told in (("ur5e", False, r"nominal model is 0\.0 mm"), ("ur10e", True, "its flange is")):
+    for arm, accepted, message in (("ur5e", False, r"nominal model is 0\.0 mm"), ("ur10e", True, "its flange is")):
         its = context(arm, clock=link.clock, tool=TOOL, accept_kinematics=accepted)
         adapter = make_ur_rtde(table, its, lambda: link)
-        with pytest.raises(ConfigurationError, match=told):
+        with pytest.raises(ConfigurationError, match=message):
             adapter.open()
         assert not link.is_open
     adapter = make_ur_rtde(table, context("ur5e", clock=link.clock, tool=TOOL, accept_kinematics=True), lambda: link)

@@ -18,12 +18,12 @@ from tests.support.stopped_arm import HERE, active_arm, nothing_left_behind, wai
 class Bench:
     def __init__(self, **settings):
         self.arm = active_arm(FakeClock())
-        self.told = []
-        self.stop = OperatorStop(self.arm, notify=self.told.append, **{"keys": False, **settings})
+        self.message = []
+        self.stop = OperatorStop(self.arm, notify=self.message.append, **{"keys": False, **settings})
 
     def require_stop(self, text):
-        wait_for(lambda: self.told)
-        assert (self.told, self.stop.tripped) == ([text], text)
+        wait_for(lambda: self.message)
+        assert (self.message, self.stop.tripped) == ([text], text)
         assert self.arm.send(HERE).reason is CommandReason.STOPPED
 
 
@@ -48,7 +48,7 @@ def test_a_key(terminal):
         os.write(master, b"x")
         bench.require_stop("key: a key was pressed")
         bench.stop.acknowledge()
-        bench.told.clear()
+        bench.message.clear()
         os.write(master, b"y")
         bench.require_stop("key: a key was pressed")
     assert termios.tcgetattr(slave) == before

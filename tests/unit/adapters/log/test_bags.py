@@ -79,17 +79,17 @@ def test_joints_are_found_by_name_and_samples_held_between_messages(storage, tmp
 
 
 @pytest.mark.parametrize(
-    ("names", "topics", "chosen", "told"),
+    ("names", "topics", "chosen", "message"),
     [
         (("a", "b"), ("/joint_states", "/wrench"), BagTopics(), r"joints must be the names of the joints in .*: a, b"),
-        (None, ("/joint_states",), BagTopics(), r"wrench must be one topic of type .* which has none"),
-        (None, ("/joint_states", "/one", "/two"), BagTopics(), r"which has /one, /two"),
-        (None, ("/joint_states", "/wrench"), BagTopics(joint_states="/js"), r"which has /joint_states"),
+        (None, ("/joint_states",), BagTopics(), r"no single topic of type .* it has none"),
+        (None, ("/joint_states", "/one", "/two"), BagTopics(), r"it has /one, /two"),
+        (None, ("/joint_states", "/wrench"), BagTopics(joint_states="/js"), r"it has /joint_states"),
     ],
 )
-def test_bag_that_lacks_something_is_refused(names, topics, chosen, told, tmp_path):
+def test_bag_that_lacks_something_is_refused(names, topics, chosen, message, tmp_path):
     bag = made(tmp_path / "bag", names or joint_names(CONFIG), StoragePlugin.MCAP, topics)
-    with pytest.raises(ConfigurationError, match=told):
+    with pytest.raises(ConfigurationError, match=message):
         imported(bag, tmp_path / "x.mcap", chosen)
 
 

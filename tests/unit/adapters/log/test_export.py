@@ -94,9 +94,9 @@ def test_everything_else_of_a_trial(tmp_path):
     assert float(call["requested_rad_2"]) == POSTURE[1]
     (loss,) = rows(out / "recorder.csv")
     assert loss["dropped_messages"] == "3"
-    told = json.loads((out / "start.json").read_text())
-    assert (told["log"], told["seed"], told["ready_rad"]) == (str(path), 7, list(POSTURE))
-    assert told["generator"]["state"] == 2**128 - 1
+    message = json.loads((out / "start.json").read_text())
+    assert (message["log"], message["seed"], message["ready_rad"]) == (str(path), 7, list(POSTURE))
+    assert message["generator"]["state"] == 2**128 - 1
     assert overlay(RunConfig(), tomllib.loads((out / "config.toml").read_text())) == scenario("paper")
     ended = json.loads((out / "end.json").read_text())
     assert (ended["outcome"], ended["learner"], ended["depth_m"]) == ("inserted", {"q": [1]}, None)

@@ -112,7 +112,7 @@ def test_malformed_text_is_refused(tmp_path, changes, where):
 @pytest.mark.parametrize(
     ("outcome", "events", "reason", "text"),
     [
-        ("safety trip", ["trip", "end"], "PLATE_NOT_FOUND", "nothing felt down to 2.93 mm"),
+        ("safety trip", ["trip", "end"], "PLATE_NOT_FOUND", "no contact down to 2.93 mm"),
         # One that no supervisor noticed.
         ("sensor fault", ["end"], "sensor fault", "force sample stale, joint sample valid"),
     ],

@@ -98,14 +98,14 @@ def test_after_stop_the_arm_holds():
 @pytest.mark.parametrize(
     ("numbers", "line"), [((5, 6), "tick 0: ticks 0 to 4 are missing"), ((0, 1, 4), "tick 2: ticks 2 to 3 are missing")]
 )
-def test_missing_ticks_are_told(numbers, line):
+def test_missing_ticks_are_reported(numbers, line):
     lost = LossEntry(tick=4, problem="queue full", text="the writer was behind", dropped_messages=2)
     clock = ReplayClock(Tape(log_of(*map(tick, numbers), losses=(lost,))))
     readings = (clock.now_ns() for _ in numbers)
-    with pytest.raises(LogError) as told:
+    with pytest.raises(LogError) as message:
         list(readings)
-    assert line in str(told.value)
-    assert "queue full" in str(told.value)
+    assert line in str(message.value)
+    assert "queue full" in str(message.value)
 
 
 def test_a_sleep_until_another_time_is_a_difference():
@@ -184,13 +184,13 @@ def test_omniscience_needs_to_know_the_hole():
 
 
 @pytest.mark.parametrize(
-    ("source", "told"), [("drift", "No module named 'gone'"), ("person", "a person chose the actions")]
+    ("source", "message"), [("drift", "No module named 'gone'"), ("person", "a person chose the actions")]
 )
-def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, source, told):
+def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, source, message):
     document = PolicyDocument.from_json_text(log.start.policy_json)
     document = replace(document, learner=None, third_party=ThirdPartyEntry("gone:Policy", "", "", "", 0))
     log.start = replace(log.start, policy="gone:Policy", policy_json=document.to_json_text(), learner_json="")
     log.decisions = [replace(each, source=source) for each in log.decisions]
-    assert told in Rebuilder().rebuild(log).recorded_decisions
+    assert message in Rebuilder().rebuild(log).recorded_decisions
     with pytest.raises(LogError, match="the log cannot answer a what-if"):
         Rebuilder(Changes(settings=("task.press_kgf=0.4",))).rebuild(log)

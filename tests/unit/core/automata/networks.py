@@ -36,7 +36,7 @@ def last_symbol():
 
 
 def drift():
-    """One tanh unit that a moves up by little, so that it depends on q how many steps are told apart; b resets it."""
+    """One tanh unit that a moves up by little, so that q determines how many steps are distinguished; b resets it."""
     shape = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION, hidden=1, activation="tanh", order=2)
     return Network(
         shape,

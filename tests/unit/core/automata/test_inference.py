@@ -154,14 +154,14 @@ PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800),
 
 class TestInference:
     def test_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it(self):
-        told = []
+        message = []
         training = TrainingSettings(restarts=32, steps=400, enough=4)
-        found = infer(ODD_ZEROS, InferenceSettings(order=2, held_out=0.25, training=training), progress=told.append)
+        found = infer(ODD_ZEROS, InferenceSettings(order=2, held_out=0.25, training=training), progress=message.append)
         assert difference(found.machine, Machine(Kind.DFA, ("0", "1"), ((1, 0), (0, 1)), (False, True))) is None
         assert found.consistent is True
         assert (found.chosen.states, found.strings, found.held_out) == (2, 95, 32)
         assert found.chosen.raw_states >= 2
-        assert tuple(told) == found.training.curve
+        assert tuple(message) == found.training.curve
         assert (
             f"q = {found.chosen.intervals}, {found.chosen.raw_states} cells, 2 states after minimisation"
             in found.summary

@@ -175,22 +175,22 @@ class TestSpatialOptions:
         ],
     )
     def test_lean_and_place_of_each_shape(self, shape, corner_mm, tilt_deg, inside_mm):
-        told = options(PartConfig(shape=shape))
-        assert (told["corner_mm"], told["tilt_deg"], told["inside_mm"]) == pytest.approx(
+        message = options(PartConfig(shape=shape))
+        assert (message["corner_mm"], message["tilt_deg"], message["inside_mm"]) == pytest.approx(
             (corner_mm, tilt_deg, inside_mm), rel=5e-4
         )
-        assert told["most_tilt_deg"] == max(8.0, told["tilt_deg"])
+        assert message["most_tilt_deg"] == max(8.0, message["tilt_deg"])
 
     def test_yaw_gives_way_by_the_stiffness_of_the_walls_and_wedged_corners_are_turned_against_friction(self):
-        told = options(PartConfig(shape="square"))
+        message = options(PartConfig(shape="square"))
         # 0.43 of 140 per second, over 50 N m/rad in series with 1.27 x 40 N/mm x (20.51 mm)^2.
-        assert told["push_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 1 / 21.36), rel=1e-3)
+        assert message["push_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 1 / 21.36), rel=1e-3)
         # 0.6 x (4.9 N + 2 x 1 N) at the corner.
-        assert told["drive_Nm"] == pytest.approx(0.6 * 6.903 * 20.51e-3, rel=1e-3)
+        assert message["drive_Nm"] == pytest.approx(0.6 * 6.903 * 20.51e-3, rel=1e-3)
         small = options(PartConfig(shape="square", peg_mm=14.5, hole_mm=14.6))
         assert small["push_yaw_rad_per_Nms"] == pytest.approx(0.43 * 140.0 * (1 / 50.0 + 4 / 21.36), rel=1e-3)
         stiff = options(PartConfig(shape="square"), tool=ToolConfig(lateral_N_per_mm=80.0))
-        assert stiff["push_yaw_rad_per_Nms"] < told["push_yaw_rad_per_Nms"]
+        assert stiff["push_yaw_rad_per_Nms"] < message["push_yaw_rad_per_Nms"]
         assert options(PartConfig(shape="square", friction_max=0.3))["drive_Nm"] == pytest.approx(
-            0.5 * told["drive_Nm"], rel=1e-3
+            0.5 * message["drive_Nm"], rel=1e-3
         )

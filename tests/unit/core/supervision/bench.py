@@ -1,4 +1,4 @@
-"""A supervisor over made-up ticks: an arm that does what it is told, and knobs for everything that can go wrong."""
+"""A supervisor over synthetic ticks: an ideal arm, and members for every fault."""
 
 from dataclasses import replace
 

@@ -25,8 +25,8 @@ def refused(field, value, **more):
 
 @pytest.mark.parametrize("value", [None, inf, nan])
 def test_nothing_runs_without_a_force_limit(value):
-    told = "a finite number of newtons: nothing runs without a force limit"
-    assert str(refused("max_force_N", value)) == (f"supervision.max_force_N must be {told} (got {value!r})")
+    message = "a finite number of newtons: nothing runs without a force limit"
+    assert str(refused("max_force_N", value)) == (f"supervision.max_force_N must be {message} (got {value!r})")
 
 
 @pytest.mark.parametrize("name", DEFAULTS)

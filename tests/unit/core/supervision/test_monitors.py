@@ -254,8 +254,10 @@ class TestOverTicks:
             for _ in range(30):
                 measured = sent[-1 - lag - old]
                 requested = (sent[-1][0] + 0.999 / 140, *sent[-1][1:])
-                told = {"source_time_ns": bench.snapshots[-1].time_ns - (old - 1) * TICK_NS}
-                bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), requested_rad=requested, joints=told)
+                message = {"source_time_ns": bench.snapshots[-1].time_ns - (old - 1) * TICK_NS}
+                bench.tick(
+                    measured_rad=(measured[0] - extra_rad, *measured[1:]), requested_rad=requested, joints=message
+                )
                 sent.append(bench.results[-1].command.position_rad)
             return bench
 

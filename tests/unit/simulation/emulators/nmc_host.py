@@ -41,7 +41,7 @@ class Bench:
         return self
 
     def running(self, *axes):
-        """With the servos of some axes on (all six unless told)."""
+        """Switch on the servos of some axes (by default all six)."""
         self.addressed()
         for address in [axis + 1 for axis in axes or range(len(self.bus.modules))]:
             self.ask(address, 0x6, GAINS)

@@ -68,7 +68,7 @@ def test_unplugging_a_terminal_is_a_hang_up_while_the_device_keeps_its_state():
 
 
 class Talker:
-    """A node that sends what it is told to, and answers 0x10."""
+    """A node that sends given frames, and answers 0x10."""
 
     def __init__(self):
         self.outbox = []

@@ -69,7 +69,7 @@ def test_arm_stays_at_its_ready_pose(arm):
 
 @pytest.mark.parametrize("heading_deg", [0.0, 90.0, 200.0])
 @pytest.mark.parametrize("arm", ARMS)
-def test_peg_leans_as_told(arm, heading_deg):
+def test_peg_tilts_as_set(arm, heading_deg):
     cell = cell_of(CellConfig(tilt_mrad=20.0, tilt_heading_deg=heading_deg), arm)
     axis = GOAL.rotation.T @ cell.data.body("peg").xmat.reshape(3, 3)[:, 2]
     heading = radians(heading_deg)
@@ -92,7 +92,7 @@ def test_contacts_are_stiffer_only_where_something_leans(leaning):
 # The gripper's springs.
 
 
-def test_stiffness_is_as_told():
+def test_stiffness_is_as_set():
     cell = cell_of(CellConfig())
     up = deflection(cell, (0.0, 0.0, 5.0), (0.0, 0.0, 0.0))
     assert up[2] == pytest.approx(-1e-3, rel=0.02)  # the tool's z points down
@@ -125,7 +125,7 @@ def test_wrench_is_the_weight_of_what_hangs_on_the_sensor():
     assert (tx, ty, tz) == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
 
 
-def test_noise_and_bias_have_the_size_told():
+def test_noise_and_bias_have_the_size_set():
     sensor = SensorConfig(force_noise_N=0.2, torque_noise_Nm=0.01, force_bias_N=3.0, torque_bias_Nm=0.1)
     cell = cell_of(CellConfig(sensor=sensor))
     still = cell_of(CellConfig(sensor=SILENT)).measure_wrench()

@@ -110,7 +110,7 @@ def test_cell_regripped_is_the_cell_of_that_grip():
     assert digests[0] == digests[2] != digests[1]
 
 
-def test_cell_outside_the_valid_range_is_told():
+def test_cell_outside_the_valid_range_is_reported():
     assert validity_lines(CellConfig()) == []
     (line,) = validity_lines(CellConfig(peg=PegConfig(clearance_mm=0.001)))
     assert line.startswith("outside the simulator's valid range: its play error is 0.9 um ")

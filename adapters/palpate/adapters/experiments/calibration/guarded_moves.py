@@ -87,10 +87,10 @@ class GuardedMoves:
     def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Sample]:
         """Move the tip straight at constant orientation and yield each tick; the motion ends when iteration ends."""
         begin = self.place(self._requested)
-        way = target_in_base.translation - begin.translation
-        ticks = max(1, ceil(float(np.linalg.norm(way)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
+        path_m = target_in_base.translation - begin.translation
+        ticks = max(1, ceil(float(np.linalg.norm(path_m)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
         for tick in range(1, ticks + 1):
-            target = pin.SE3(begin.rotation, begin.translation + way * (tick / ticks))
+            target = pin.SE3(begin.rotation, begin.translation + path_m * (tick / ticks))
             q_rad, limited = self._inverse.step(self._requested, target)
             if limited:
                 raise DeviceError("rig", "the arm cannot move its tool straight from here: move it elsewhere by hand")

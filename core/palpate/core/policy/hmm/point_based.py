@@ -245,11 +245,11 @@ def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
         actions = (_on_grid(beliefs, _SHARE) @ weighed).argmin(axis=1)
         chance = rng.random(len(actions)) < _RANDOM
         actions = np.where(chance, rng.integers(model.actions, size=len(actions)), actions)
-        ways = model.transitions[actions, states]
+        following = model.transitions[actions, states]
         arrived = rng.random(len(actions)) < model.goal[actions, states]
         beliefs = np.stack([model.moved(belief, action) for belief, action in zip(beliefs, actions, strict=True)])
         beliefs /= np.maximum(beliefs.sum(axis=1, keepdims=True), 1e-12)
-        states = _drawn(np.where(ways.sum(axis=1, keepdims=True) > 0.0, ways, model.start), rng)
+        states = _drawn(np.where(following.sum(axis=1, keepdims=True) > 0.0, following, model.start), rng)
         again = _drawn(np.repeat(model.start[None], len(states), axis=0), rng)
         states = np.where(arrived, again, states)
         beliefs[arrived] = model.start

@@ -140,8 +140,8 @@ class CanopenDrive(CanNode):
     def _watch_host(self, now_ns: int) -> None:
         if self._host_heard_ns is None:
             return
-        patience_ns = (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) & 0xFFFF) * _MS
-        if patience_ns and now_ns - self._host_heard_ns > patience_ns:
+        timeout_ns = (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) & 0xFFFF) * _MS
+        if timeout_ns and now_ns - self._host_heard_ns > timeout_ns:
             self._host_heard_ns = None
             self.emergency(EMCY_HEARTBEAT_LOST)
             option = self.objects[od.HOST_LOST_OPTION]

@@ -129,8 +129,8 @@ class NmcModule:
             lambda: _int16(servo.error_counts),
             lambda: bytes(1),
         )
-        told = b"".join(data() for place, data in enumerate(items) if mask >> place & 1)
-        return frames.sealed(bytes([self._status(intact=intact)]) + told)
+        reported = b"".join(data() for place, data in enumerate(items) if mask >> place & 1)
+        return frames.sealed(bytes([self._status(intact=intact)]) + reported)
 
     def _status(self, *, intact: bool) -> int:
         servo = self.servo

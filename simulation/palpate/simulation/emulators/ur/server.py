@@ -176,8 +176,8 @@ class UrServer:
             line.send(line.session.receive(line.arrived))
             line.arrived, line.is_over = b"", line.is_over or line.session.is_broken
         elif port == DASHBOARD_PORT:
-            *told, line.arrived = line.arrived.split(b"\n")
-            for words in told:
+            *requests, line.arrived = line.arrived.split(b"\n")
+            for words in requests:
                 line.send(self._controller.dashboard(words.decode("latin-1").strip()).encode() + b"\n")
         line.is_over |= len(line.arrived) > _HOPELESS
 

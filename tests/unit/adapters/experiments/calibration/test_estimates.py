@@ -24,8 +24,8 @@ def tilted(tilt_deg, headings=6):
     )
 
 
-def felt(hidden, down, offset, rng):
-    rows = [hidden.felt([0.0] * 6, each) for each in down]
+def measured(hidden, down, offset, rng):
+    rows = [hidden.measured([0.0] * 6, each) for each in down]
     return np.array(rows) + offset + rng.standard_normal((len(down), 6)) * NOISE
 
 
@@ -36,7 +36,7 @@ def test_load_comes_out_within_its_uncertainty(seed, mounting_deg, mass_kg):
     centre, offset = rng.uniform(-0.05, 0.08, 3), rng.uniform(-3.0, 3.0, 6)
     hidden = HiddenValues(gripper_kg=mass_kg, centre_of_mass_m=tuple(centre), mounting_deg=mounting_deg)
     down = tilted(25.0)
-    load = payload(down, felt(hidden, down, offset, rng), np.tile(NOISE, (len(down), 1)))
+    load = payload(down, measured(hidden, down, offset, rng), np.tile(NOISE, (len(down), 1)))
     found = [load.weight_N, *load.centre_of_mass_m]
     for estimate, true in zip(found, [9.81 * mass_kg, *centre], strict=True):
         assert abs(estimate.value - true) < 7.0 * estimate.sd
@@ -54,14 +54,14 @@ def test_load_comes_out_within_its_uncertainty(seed, mounting_deg, mass_kg):
     ],
 )
 def test_poses_that_determine_no_load_are_refused(down, mass_kg, problem):
-    means = felt(HiddenValues(gripper_kg=mass_kg), down, np.zeros(6), np.random.default_rng(1))
+    means = measured(HiddenValues(gripper_kg=mass_kg), down, np.zeros(6), np.random.default_rng(1))
     with pytest.raises(UndeterminedError, match=problem):
         payload(down, means, np.tile(NOISE, (len(down), 1)))
 
 
 def test_cable_that_pulls_is_not_taken_for_a_tool():
     down = tilted(25.0)
-    means = felt(HiddenValues(gripper_kg=0.5), down, np.zeros(6), np.random.default_rng(1))
+    means = measured(HiddenValues(gripper_kg=0.5), down, np.zeros(6), np.random.default_rng(1))
     means[::2, 0] += 2.0
     with pytest.raises(UndeterminedError, match="a tool that no cable pulls"):
         payload(down, means, np.tile(NOISE, (len(down), 1)))
@@ -72,9 +72,9 @@ def test_cable_that_pulls_is_not_taken_for_a_tool():
 def test_press_gives_surface_and_stiffness_whatever_friction_there_is(seed, stiffness_N_per_mm, surface_m, friction_N):
     rng = np.random.default_rng(seed)
     deep = np.concatenate((np.linspace(1.0, 6.0, 300), np.linspace(6.0, 1.0, 300))) / stiffness_N_per_mm * 1e-3
-    way = np.repeat([1.0, -1.0], 300)
-    force = deep * stiffness_N_per_mm * 1e3 + friction_N * way + 0.1 * rng.standard_normal(600)
-    surface, stiffness = press(surface_m + deep, force, way)
+    direction = np.repeat([1.0, -1.0], 300)
+    force = deep * stiffness_N_per_mm * 1e3 + friction_N * direction + 0.1 * rng.standard_normal(600)
+    surface, stiffness = press(surface_m + deep, force, direction)
     assert surface.value == pytest.approx(surface_m, abs=7.0 * surface.sd)
     assert stiffness.value == pytest.approx(stiffness_N_per_mm * 1e3, abs=7.0 * stiffness.sd)
 

@@ -1,4 +1,4 @@
-"""A commissioning in the simulated cell, in virtual time, of values that nobody told it."""
+"""Calibration in the simulated cell, in virtual time, of hidden values."""
 
 from dataclasses import replace
 

@@ -77,14 +77,14 @@ REGIONS = GridMap.from_regions(SCENARIO_1, 5)
 @pytest.mark.parametrize(("learner", "kind"), [("q", QLearning), ("sarsa", Sarsa)])
 def test_equal_seeds_give_equal_runs(learner, kind):
     settings = GridLearning(learner=learner, step_limit=30)
-    told = []
-    first = learn(REGIONS, states_named("last-2", REGIONS), settings, 4, 40, told.append)
+    message = []
+    first = learn(REGIONS, states_named("last-2", REGIONS), settings, 4, 40, message.append)
     again = learn(REGIONS, states_named("last-2", REGIONS), settings, 4, 40)
     other = learn(REGIONS, states_named("last-2", REGIONS), settings, 5, 40)
     assert type(first.learner) is kind
     assert (first.walks, first.temperatures, first.learner.q) == (again.walks, again.temperatures, again.learner.q)
     assert first.walks != other.walks
-    assert told == list(first.walks)
+    assert message == list(first.walks)
     assert len(first.steps) == 40
     assert max(first.steps) <= 30
     assert first.temperatures[:2] == (0.5, 0.5 * 0.995)

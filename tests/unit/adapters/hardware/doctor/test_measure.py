@@ -156,7 +156,7 @@ LEVER_M = 0.2
 
 
 class Somebody(Person):
-    """Does as told, with forces in the true right-handed frame of a tool that points down."""
+    """Follows the instructions, with forces in the true right-handed frame of a tool that points down."""
 
     def __init__(self, sensor, feel, up):
         self.sensor, self.feel, self.up = sensor, feel, up

@@ -19,7 +19,7 @@ from palpate.core.trial.report import TrialReport, TrialSetup, TrialTiming
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
-def test_timing_changes_nothing_of_a_trial_and_is_told():
+def test_timing_does_not_change_a_trial_and_is_reported():
     config = RunConfig()
 
     def trial(session):
@@ -32,10 +32,10 @@ def test_timing_changes_nothing_of_a_trial_and_is_told():
 
     with RealTimeSession(RealTimeConfig()) as session:
         timed = trial(session)
-        told, logged = session.report(), json.loads(session.report_json())
+        message, logged = session.report(), json.loads(session.report_json())
     assert timed == trial(None)
     for section in ("clock", "force", "joints", "perceive", "decide", "control", "supervise", "send", "record"):
-        assert f"{section} " in told
+        assert f"{section} " in message
         assert logged["longest_ns"][section] > 0
     assert logged["ticks"] == timed.report.ticks
     # Time waits for the loop.

@@ -76,8 +76,8 @@ class TestModel:
         found, truth = fit_displacement_hmm(trials, STEPS, 6, 3), true_offsets(AMBIGUOUS)
         assert set(truth.offsets) <= set(found.offsets)
         place = {offset: number for number, offset in enumerate(found.offsets)}
-        told = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
-        assert told == list(truth.emissions.argmax(axis=1))
+        message = [found.emissions[place[offset]].argmax() for offset in truth.offsets]
+        assert message == list(truth.emissions.argmax(axis=1))
 
     def test_actions_on_no_lattice_are_refused_and_a_model_too_large_before_it_is_built(self):
         assert lattice_steps(grid_actions())[:3] == ((1, 0), (1, 1), (0, 1))

@@ -111,11 +111,11 @@ def test_a_tool_that_does_not_come_out_is_inserted_again():
 
 def test_a_wedged_corner_is_driven_in_yaw_to_both_sides_and_then_stands_up():
     policy, tilted = cornered(1), (0.06, -0.06, -0.02)
-    told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, tilted, depth_m=-4e-4))) for _ in range(17)]
+    message = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, tilted, depth_m=-4e-4))) for _ in range(17)]
     # The torque of friction, times how the tool complies, for a tenth of a second.
-    assert [round(each.turn_rad[2] * 1e3) for each in told] == [0] + [-20] * 7 + [20] * 7 + [0, 0]
-    assert np.hypot(*told[1].push_N) == pytest.approx(2.0 * 3.0 * cos(pi / 4) / 3.0)
-    assert (told[-1].controller, told[-1].turn_rad[0] < 0.0, told[-1].push_N[0] > 0.0) == (
+    assert [round(each.turn_rad[2] * 1e3) for each in message] == [0] + [-20] * 7 + [20] * 7 + [0, 0]
+    assert np.hypot(*message[1].push_N) == pytest.approx(2.0 * 3.0 * cos(pi / 4) / 3.0)
+    assert (message[-1].controller, message[-1].turn_rad[0] < 0.0, message[-1].push_N[0] > 0.0) == (
         ControllerKind.PUSH,
         True,
         True,
