@@ -4,7 +4,7 @@
     python -m benchmarks.arms --transfer --seeds 10 --trials 15 --jobs 2 --out transfer.jsonl
 
 Without ``--transfer`` the policy is frozen and runs ``--trials`` trials on each arm, in blocks of ten. With it, the
-learner goes on learning in other cells, once from nothing and once from what it learned in ``blind``. Times are seconds
+learner is trained in other cells, once untrained and once after training in ``blind``. Times are seconds
 of exploration; a failure counts 20.
 """
 
@@ -61,12 +61,12 @@ def block(cell: Cell) -> dict[str, Any]:
 
 
 def transferred(cell: Cell) -> dict[str, Any]:
-    """Learning in another cell, from nothing and from ``blind``."""
+    """Train in another cell, untrained and after training in ``blind``."""
     _, state = trained("blind", cell["seed"])
     preset, arm = WORLDS[cell["world"]]
     config: RunConfig = replace(scenario(preset, "belief"), arm=arm, seed=cell["seed"] + 5000)
     found = {}
-    for name in ("from nothing", "from blind"):
+    for name in ("untrained", "from blind"):
         with Trials(config) as trials:
             learner = learner_of(trials.policy)
             if learner is not None and name == "from blind":
@@ -106,7 +106,7 @@ def transfer_lines(options: Any) -> list[tuple[object, ...]]:
     found = sweep(options, transferred, cells)
     rows = []
     for world in WORLDS:
-        for name in ("from nothing", "from blind"):
+        for name in ("untrained", "from blind"):
             trials = [[Row(*row) for row in one[name]] for cell, one in found if cell["world"] == world]
             times_s = np.array([[row.time_s for row in rows] for rows in trials])
             failed = sum(not row.success for rows in trials for row in rows)
@@ -121,7 +121,7 @@ def main() -> None:
     parser.add_argument("--arms", nargs="+", default=tuple(ARMS), choices=tuple(ARMS))
     parser.add_argument("--scenarios", nargs="+", default=("blind", "paper"))
     parser.add_argument("--train-seed", type=int, default=2200)
-    parser.add_argument("--transfer", action="store_true", help="go on learning in other cells")
+    parser.add_argument("--transfer", action="store_true", help="train in other cells")
     options = parser.parse_args()
     if options.transfer:
         print(table(("cell", "start", "trial 1, s", "2-5, s", "6-, s", "failed"), transfer_lines(options)))

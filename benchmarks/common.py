@@ -80,7 +80,7 @@ class Trials:
 
 
 def learner(config: RunConfig, perception: Perception, hole: Hole) -> Policy:
-    """The learner that the settings name, from nothing."""
+    """Return the untrained learner of the settings."""
     return learning_policy(config, perception)
 
 

@@ -14,10 +14,10 @@ class Command:
 
 
 COMMANDS: dict[str, Command] = {
-    "train": Command("learn an insertion by trial; leaves a folder with policy, trials and learning curve", "train"),
+    "train": Command("train a policy; save policy, trials and learning curve", "train"),
     "run": Command("run a trained policy, or a baseline, without learning", "run"),
-    "compare": Command("table of hand-written strategies and trained policies on the same trials", "compare"),
-    "study": Command("many runs: settings, policies and seeds from one file, on several processes", "study"),
+    "compare": Command("compare hand-written strategies and trained policies on the same trials", "compare"),
+    "study": Command("run every combination of settings, policies and seeds of a file", "study"),
     "plan": Command("judge a job before anything moves: derived settings, regime, verdict; simulate it", "plan"),
     "show": Command("print the contents of a policy file", "show", "show"),
     "explore": Command("learn in a grid world with an ambiguous sensor, and compare with the optimum", "explore"),
@@ -25,7 +25,7 @@ COMMANDS: dict[str, Command] = {
         "infer an automaton from symbol strings or recorded trials; show or compare automata", "infer", "infer"
     ),
     "replay": Command("feed recorded trials back through the core; every command and decision must be equal", "replay"),
-    "report": Command("HTML page about a run or a study, with its plots", "report", "report"),
+    "report": Command("create an HTML page about a run or a study, with plots", "report", "report"),
     "log": Command("look at recorded trials: info, plot, score, export, import"),
     "render": Command("make a video of a recorded trial", "render", "render"),
     "emulate": Command("serve the simulated cell through emulated serial, CAN and network devices", "emulate"),
@@ -33,14 +33,14 @@ COMMANDS: dict[str, Command] = {
     "settings": Command("print every setting of a group: type, range, unit, default, help", "settings", "settings"),
     "rig doctor": Command("examine the devices of a rig and print remedies for problems", "rig_doctor"),
     "rig calibrate": Command(
-        "measure what a new rig lacks, step by step, and write it into the rig file", "rig_calibrate"
+        "measure the parameters of a new rig step by step, and write them to the rig file", "rig_calibrate"
     ),
     "rig check": Command("test your own adapter against the contract of its port", "rig_check"),
     "rig new": Command("print a rig file for an arm and a force sensor", "rig_new", "rig_new"),
     "log info": Command("summarise logs: configuration, timing, completeness, outcome", "log", "log"),
-    "log plot": Command("a plot of one trial over time", "log", "log"),
-    "log score": Command("points of trials by a public score sheet", "log", "log"),
-    "log export": Command("the same data as CSV files or ROS 2 bags", "log", "log"),
+    "log plot": Command("plot one trial over time", "log", "log"),
+    "log score": Command("score trials by a public score sheet", "log", "log"),
+    "log export": Command("export logs as CSV files or ROS 2 bags", "log", "log"),
     "log import": Command("convert a ROS 2 bag to a log", "log", "log"),
 }
 

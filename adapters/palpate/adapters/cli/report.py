@@ -19,7 +19,7 @@ class ReportOptions(Settings):
     """Create a self-contained HTML page about a run or a study, FOLDER/report.html. An older report is replaced."""
 
     folder: Annotated[str, tyro.conf.Positional]
-    """Folder that palpate train, run or study left."""
+    """Folder of a run or a study."""
     logs: bool = True
     """Read the logs of a run for the forces of single trials."""
 

@@ -58,7 +58,7 @@ class Trials:
     """Task, supervisor and recorder of a policy, ready for its trials.
 
     Args:
-        name: Name of a policy that no policy file can hold; empty for any other.
+        name: Name of a policy without a policy file; otherwise empty.
         subfolder: Folder for the logs in that of the recorder.
         first: Number of the trial that logs and tables count as 0.
 

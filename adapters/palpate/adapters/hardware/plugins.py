@@ -149,7 +149,7 @@ def settings_table(maker: Callable[..., Any]) -> type[Settings] | None:
 
 
 def adapter_names(kind: str) -> list[str]:
-    """Return the names of all adapters that are installed: of an ``arm``, or of a sensor of ``force``."""
+    """Return the names of all installed adapters of a kind, ``arm`` or ``force``."""
     return sorted(name.removeprefix(f"{kind}.") for name in entries(GROUP) if name.startswith(f"{kind}."))
 
 

@@ -66,7 +66,7 @@ class Constants:
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
-        stopped_kg: Mass of the arm that a wall stops: at 19 mm/s and 40 N/mm a caught peg met up to 15 N.
+        stopped_kg: Mass of the arm that a wall stops: at 19 mm/s and 40 N/mm a wedged peg was loaded with up to 15 N.
         most_capture_m: Largest capture half-width; above it one path covers most areas and a wider strip saves no time.
         capture_delay_s: Reduction of the capture half-width over the speed (1.5 to 2 ms).
         area_margin_m: Margin of the area around the farthest hole and start, for the last half step.

@@ -14,7 +14,7 @@ _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
 """Accuracy of a depth on a touched surface; half the dither of a soft gripper if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
-"""Height of a caught corner above one in its corner of the hole, over the height difference between a tilted corner and
+"""Height of a wedged corner above one in its corner of the hole, over the height difference between a tilted corner and
 its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0

@@ -36,7 +36,7 @@ _WALL_SHARE: Final = 0.5
 _QUIET_SHARE: Final = 0.2
 """Torque over the push at the corner below which nothing turns."""
 _BACK_SHARE: Final = 0.5
-"""Force that pushes a caught corner back during withdrawal, over the push."""
+"""Force that pushes a wedged corner back during withdrawal, over the push."""
 _DRIVE_SHARE: Final = 1.0 / 3.0
 """Force over the push while a wedged corner is turned, which reduces the friction of its walls."""
 _ACTION_S: Final = 0.1

@@ -23,7 +23,7 @@ _PULL_N: Final = 1.2
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _GIVEN_M: Final = 3e-4
-"""Largest compliance of a tool caught in a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
+"""Largest compliance of a tool that is wedged in a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """Height of the lowest corner above the plate at which there is no contact."""
@@ -253,7 +253,7 @@ class SpatialExplore(Explore):
         return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
-        """Return the velocity of a tool that is caught in a lift: it complies, and moves up unless it is held."""
+        """Return the velocity of a tool that is wedged in a lift: it complies, and moves up unless it is blocked."""
         (x, y, z), (fx, fy, fz), k = (
             self._motion.reference_m,
             self._measurement.force_N,

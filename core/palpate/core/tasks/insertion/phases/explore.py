@@ -41,7 +41,7 @@ class Explore(RunningPhase):
             equipment.controllers.press,
         )
         press_N = task.press_kgf * N_PER_KGF
-        # If the peg is caught, the arm stops within the force limit, unless friction alone reaches it.
+        # If the peg is wedged, the arm stops within the force limit, unless friction alone reaches it.
         stop_N = monitor.lateral_N_per_m * task.travel_speed_mm_s * 1e-3 * _LAG_S
         self._wedged_N = min(_WEDGED_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N(task.friction, press_N)))
         self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
