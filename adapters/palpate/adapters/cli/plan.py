@@ -58,8 +58,8 @@ def plan(options: PlanOptions) -> int:
 
 
 def _account(config: RunConfig, verdict: Verdict, reasons: list[str], options: PlanOptions) -> str:
-    lines = [config.part.describe(), f"arm {config.arm}, tolerance of depth {config.part.depth_tolerance_mm:g} mm"]
-    lines += ["", "settings that follow", *_rows(verdict.derived)]
+    lines = [config.part.describe(), f"arm {config.arm}, depth tolerance {config.part.depth_tolerance_mm:g} mm"]
+    lines += ["", "derived settings", *_rows(verdict.derived)]
     lines += ["", "regime", *_rows(verdict.regime)]
     valid = validity_lines(config.cell)
     if reasons:

@@ -183,18 +183,18 @@ class Derived:
     torque_Nm: Annotated[float, "torque about the tip that points at the hole"]
     damping_N_s_per_m: Annotated[float, "damping along the tool"]
     lateral_m_per_N_s: Annotated[float, "integral gain of the lateral force in the hole"]
-    capture_m: Annotated[float, "half-width of the strip that takes the peg into the hole at the speed of a search"]
-    pitch_m: Annotated[float, "distance of neighbouring paths of a search"]
+    capture_m: Annotated[float, "capture half-width at the search speed"]
+    pitch_m: Annotated[float, "distance between neighbouring search paths"]
     slide_m_s: Annotated[float, "highest speed on the plate, at which a wedged peg stops within the force limit"]
-    half_width_m: Annotated[float, "half the side of the searched square"]
+    half_width_m: Annotated[float, "half-width of the search area"]
     step_m: Annotated[float, "length of an exploratory step"]
     time_s: Annotated[float, "time limit of the exploration"]
     speed_m_s: Annotated[float, "speed in free space"]
-    rate_N_s: Annotated[float, "rate of the force that stops the arm"]
+    rate_N_s: Annotated[float, "force rate that stops the arm"]
     unexpected_N: Annotated[float, "force that counts as an unexpected contact"]
     torque_limit_Nm: Annotated[float, "torque about the sensor that stops the arm"]
     ready_height_m: Annotated[float, "height of the ready pose above the plate"]
-    end_tilt_m: Annotated[float, "how much lower one side of the peg is on the plate than in the hole"]
+    end_tilt_m: Annotated[float, "height difference across a tilted peg on the plate, less that in the hole"]
 
 
 def sliding_N(friction: float, press_N: float) -> float:

@@ -22,18 +22,18 @@ class Regime:
 
     natural_Hz: Annotated[float, "natural frequency of the tool on its gripper"]
     jam_number: Annotated[float, "jam number J: force that jams a tilted peg over the press of the search"]
-    jam_depth_m: Annotated[float, "depth at which it jams under that press (inf: it does not)"]
+    jam_depth_m: Annotated[float, "depth at which it jams under that press; inf if it does not"]
     wedge_number: Annotated[float, "wedge number W = mu theta D / 2 c: above 1 two walls may hold a tilted peg"]
     wall_N: Annotated[float, "force of each wall on a tilted peg during the descent"]
-    held_N: Annotated[float, "force with which friction on both walls may hold a pull back"]
-    search_s: Annotated[float, "one sweep of the searched square"]
-    noise_m: Annotated[float, "standard deviation of depth by the noise of the force"]
-    tilted_m: Annotated[float, "the same by the peg's tilt"]
-    step_m: Annotated[float, "the same by the encoders"]
-    depth_m: Annotated[float, "the same of all three; the tolerance must hold four"]
+    held_N: Annotated[float, "largest friction of both walls against a pull"]
+    search_s: Annotated[float, "time to sweep the search area"]
+    noise_m: Annotated[float, "standard deviation of depth from force noise"]
+    tilted_m: Annotated[float, "the same, from the peg's tilt"]
+    step_m: Annotated[float, "the same, from the encoders"]
+    depth_m: Annotated[float, "the same, from all three; the tolerance must be at least four times this"]
     dither_N: Annotated[float, "force of the dither that verifies a contact"]
-    response_noise_N: Annotated[float, "noise in the force that responds to it, with that of the encoders"]
-    window_s: Annotated[float, "time of that verification"]
+    response_noise_N: Annotated[float, "noise of the response to that dither, with the encoders' noise"]
+    window_s: Annotated[float, "duration of that verification"]
 
 
 def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constants) -> Regime:

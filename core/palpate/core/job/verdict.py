@@ -152,7 +152,7 @@ def _depth_reason(job: Job, quantities: Quantities, regime: Regime) -> str:
     if not (short := _short_depth(quantities, (regime.noise_m, regime.tilted_m, regime.step_m))):
         return ""
     return (
-        f"the tolerance of depth, {job.part.depth_tolerance_mm:g} mm, is below four standard deviations of depth,"
+        f"the depth tolerance, {job.part.depth_tolerance_mm:g} mm, is below four standard deviations of depth,"
         f" {short[0]:.2g} mm: allow that, or {short[1]}"
     )
 

@@ -49,7 +49,7 @@ def test_a_tilted_peg_that_no_press_frees_is_refused_with_what_would_be_right():
 def test_a_tolerance_below_four_standard_deviations_is_refused_with_both_figures():
     noisy = SensorFacts(0.9, 0.004)
     (reason,) = verdict(sensor=noisy, task="insertion", part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons
-    assert reason.startswith("the tolerance of depth, 0.2 mm, is below four standard deviations of depth, 0.5")
+    assert reason.startswith("the depth tolerance, 0.2 mm, is below four standard deviations of depth, 0.5")
     assert "use a force sensor with at most 0.3" in reason
     # The one that is named is enough.
     assert not verdict(sensor=SensorFacts(0.34, 0.004), part=replace(TIGHT, depth_tolerance_mm=0.2)).reasons

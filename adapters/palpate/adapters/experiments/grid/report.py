@@ -49,7 +49,7 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
     belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
     return (
         f"{aligned(lines, left=0)}\n"
-        "what is possible, mean steps\n"
+        "bounds, mean steps\n"
         f"  full information      {bounds.full:.2f}\n"
         f"  belief-state optimum  {belief}\n"
         f"  random walk           {bounds.random_walk:.2f}\n"
@@ -107,7 +107,7 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
         windows = {window_of(len(steps)) for line in panels for panel in line for steps in panel.curves} - {1}
         smoothed = "".join(f",\nmoving average of {window} trials" for window in sorted(windows))
         for row in range(rows):
-            axes[row, 0].set_ylabel(f"steps to the goal{smoothed}")
+            axes[row, 0].set_ylabel(f"steps to the goal, one line per run{smoothed}")
         for column in range(columns):
             axes[rows - 1, column].set_xlabel("trial")
     return canvas.content

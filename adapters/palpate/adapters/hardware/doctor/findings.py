@@ -88,4 +88,4 @@ class DeviceReport:
 def summary_text(reports: Sequence[DeviceReport]) -> str:
     """Return the last line with the number of problems."""
     wrong, notes = (sum(report.count(level) for report in reports) for level in (Level.WRONG, Level.NOTE))
-    return f"{f'{wrong} wrong' if wrong else 'all well'}, {notes} to note\n"
+    return f"problems: {wrong}, notes: {notes}\n"

@@ -51,7 +51,7 @@ def test_finding_is_one_line_with_level_code_and_remedy():
         "  wrong  open     KeyError: 'port': see the adapter's own documentation",
         "",
     ]
-    assert summary_text([report]) == "4 wrong, 0 to note\n"
+    assert summary_text([report]) == "problems: 4, notes: 0\n"
 
 
 def test_every_code_is_on_the_page():
