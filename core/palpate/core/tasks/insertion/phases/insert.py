@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.job import MOST_SAMPLES
 from palpate.core.motion import DampingControl
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Vector3
 from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import ControlConfig, Outcome
@@ -42,6 +42,9 @@ _HARDER_SHARE: Final = 0.25
 _RELEASE_SHARE: Final = 0.8
 """Pull over press in a release. A peg that descended under the press is released by more than its friction; one that
 not even the harder press moves is held more firmly."""
+_SETTLE_TICKS: Final = MOST_SAMPLES
+_HALF_TICKS: Final = MOST_SAMPLES // 2
+"""Time for vibrations and friction to settle at standstill, and then of each of two means of the force."""
 _DROP_SHARE: Final = 0.5
 """Least motion without contact in a hole, over the bend of the gripper under the press, which a drop releases."""
 _DEVIATIONS: Final = 3.3
@@ -55,6 +58,7 @@ class Stage(Enum):
     LOOK = "look"
     SEAT = "seat"
     RELEASE = "release"
+    HOLD = "hold"
     LET_GO = "let go"
 
 
@@ -77,12 +81,17 @@ class Insert(RunningPhase):
         windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
-        self._drop_m, self._held_m = _DROP_SHARE * press_N / monitor.axial_N_per_m, budget_N / monitor.axial_N_per_m
-        self._pulls_N = _RELEASE_SHARE * press_N, _RELEASE_SHARE * budget_N
-        self._let_go_ticks = round(task.release_s * CONTROL_RATE_HZ)
-        self._gentle, self._firm, self._free = (
-            DampingControl(damping, (0.0, 0.0, pull_N), task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
-            for pull_N in (*self._pulls_N, 0.0)
+        self._drop_m, self._held_m = (
+            _DROP_SHARE * press_N / monitor.axial_N_per_m,
+            _DUE_SHARE * budget_N / monitor.axial_N_per_m,
+        )
+        # A slower drift stays below half the budget until the descent must end.
+        self._drift_N = _DUE_SHARE * budget_N * _HALF_TICKS / self._limit_ticks
+        self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
+        pull = (0.0, 0.0, self._pull_N)
+        self._pull, self._free = (
+            DampingControl(damping, force_N, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
+            for force_N in (pull, (0.0, 0.0, 0.0))
         )
 
     def enter(self) -> None:
@@ -112,6 +121,8 @@ class Insert(RunningPhase):
             return self._seat()
         if self._stage is Stage.RELEASE:
             return self._release()
+        if self._stage is Stage.HOLD:
+            return self._hold()
         if self._stage is Stage.LET_GO:
             return self._let_go()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
@@ -136,9 +147,8 @@ class Insert(RunningPhase):
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
-        elif self._dropped_m < self._drop_m and self._last_m - self._from_m[2] > self._held_m:
-            # A drifting force sensor lets a tool press harder and harder on the plate, as if it sank.
-            self._begin_release(self._depth_m)
+        elif self._dropped_m < self._drop_m and self._depth_m > self._held_m:
+            self._begin(Stage.HOLD)
         if monitor.walled:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
             self._walled = True
@@ -189,7 +199,7 @@ class Insert(RunningPhase):
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
     def _begin(self, stage: Stage) -> None:
-        self._stage, self._ticks = stage, 0
+        self._stage, self._ticks, self._held_N = stage, 0, list[float]()
 
     def _begin_look(self) -> None:
         if not self._found:
@@ -243,7 +253,9 @@ class Insert(RunningPhase):
         same_m = max(4.0 * error_m, _STALL_M)
         # A floor is where it was before the peg was pulled up; what holds a wedged peg now holds it elsewhere.
         returned = self._released and self._seated_m is not None and depth_m > self._seated_m - same_m
-        if (short_m <= 0.0 and self._dropped_m >= self._drop_m) or returned:
+        if short_m <= 0.0 and self._dropped_m < self._drop_m:
+            self._begin(Stage.HOLD)
+        elif short_m <= 0.0 or returned:
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
             self._seated_m, self._same_m = depth_m, same_m
             if self._let_go_ticks:
@@ -258,8 +270,8 @@ class Insert(RunningPhase):
             state.event("short", f"{text}: pressed harder")
             self._begin(Stage.SEAT)
         elif short_m <= state.slack_m + state.edge_m + 2.0 * _DEVIATIONS * error_m:
-            self._text = text
-            self._begin_release(self._seated_m)
+            self._text, self._monitor.pull_N = text, self._pull_N
+            self._begin(Stage.RELEASE)
         else:
             self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
 
@@ -294,29 +306,35 @@ class Insert(RunningPhase):
         reference_m = self._motion.reference_m
         return 0.0, 0.0, self._free.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
-    def _begin_release(self, depth_m: float) -> None:
-        self._release_from_m = depth_m
-        self._pull, self._monitor.pull_N = (
-            (self._gentle, self._pulls_N[0]) if self._found else (self._firm, self._pulls_N[1])
-        )
-        self._begin(Stage.RELEASE)
-
     def _release(self) -> Vector3:
-        """Pull: a peg that is free rises, a wedged one does not. Then press and check again, or sink further."""
+        """Pull gently: a peg on the floor is released, a wedged one is not. Then press and check again."""
         self._ticks += 1
         reference_m = self._motion.reference_m
-        if self._depth_m < self._release_from_m - 2.0 * _STALL_M:
-            # The peg sinks back.
+        if self._seated_m is not None and self._depth_m < self._seated_m - 2.0 * _STALL_M:
+            self._released = True
+            # The peg sinks back to the floor.
             self._best_m, self._progress_tick = self._depth_m, self._state.tick
+            self._begin_look()
+        elif self._ticks > _SEAT_TICKS:
+            self._state.end(Outcome.UNCERTAIN_DEPTH, self._text)
+        return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
+
+    def _hold(self) -> Vector3:
+        """Stand still, and compare two means of the force: only a drifting sensor reduces it.
+
+        With such a sensor a tool presses harder and harder on the plate, as if it sank without a drop.
+        """
+        self._ticks += 1
+        self._held_N.append(self._measurement.force_N[2])
+        if self._ticks == _SETTLE_TICKS + 2 * _HALF_TICKS:
+            first_N, second_N = self._held_N[-2 * _HALF_TICKS : -_HALF_TICKS], self._held_N[-_HALF_TICKS:]
+            drift_N = (sum(second_N) - sum(first_N)) / _HALF_TICKS
+            if drift_N > self._drift_N:
+                rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
+                self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool stands still")
+            self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
             if self._found:
-                self._released = True
                 self._begin_look()
             else:
-                self._dropped_m, self._monitor.pull_N = self._drop_m, 0.0
                 self._begin(Stage.SINK)
-        elif self._ticks > _SEAT_TICKS and self._found:
-            self._state.end(Outcome.UNCERTAIN_DEPTH, self._text)
-        elif self._ticks > _SEAT_TICKS:
-            sunk = f"it sank by {1e3 * self._held_m:.2f} mm in contact"
-            self._monitor.mismatch(f"{sunk}, and a pull of {self._monitor.pull_N:.1f} N does not raise it")
-        return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
+        return ZERO_VELOCITY
