@@ -34,7 +34,7 @@ TOOLS: Final = (
     "pytest-xdist>=3.6",
     "pytest-timeout>=2.3",
     "hypothesis>=6.100",
-    "pydot>=4.0",
+    "pydot>=4.0.1",
     "aalpy>=2.0",
     "netft>=2.0.1",
 )
