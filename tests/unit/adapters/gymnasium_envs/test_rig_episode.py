@@ -37,8 +37,9 @@ HERE = (0.0,) * 6
 EAST = Decision(task_actions(RunConfig())[0], 0, "environment")
 
 
-def on_rig(config, out=""):
-    return Episodes(Run(config, rig="rig.toml", make_rig=SimulatedRig), out, 60.0)
+def on_rig(config, out):
+    rig = zebra_rig(Path(f"{out}-rig.toml"))
+    return Episodes(Run(config, rig=str(rig), make_rig=SimulatedRig), out, 60.0)
 
 
 @pytest.fixture

@@ -209,7 +209,7 @@ class TestPipeline:
         assert seen(0.0) == "x+ tx0 > x0 tx0"
 
     def test_features_in_another_order_than_the_thresholds_are_refused(self):
-        with pytest.raises(ConfigurationError, match=r"symboliser\.features must be .* tx, x \(got \('x', 'tx'\)\)"):
+        with pytest.raises(ConfigurationError, match=r"symboliser\.features must be .* tx, x \(got \['x', 'tx'\]\)"):
             Perception(SelectedChannels(("tx", "x")), BANDS, IdentityState(BANDS.symbols))
 
     def test_measurement_that_cannot_be_one_is_refused(self):
