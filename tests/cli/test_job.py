@@ -90,8 +90,3 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):
     assert "2 are finished" in palpate.succeed(*words)
     (folder / "dowel.toml").write_text(DOWEL.read_text().replace("mass_kg = 0.6", "mass_kg = 0.7"))
     assert "was run with other settings or versions, not mass_kg = 0.7" in palpate.refusal(*words)
-
-
-def test_a_job_that_is_not_there_is_one_line(palpate):
-    palpate.refuses("run --policy torque --job nowhere.toml", "job = 'nowhere.toml': no such file; there are examples")
-    palpate.refuses("train --resume --out nothing --job nowhere.toml", "nowhere.toml")

@@ -14,6 +14,7 @@ from palpate.core.automata.document import to_json_text
 from palpate.core.automata.machine import Kind, Machine
 
 ROOT = Path(__file__).parents[2]
+SPATIAL = "--task insertion-6dof"
 ON_A_RIG = f"--rig zebra.toml --job {ROOT / 'examples' / 'jobs' / 'paper-peg.toml'}"
 LONG = "x" * 300
 """A name longer than any file system takes."""
@@ -73,7 +74,7 @@ def desk(palpate, trained, tmp_path):
         ("run --policy torque --jobs 2 --live", "1 with --rig, --live or --view"),
         (f"run {ON_A_RIG} --policy torque --cell.sensor.force-noise-N 0", "--cell.sensor sets up"),
         (f"train {ON_A_RIG} --cell.tilt-mrad=2", "with --rig, the rig file describes the rig"),
-        (f"run {ON_A_RIG} --policy oracle", "on a real rig"),
+        (f"run {ON_A_RIG} --policy oracle", "which is unknown on a rig"),
         ("emulate --arm panda --wires zebra-nmc", "the bus is a Zebra Zero's"),
         ("emulate --arm ur5e --force jr3-can --event 3:sensor-silent", "such as 12s:protective-stop"),
         ("emulate --event 3s:protective-stop", "one of emergency-stop, cable-pulled, sensor-silent, sensor-cable"),
@@ -81,6 +82,11 @@ def desk(palpate, trained, tmp_path):
         ("replay sound.mcap --continue-in-mujoco", "a what-if"),
         ("infer walks.txt there.svg --out x", "either one text file"),
         ("infer --show even.json all.json", "1 automaton file (got 2)"),
+        (f"run {SPATIAL} --policy corner-first", "3 or more for the policy corner-first"),
+        (f"run {SPATIAL} --policy corner-first --task.options corners 4", "0, as the round peg of cell.peg."),
+        (f"run {SPATIAL} --policy torque --task.options most_tilt_deg 30", "a turn about y that zebra-zero can make"),
+        ("run --policy corner-first", "one of --task insertion-6dof"),
+        ("run --policy torque --task.options way_mm 9", "no option of insertion"),
         # Values.
         ("train --out", "--out needs a value"),
         ("replay sound.mcap --jobs -1", "from 0 to 1024 (got -1)"),
@@ -90,10 +96,10 @@ def desk(palpate, trained, tmp_path):
         ("plan", "palpate plan needs a further argument: Job file"),
         ("run --policy torque --trials 1.5", "--trials must be a whole number (got '1.5')"),
         ("run --policy torque extra", "palpate run takes no further argument extra"),
-        ("render sound.mcap", "to is missing; it must be a file that ends with .mp4 or .gif"),
         ("log export sound.mcap --out x --to json", "to must be one of csv"),
         # Files that are read.
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
+        ("run --policy torque --job gone.toml", "job = 'gone.toml': no such file; there are examples in examples/jobs"),
         ("run --policy gone/policy.json", "policy = 'gone/policy.json': no such file; accepted: a policy file, or one"),
         ("show full", "policy file = 'full': no file, but a folder"),
         ("study torn.mcap", "study file = 'torn.mcap': no text in UTF-8"),

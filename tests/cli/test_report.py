@@ -102,11 +102,8 @@ def test_a_training_run(palpate, run):
     assert Page(run).text == page.text
     palpate.succeed("report", run, "--no-logs")
     assert "Forces of single trials" not in Page(run).cells["h2"]
-
-
-def test_a_page_names_the_rig_of_its_trials(palpate, run):
     (run / "run.toml").write_text((run / "run.toml").read_text().replace("[run]\n", "[run]\nrig = 'rig bench'\n"))
-    palpate.succeed("report", run)
+    palpate.succeed("report", run, "--no-logs")
     assert Page(run).facts["Where"] == "rig bench"
 
 

@@ -26,7 +26,7 @@ FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
 """First number of evaluation trials, so that their random streams differ from those of training."""
 
 
-ORACLE_ON_RIG: Final = "a policy that need not know where the hole is, on a real rig"
+ORACLE_ON_RIG: Final = "one that does not need the true position of the hole, which is unknown on a rig"
 
 
 class ChosenPolicy:

@@ -64,9 +64,7 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
     offset = f"{mm:.1f} mm and {mrad:.1f} mrad from the flange that the controller reports"
     most_mm, most_mrad = (_CALIBRATED_MM, _CALIBRATED_MRAD) if arm.calibration else (_NOMINAL_MM, _NOMINAL_MRAD)
     if not (mm <= most_mm and mrad <= most_mrad):
-        accepted = (
-            f"the model of this arm; its flange is {offset}, and at most {most_mm:g} mm and {most_mrad:g} mrad fit"
-        )
+        accepted = f"the model of this arm, within {most_mm:g} mm and {most_mrad:g} mrad; its flange is {offset}"
         raise ConfigurationError("arm", arm.name, accepted)
     if arm.calibration:
         return f"the calibrated model of {arm.name} is {offset}"

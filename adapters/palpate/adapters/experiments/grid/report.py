@@ -124,8 +124,6 @@ def _draw(axes: Any, panel: Panel) -> None:
     if panel.bounds.belief is not None:
         facts.insert(0, f"belief-state optimum {panel.bounds.belief:.2f} (dashed)")
         axes.axhline(panel.bounds.belief, color="black", linewidth=1.0, linestyle="--")
-    if len(panel.curves) > 1:
-        facts.insert(0, f"a line for each of {len(panel.curves)} seeds")
-    axes.set_title(f"{panel.title}\n{', '.join(facts)}", fontsize=9)
+    axes.set_title(f"{panel.title}, {len(panel.curves)} runs\n{', '.join(facts)}", fontsize=9)
     axes.set_xlim(0, max(map(len, panel.curves)))
     axes.grid(alpha=0.25)

@@ -63,7 +63,6 @@ def test_an_automaton_of_another_map_is_refused(cells, tmp_path):
     [
         ("magic", "state must be symbols, last-2, last-3 and so on, or an automaton file"),
         ("last-0", "last-3 and so on, or an automaton file ending in .json"),
-        ("missing.json", "no such file"),
     ],
 )
 def test_what_gives_no_states_is_refused(name, says):
