@@ -32,6 +32,7 @@ def desk(tmp_path):
     return tmp_path
 
 
+@pytest.mark.nightly
 def test_an_automaton_comes_of_walks(palpate, desk):
     assert "48 strings, 3 symbols" in palpate.succeed("infer", "walks.txt", "--out", "one", *SMALL)
     made = files_in(desk / "one")

@@ -16,7 +16,11 @@ from tests.support.rig_files import zebra_rig
 
 @pytest.mark.parametrize(
     ("arm", "force", "model"),
-    [("zebra-nmc", "jr3-can", "zebra-zero"), ("cia402", "ati-netft", "zebra-zero"), ("ur-rtde", "ur-rtde", "ur5e")],
+    [
+        ("zebra-nmc", "jr3-can", "zebra-zero"),
+        ("cia402", "ati-netft", "zebra-zero"),
+        pytest.param("ur-rtde", "ur-rtde", "ur5e", marks=pytest.mark.nightly),
+    ],
 )
 def test_new_rig_file_can_be_examined(palpate, arm, force, model):
     Path("rig.toml").write_text(palpate.succeed("rig", "new", "--arm", arm, "--force", force, "--model", model))

@@ -2,6 +2,8 @@
 
 import csv
 
+import pytest
+
 from palpate.adapters.log import describe, info_of, read_log
 
 DRAWN = ("tilt_heading_deg", "zero_heading_deg", "clearance_mm")
@@ -11,6 +13,7 @@ CHANGING = (
 )  # fmt: skip
 
 
+@pytest.mark.nightly
 def test_drawn_conditions_are_recorded_and_the_same_again(palpate, tmp_path):
     palpate.succeed("train", *CHANGING, "--trials", 3, "--out", "whole")
     palpate.succeed("train", *CHANGING, "--trials", 1, "--out", "parts")

@@ -215,6 +215,7 @@ def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(palpate, 
 
 
 @pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
+@pytest.mark.nightly
 def test_a_network_of_torchscript_is_run_and_replayed(palpate, monkeypatch, tmp_path):
     torch = importlib.import_module("torch")
     layer = torch.nn.Linear(12, 8)

@@ -82,6 +82,7 @@ def test_rehearsed_fault_ends_a_trial_in_words_that_say_what_to_do(arm, force, e
     assert re.search(message, struck(arm, force, lambda rig: rig.cell._faults[event]()))
 
 
+@pytest.mark.nightly
 def test_replies_of_a_motor_that_come_again_are_not_taken_for_another_s():
     """They carry no address: a trial in four ended as if a joint had moved at 4 rad/s."""
 

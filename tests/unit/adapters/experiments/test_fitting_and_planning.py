@@ -113,6 +113,7 @@ def test_world_depends_on_seed_and_trial_alone_and_keeps_a_stated_friction():
     assert drawn_world(config, 7, {}).task == config.task
 
 
+@pytest.mark.nightly
 def test_rule_counts_every_trial_and_a_learner_all_but_the_first():
     rule = next(simulate(planned(position_uncertainty_mm=0.0), "oracle", 2, 1, {}))
     assert (len(rule[0]), rule[1]) == (2, 2)

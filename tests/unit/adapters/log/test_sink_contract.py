@@ -95,8 +95,6 @@ class TestReplayed(SinkContract):
 
 
 class Complaining(MemorySink):
-    """Reports a loss with each log but the first, though there is none."""
-
     def open(self, path, metadata):
         if self.streams and path not in self.streams:
             self.losses.append("something")

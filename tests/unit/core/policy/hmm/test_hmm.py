@@ -122,6 +122,7 @@ HMM = GridLearning(learner="hmm", reach=3)
 
 
 class TestLearner:
+    @pytest.mark.nightly
     def test_after_forty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of(self):
         run = learn(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), HMM, seed=3, trials=45)
         frozen = HmmLearner(AMBIGUOUS.symbols, grid_actions(), run.learner.parameters, frozen=True)
