@@ -61,7 +61,7 @@ def test_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres():
         judge_kinematics(context(), moved(reported(), 9.0))
     accepted = context(accept_kinematics=True)
     assert judge_kinematics(accepted, moved(reported(), 9.0)).startswith("the nominal model of ur5e is 9.0 mm and")
-    with pytest.raises(ConfigurationError, match="at most 10 mm and 50 mrad"):
+    with pytest.raises(ConfigurationError, match="within 10 mm and 50 mrad"):
         judge_kinematics(accepted, moved(reported(), 11.0))
     with pytest.raises(ConfigurationError, match="is nan mm"):
         judge_kinematics(accepted, moved(reported(), float("nan")))
@@ -70,7 +70,7 @@ def test_nominal_model_is_accepted_by_a_person_up_to_ten_millimetres():
 def test_calibrated_model_needs_nobody_and_is_refused_from_one_millimetre_on(tmp_path):
     arm = replace(arm_named("ur5e"), calibration=calibration(tmp_path / "own.yaml"))
     assert judge_kinematics(context(arm), moved(reported(), 0.9)).startswith("the calibrated model of ur5e is 0.9 mm")
-    with pytest.raises(ConfigurationError, match="at most 1 mm and 5 mrad"):
+    with pytest.raises(ConfigurationError, match="within 1 mm and 5 mrad"):
         judge_kinematics(context(arm), moved(reported(), 1.1))
     turned = reported(tool_on_flange=TCP)
     turn = np.array(turned.tool_in_base[3:])
