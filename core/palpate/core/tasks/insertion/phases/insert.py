@@ -147,7 +147,7 @@ class Insert(RunningPhase):
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
-        elif self._dropped_m < self._drop_m and self._depth_m > self._held_m:
+        elif self._pressed and self._dropped_m < self._drop_m and self._depth_m > self._held_m:
             self._begin(Stage.HOLD)
         if monitor.walled:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
@@ -329,7 +329,8 @@ class Insert(RunningPhase):
         if self._ticks == _SETTLE_TICKS + 2 * _HALF_TICKS:
             first_N, second_N = self._held_N[-2 * _HALF_TICKS : -_HALF_TICKS], self._held_N[-_HALF_TICKS:]
             drift_N = (sum(second_N) - sum(first_N)) / _HALF_TICKS
-            if drift_N > self._drift_N:
+            chance_N = _DEVIATIONS * sqrt(2.0 / _HALF_TICKS) * self._state.noise[2]
+            if drift_N > max(self._drift_N, chance_N):
                 rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
                 self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool stands still")
             self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
