@@ -30,10 +30,10 @@ VERSIONS: Final = ("3.12", "3.13")
 EXTRAS: Final = ("dev", "gymnasium,cluster,video,rerun")
 """What is tested with; the second where a package of the first has no wheel for a version of Python."""
 TOOLS: Final = (
-    "pytest>=9",
+    "pytest>=9.0.1",
     "pytest-xdist>=3.6",
     "pytest-timeout>=2.3",
-    "hypothesis>=6.100",
+    "hypothesis>=6.140",
     "pydot>=4.0.1",
     "aalpy>=2.0",
     "netft>=2.0.1",
