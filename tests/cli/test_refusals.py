@@ -69,6 +69,7 @@ def desk(palpate, trained, tmp_path):
         ("train --learner q-learning --learning.trace-decay 0.5", "sarsa or options, which learning.trace_decay"),
         ("train --learning.belief.restart_steps 5", "learner must be belief, which learning.belief"),
         ("train --learner hmm --learning.hmm.lattice 0", "a lattice to round them to"),
+        ("run --policy torque --learning.alpha 0.5", "--learning.alpha changes nothing: palpate run does not learn"),
         ("train --policy sarsa", "--learner sarsa chooses it"),
         ("train --out x --perception.memory even.json", "symbols of the machine"),
         ("run --policy torque --jobs 2 --live", "1 with --rig, --live or --view"),
@@ -112,6 +113,8 @@ def desk(palpate, trained, tmp_path):
         # Files and folders that are written.
         (f"train --out {LONG}", "File name too long"),
         ("train --out a_study", "a_study: already holds a run (run.toml)"),
+        ("run --policy torque --out a_study", "a_study: already holds a run (run.toml)"),
+        ("compare --out a_study", "a_study: already holds a run (run.toml)"),
         ("study small.toml --out full", "full: holds something already, and no study"),
         ("explore --figure there.svg", "is never overwritten"),
         ("explore --figure out.jpg", "figure must be "),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.experiments import mean_with_interval
-from tests.command_line import QUICK, CommandLine, files_in, shared_folder
+from tests.command_line import CommandLine, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
 SEEDS = (0, 1)
@@ -114,15 +114,6 @@ def test_a_claim_is_on_the_page(palpate):
     page = Page(Path("out"))
     assert page.facts["Claim"] == "success >= 0.9: inconclusive"
     assert "100.0% [2.5%, 100.0%]" in page.cells["td"]
-
-
-def test_trips_are_counted_and_listed_with_their_reasons(palpate):
-    strict = ("--supervision.max-force-N", 6, "--policy", "torque", "--trials", 6, *QUICK)
-    palpate.succeed("run", *strict, "--out", "run")
-    palpate.succeed("report", "run")
-    page = Page(Path("run"))
-    assert "Trips, each counted as a failure at the time limit: " in page.text
-    assert "FORCE_LIMIT: force " in page.text
 
 
 def test_a_study_says_what_its_trials_say(palpate, study):

@@ -73,37 +73,9 @@ def test_run_toml_gives_the_same_run_again(palpate, trained, tmp_path):
     assert files_in(tmp_path / "again") == files_in(trained)
 
 
-def test_prior_knowledge_is_told_from_what_is_learned(palpate, trained, tmp_path):
-    shown = table(trained / "decisions.csv")[0]["state"]
-    (tmp_path / "my.toml").write_text(
-        f"[task]\ntime_limit_s = 1.0\n[learning]\nexamples = '{trained / 'decisions.csv'}'\n"
-        "[learning.programmed]\n'x- y-' = '+x+y'\n"
-    )
-    palpate.succeed("train", "--config", "my.toml", "--trials", 1, "--out", "run")
-    lines = palpate.succeed("show", "run/policy.json").splitlines()
-    cells = {tuple(line.split("  ")[0].split()): line for line in lines}
-    assert "programmed" in cells["x-", "y-"]
-    assert "+x+y" in cells["x-", "y-"]
-    assert "examples" in cells[tuple(shown.split())]
-    assert any("learned" in line for line in lines[2:])
-    assert "examples" in {decision["source"] for decision in table(tmp_path / "run" / "decisions.csv")}
-
-
 def test_training_goes_on_from_a_policy_file(palpate, trained):
     palpate.succeed("train", *QUICK, "--trials", 1, "--policy", trained / "policy.json", "--out", "run")
     assert "trained on 4 trials" in palpate.succeed("show", "run/policy.json")
-
-
-def test_a_fitted_perception_travels_in_the_policy(palpate):
-    stages = ("--perception.symbols", "clusters", "--perception.channels", "fx", "fy", "ty")
-    counts = ("--perception.fit-trials", "1", "--perception.symbol-count", "4")
-    palpate.succeed("train", "--task.time-limit-s", "1", *stages, *counts, "--trials", 1, "--out", "run")
-    policy = "run/policy.json"
-    assert "4 states" in palpate.succeed("show", policy)
-    printed = palpate.succeed("run", "--policy", policy, "--config", "run/run.toml", *QUICK, "--trials", 1)
-    assert "1 trial" in printed
-    # Without its configuration the file would be asked about states that it does not know.
-    assert "states[0]" in palpate.refusal("run", "--policy", policy, "--trials", 1)
 
 
 def test_without_out_the_folder_is_named_after_the_scenario(palpate, tmp_path):

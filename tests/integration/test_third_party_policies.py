@@ -214,6 +214,12 @@ def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(palpate, 
     assert "by get_state and set_state" in palpate.refusal("train", "--policy", "ill_made:Bad", "--out", "run")
 
 
+RUN_NETWORK = (
+    "run", "--policy", "third_party_policies.network:Network", "--trials", 1, "--task.time-limit-s", 1,
+    "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "net",
+)  # fmt: skip
+
+
 @pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 @pytest.mark.nightly
 def test_a_network_of_torchscript_is_run_and_replayed(palpate, monkeypatch, tmp_path):
@@ -224,17 +230,7 @@ def test_a_network_of_torchscript_is_run_and_replayed(palpate, monkeypatch, tmp_
     torch.jit.trace(layer, torch.zeros(12), check_trace=False).save(str(tmp_path / "net.pt"))
     monkeypatch.syspath_prepend(str(PACKAGE))
     monkeypatch.setenv("POLICY_NETWORK", str(tmp_path / "net.pt"))
-    words = (
-        "--policy",
-        "third_party_policies.network:Network",
-        "--trials",
-        1,
-        "--task.time-limit-s",
-        1,
-        "--out",
-        "net",
-    )
-    palpate.succeed("run", *words, "--cell.hole-uncertainty-mm", 3, "--seed", 3)
+    palpate.succeed(*RUN_NETWORK)
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
     with torch.no_grad():
         layer.bias.add_(1.0)
@@ -256,15 +252,15 @@ def onnx_network(monkeypatch, tmp_path):
     (tmp_path / "net.onnx").write_bytes(before + weights + after)
     monkeypatch.syspath_prepend(str(PACKAGE))
     monkeypatch.setenv("POLICY_NETWORK", str(tmp_path / "net.onnx"))
-    quick = ("--trials", 1, "--task.time-limit-s", 1, "--cell.hole-uncertainty-mm", 3, "--seed", 3)
-    return ("run", "--policy", "third_party_policies.network:Network", *quick, "--out", "net")
 
 
-def test_a_network_of_onnx_is_run_and_replayed(palpate, onnx_network):
-    palpate.succeed(*onnx_network)
+@pytest.mark.usefixtures("onnx_network")
+def test_a_network_of_onnx_is_run_and_replayed(palpate):
+    palpate.succeed(*RUN_NETWORK)
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
 
 
-def test_without_onnxruntime_a_line_says_what_to_install(palpate, onnx_network, monkeypatch):
+@pytest.mark.usefixtures("onnx_network")
+def test_without_onnxruntime_a_line_says_what_to_install(palpate, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    assert "net.onnx needs onnxruntime: pip install onnxruntime" in palpate.refusal(*onnx_network)
+    assert "net.onnx needs onnxruntime: pip install onnxruntime" in palpate.refusal(*RUN_NETWORK)

@@ -1,5 +1,7 @@
 """A bus without threads and without real time: what the host sends reaches emulated drives at once, and back."""
 
+from types import SimpleNamespace
+
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import BusFrame
@@ -10,19 +12,13 @@ NODES = (1, 2, 3, 4, 5, 6)
 PERIOD_NS = 1_000_000_000 // 140
 
 
-class FakeNotifier:
-    def __init__(self):
-        self.exception = None
-        self.stopped = False
-
-
 class FakeNetwork:
     """Looks like ``canopen.Network`` as far as the driver uses it."""
 
     def __init__(self, nodes):
         self.nodes = nodes
         self.subscribers = {}
-        self.notifier = FakeNotifier()
+        self.notifier = SimpleNamespace(exception=None, stopped=False)
         self.now_ns = 1_000_000
         self.sent = []
         self.broken = None
@@ -84,14 +80,6 @@ def on_answers(drive, change, times=1 << 30):
 
 def lost(frame):
     return []
-
-
-def twice(frame):
-    return [frame, frame]
-
-
-def short(frame):
-    return [BusFrame(frame.arbitration_id, frame.data[:-1])]
 
 
 def flipped(bit):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, ComplianceConfig, PegConfig
+from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, PegConfig
 from tests.support.arms import EVERY_ARM
 from tests.support.physics_bench import Bench, headings, offsets_m, quiet
 
@@ -82,20 +82,6 @@ def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(arm, section, clea
         bench.enter_hole(4e-3)
         assert bench.play_m(0.0) == pytest.approx(clearance_mm * 1e-3, abs=20e-6)
         assert bench.penetration_m() <= 5e-6
-
-
-@pytest.mark.parametrize("arm", EVERY_ARM)
-def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm):
-    def stationary(mass_kg):
-        with Bench(quiet(arm, compliance=ComplianceConfig(moving_mass_kg=mass_kg))) as bench:
-            return bench.hang_above(0.0, 0.0).force_N
-
-    light, heavy = stationary(0.3), stationary(0.5)
-    assert np.subtract(heavy, light) == pytest.approx([0.0, 0.0, 0.2 * 9.81], abs=0.01)
-    assert light[2] > 0.0
-    with Bench(quiet(arm)) as bench:
-        bench.press(FLAT_M, 0.0)
-        assert bench.measurement.force_N[2] < -1.0
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", pytest.param("panda", marks=pytest.mark.nightly)])

@@ -1,6 +1,5 @@
 """The CiA 402 arm on its bus: golden frames, statuswords, what the receive thread leaves, speeds, settings."""
 
-import time
 from dataclasses import replace
 
 import can
@@ -12,6 +11,7 @@ from palpate.drivers.cia402.mailbox import Mailbox
 from palpate.drivers.errors import DeviceFaultError, SettingError, SilentError, WiringError
 from tests.support import cia402_vectors as golden
 from tests.support.cia402_bench import Bench, joints
+from tests.support.stopped_arm import wait_for
 
 BUS = {"interface": "virtual", "bitrate": 1_000_000}
 SYNC = 0x080
@@ -90,13 +90,6 @@ def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded():
     assert len(active) <= 65
     mailbox.on_emcy(0x081, bytearray(b"\x07\x00\x00\x00\x00\x00\x00\x00"), 0.0)
     assert mailbox.look()[0].active == ()
-
-
-def wait_for(condition):
-    end = time.monotonic() + 5.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.001)
 
 
 def test_link_sends_frames_and_hears_them():

@@ -141,6 +141,18 @@ def test_dead_drive_does_not_keep_the_others_under_power():
     assert alive == {PowerState.SWITCH_ON_DISABLED}
 
 
+def test_arm_without_any_answer_is_over_in_time():
+    bench = Bench().enabled()
+    begin_ns = bench.network.now_ns
+    for drive in bench.drives:
+        mute(drive)
+    with pytest.raises(SilentError):
+        bench.cycle(0.003, times=40)
+    bench.arm.stop()
+    bench.arm.close()
+    assert bench.network.now_ns - begin_ns < 2 * 10**9
+
+
 def test_host_that_dies_leaves_an_arm_at_rest():
     bench = Bench().enabled()
     for tick in range(1, 30):

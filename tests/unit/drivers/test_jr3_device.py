@@ -177,17 +177,6 @@ def test_restarts_with_readings_between_are_no_fault():
     bench.device.check()
 
 
-def test_counter_that_goes_back_is_a_restart():
-    bench = Bench().streaming()
-    bench.counter = 20_000
-    bench.read()
-    bench.read()
-    bench.counter = 0
-    (sample,) = bench.read()
-    assert sample.settling
-    assert bench.device.errors["counters that began again"] == 1
-
-
 @pytest.mark.parametrize(
     ("counts", "saturated"), [(16384, False), (26214, False), (26215, True), (-32752, True), (32767, True)]
 )

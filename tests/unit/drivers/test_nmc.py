@@ -39,7 +39,6 @@ MADE = {
     "stop abruptly": (1, stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)),
     "one radian": (1, load_traj(NOW, 30558, 100_000, 10_000)),
 }
-HERE = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, -1)
 
 
 @pytest.mark.parametrize("name", MADE)

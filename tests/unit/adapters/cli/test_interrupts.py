@@ -91,7 +91,8 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(palpate, 
     assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)
 
 
-def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(palpate, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("jobs", "kept"), [(2, BLOCK), (1, 1)])
+def test_ctrl_c_while_trials_are_written_loses_none_of_them(palpate, tmp_path, monkeypatch, jobs, kept):
     append_once = RunFolder.append_trial
 
     def append(self, *scored):
@@ -99,11 +100,12 @@ def test_ctrl_c_while_a_block_of_trials_is_written_loses_none_of_it(palpate, tmp
         return append_once(self, *scored)
 
     monkeypatch.setattr(RunFolder, "append_trial", append)
-    words = ("--task.time-limit-s", 0.5, "--policy", "random", "--jobs", 2, "--trials", BLOCK + 1)
+    words = ("--task.time-limit-s", 0.5, "--policy", "random", "--jobs", jobs, "--trials", BLOCK + 1)
     assert palpate("run", *words, "--out", "run").code == 130
     lines = (tmp_path / "run" / "trials.csv").read_text().splitlines()
-    counted = json.loads((tmp_path / "run" / "summary.json").read_text())["trials"]
-    assert counted == len(lines) - 1 == BLOCK
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert summary["trials"] == len(lines) - 1 == kept
+    assert summary["finished"] is False
 
 
 def test_without_a_terminal_there_is_a_line_at_every_tenth(capsys):

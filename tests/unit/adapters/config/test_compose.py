@@ -31,8 +31,6 @@ PAGE = Path(__file__).parents[4] / "docs" / "how-to" / "choose-conditions.md"
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("task.start_uncertainty_mm", 3.6),  # trials would start outside the area
-        ("task.press_kgf", 0.1),  # would not count as contact
         ("task.max_force_N", 4.9),  # pressing alone would exceed it
         ("task.insertion_depth_mm", 0.7),  # the plate itself may lie as deep
         ("learning.alpha_floor", 0.31),  # above alpha itself

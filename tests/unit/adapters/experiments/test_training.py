@@ -143,15 +143,6 @@ STRICT = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 """Some trials press harder than this while they explore; the task itself would not mind."""
 
 
-def test_on_a_rig_of_devices_the_same_trip_ends_the_run():
-    walk = baseline("random", STRICT, lambda: (0.0, 0.0))
-    with SimulatedRig(STRICT, ready_pose()) as rig:
-        rig.simulated = False
-        with pytest.raises(DeviceError, match=r"trial \d: FORCE_LIMIT: force \d\.\d+ N, limit 5\.5 N"):
-            run_policy(STRICT, rig, walk, 4)
-        assert rig.latch.cause.startswith("FORCE_LIMIT: ")
-
-
 def test_training_resumes_across_trips_as_if_it_had_not_been_interrupted(tmp_path):
     whole, parts = folder_in(tmp_path, "whole"), folder_in(tmp_path, "parts")
     _, done = trained(whole, 4, config=STRICT)

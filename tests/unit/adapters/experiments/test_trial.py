@@ -129,7 +129,7 @@ def test_where_nobody_knows_the_truth_a_log_holds_none():
 @pytest.mark.parametrize(
     ("broken", "cause"),
     [
-        (None, r"limit 5\.5 N"),
+        (None, r"FORCE_LIMIT: force \d\.\d+ N, limit 5\.5 N"),
         (FaultPlan("disconnect", "force_sensor", 60), "force_sensor: does not answer"),
         (FaultPlan("disconnect", "arm", 60), "arm: does not answer"),
     ],

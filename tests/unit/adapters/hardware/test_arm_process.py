@@ -289,34 +289,6 @@ def test_what_is_kept_of_an_arm_is_where_it_came_to_rest_and_not_where_it_swung(
     assert json.loads(counts.read_text()) == [swinging[0] + 50, *swinging[1:]]
 
 
-@pytest.mark.parametrize("arm", ["zebra", "cia402"])
-def test_a_line_that_goes_dead_under_a_moving_arm_is_over_in_time(arm):
-    bench = test_zebra.Bench() if arm == "zebra" else test_cia402.Bench()
-    clock, device = bench.clock, bench.arm
-    try:
-        device.configure()
-        device.activate()
-        pose = list(device.read().position_rad)
-        for _ in range(10):
-            pose[0] += 1e-3
-            device.send(JointCommand(tuple(pose)))
-            bench.advance(1)
-        begin_ns = clock.now_ns()
-        if isinstance(bench, test_zebra.Bench):
-            bench.bus.set_power(powered=False)
-        else:
-            for drive in bench.drives:
-                drive.outgoing = lambda frames: []
-        while device.life is Life.ACTIVE:
-            device.send(JointCommand(tuple(pose)))
-            bench.advance(1)
-        device.stop()
-        device.close()
-        assert seconds_since(clock, begin_ns) < END_S
-    finally:
-        bench.desk.close()
-
-
 def test_the_newest_whole_note_counts():
     memory = mmap.mmap(-1, ArmMemory.BYTES)
     writer, reader = ArmMemory(memory), ArmMemory(memory)

@@ -1,7 +1,6 @@
 """Pictures of reports: their descriptions say what the trials say."""
 
 import io
-from dataclasses import replace
 
 from matplotlib.image import imread
 
@@ -15,7 +14,6 @@ from palpate.core.policy import (
     TemperatureSchedule,
     compass_actions,
 )
-from tests.unit.adapters.samples import trial_rows
 
 ACTIONS = tuple(ActionEntry.of(action) for action in compass_actions(0.7e-3))
 PARAMETERS = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.0))
@@ -25,11 +23,6 @@ REGIONS = (
     *(f"x{x} y{y}" for x in SIGNS for y in SIGNS if (x, y) != ("0", "0")),
     *(f"tx{x} ty{y}" for x in SIGNS for y in SIGNS),
 )
-
-
-def rows(*times_s, wins=None):
-    wins = wins or [True] * len(times_s)
-    return [replace(row, success=win) for row, win in zip(trial_rows(*times_s), wins, strict=True)]
 
 
 def row(state, action, visits=8):

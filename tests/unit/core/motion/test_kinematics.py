@@ -16,6 +16,7 @@ from palpate.core.motion.model import Kinematics, wrench_about
 from palpate.core.motion.tip_motion import FASTEST_JOINT_RAD_S
 from palpate.core.ports import PERIOD_S, AppliedCommand, CommandReason
 from palpate.core.trial import GoalConfig, goal_in_base
+from palpate.simulation.emulators.ur.kinematics import LENGTHS_M
 from tests.support.tool import TOOL
 from tests.unit.core.fake_world import ready_pose
 
@@ -33,16 +34,6 @@ ZEBRA_DH = (
     (0.0, 0.0, 0.0, pi / 2),
     (0.0, 0.040, 0.0, 0.0),
 )
-
-
-# a2, a3, d1, d4, d5, d6 in m, as Universal Robots publishes them on its page of DH parameters.
-UR_LENGTHS = {
-    "ur3e": (-0.24355, -0.2132, 0.15185, 0.13105, 0.08535, 0.0921),
-    "ur5e": (-0.425, -0.3922, 0.1625, 0.1333, 0.0997, 0.0996),
-    "ur10e": (-0.6127, -0.57155, 0.1807, 0.17415, 0.11985, 0.11655),
-    "ur16e": (-0.4784, -0.36, 0.1807, 0.17415, 0.11985, 0.11655),
-    "ur20": (-0.8620, -0.7287, 0.2363, 0.2010, 0.1593, 0.1543),
-}
 
 
 def flange_by_table(q, table=ZEBRA_DH):
@@ -74,9 +65,9 @@ class TestKinematics:
             np.testing.assert_allclose(kinematics.tip_position_m, expected[:3, 3], atol=1e-12)
             np.testing.assert_allclose(kinematics.tip_rotation, expected[:3, :3], atol=1e-12)
 
-    @pytest.mark.parametrize("name", UR_LENGTHS)
+    @pytest.mark.parametrize("name", ["ur3e", "ur5e", "ur10e", "ur16e", "ur20"])
     def test_arms_of_universal_robots_follow_their_published_table_everywhere(self, name):
-        a2, a3, d1, d4, d5, d6 = UR_LENGTHS[name]
+        a2, a3, d1, d4, d5, d6 = LENGTHS_M[name]
         table = (
             (0.0, d1, 0.0, pi / 2), (0.0, 0.0, a2, 0.0), (0.0, 0.0, a3, 0.0),
             (0.0, d4, 0.0, pi / 2), (0.0, d5, 0.0, -pi / 2), (0.0, d6, 0.0, 0.0),

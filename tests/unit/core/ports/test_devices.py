@@ -161,7 +161,6 @@ COMMAND = JointCommand((0.1, -0.2))
 APPLIED = AppliedCommand((0.1, -0.2))
 SNAPSHOT = Snapshot(0, 30, WRENCH, JOINTS)
 VALUES = [WRENCH, JOINTS, COMMAND, APPLIED, SNAPSHOT]
-finite = st.floats(min_value=-1e6, max_value=1e6)
 not_finite = st.sampled_from([nan, inf, -inf])
 
 

@@ -16,6 +16,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.trial import GoalConfig, goal_in_base
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
 from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig, SensorConfig
+from tests.support.arms import EVERY_ARM
 from tests.support.tool import TOOL
 
 GOAL = goal_in_base(GoalConfig())
@@ -117,11 +118,14 @@ def test_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_compliance(
 # Sensors.
 
 
-def test_wrench_is_the_weight_of_what_hangs_on_the_sensor():
-    cell = cell_of(CellConfig(sensor=SILENT))
+@pytest.mark.parametrize("arm", EVERY_ARM)
+@pytest.mark.parametrize("more_kg", [0.0, 0.2])
+def test_wrench_is_the_weight_of_what_hangs_on_the_sensor(arm, more_kg):
+    springs = ComplianceConfig(moving_mass_kg=ComplianceConfig().moving_mass_kg + more_kg)
+    cell = cell_of(CellConfig(sensor=SILENT, compliance=springs), arm)
     advance(cell, 100)
     fx, fy, fz, tx, ty, tz = cell.measure_wrench()
-    assert (fx, fy, fz) == pytest.approx((0.0, 0.0, 0.35 * 9.81), abs=0.01)
+    assert (fx, fy, fz) == pytest.approx((0.0, 0.0, (0.35 + more_kg) * 9.81), abs=0.01)
     assert (tx, ty, tz) == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
 
 
