@@ -24,7 +24,9 @@ def help_text(kind: type, command: str) -> str:
     heads = [place.name.upper() for place in places]
     words = [f"[{head}]" if place.default == "" else head for head, place in zip(heads, places, strict=True)]
     usage = " ".join((f"usage: palpate {command}", *words, *(["[OPTIONS]"] if flags else [])))
-    lines = [usage, "", _paragraphs(getdoc(kind) or "", wide), ""]
+    parts = (getdoc(kind) or "").split("\n\n")
+    wrapped = (part if part.startswith(" ") else textwrap.fill(" ".join(part.split()), wide) for part in parts)
+    lines = [usage, "", "\n\n".join(wrapped), ""]
     lines += [_hanging(head, _text(place), wide) for head, place in zip(heads, places, strict=True)]
     lines += [_hanging(_head(flag), f"{_text(flag)}{_default(flag.default)}", wide) for flag in flags]
     if rare:
@@ -85,12 +87,6 @@ def _default(default: Any) -> str:
     if default in (None, "", (), False, True, -1):
         return ""
     return f" Default: {literal(default)}."
-
-
-def _paragraphs(text: str, wide: int) -> str:
-    """Return the paragraphs of a docstring, wrapped unless they are indented."""
-    parts = text.split("\n\n")
-    return "\n\n".join(part if part.startswith(" ") else textwrap.fill(" ".join(part.split()), wide) for part in parts)
 
 
 def _hanging(head: str, text: str, wide: int) -> str:

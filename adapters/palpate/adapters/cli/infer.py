@@ -70,7 +70,10 @@ def infer(options: InferOptions) -> int:
 
         found = automata.infer(strings, options.settings, progress=show)
     with new_folder(out) as folder:
-        _save(found, folder)
+        (folder / "automaton.json").write_text(automata.to_json_text(found.machine), encoding="utf-8")
+        (folder / "automaton.dot").write_text(automata.to_dot_text(found.machine), encoding="utf-8")
+        (folder / "network.json").write_text(automata.network_text(found.network.network), encoding="utf-8")
+        (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
     sys.stdout.write(
         f"{len(strings.words)} strings, {len(strings.alphabet)} symbols\n{found.summary}\nsaved in {out}\n"
     )
@@ -81,14 +84,6 @@ def infer(options: InferOptions) -> int:
         )
         return 2
     return 0
-
-
-def _save(found: automata.Inference, folder: Path) -> None:
-    machine = found.machine
-    (folder / "automaton.json").write_text(automata.to_json_text(machine), encoding="utf-8")
-    (folder / "automaton.dot").write_text(automata.to_dot_text(machine), encoding="utf-8")
-    (folder / "network.json").write_text(automata.network_text(found.network.network), encoding="utf-8")
-    (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
 
 
 def _report(found: automata.Inference) -> dict[str, object]:

@@ -147,18 +147,14 @@ def _open_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def _print_versions(words: Sequence[str]) -> int:
-    if words:
-        raise errors.UsageError(f"palpate --version takes no {words[0]}")
-    from palpate.adapters.log import made_with
-
-    sys.stdout.write("".join(f"{name} {number}\n" for name, number in made_with().items()))
-    return 0
-
-
 def _run(name: str, words: Sequence[str]) -> int:
     if name == "--version":
-        return _print_versions(words)
+        if words:
+            raise errors.UsageError(f"palpate --version takes no {words[0]}")
+        from palpate.adapters.log import made_with
+
+        sys.stdout.write("".join(f"{name} {number}\n" for name, number in made_with().items()))
+        return 0
     group = name if name in GROUPS else ""
     if group:
         if not words or words[0] in ("-h", "--help"):

@@ -11,7 +11,7 @@ from palpate.adapters import experiments
 from palpate.adapters.cli import notices
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.config import scenario
 from palpate.adapters.experiments import save_policy
 from palpate.adapters.files import new_folder, require_free_folder
 from palpate.core.errors import UsageError
@@ -34,7 +34,9 @@ def train(options: TrainOptions) -> int:
         bars, rows = list[Any](), list[experiments.TrialRow]()
 
         def begin(_: experiments.RunFolder, first: int) -> None:
-            _announce(config, folder, options.trials, first)
+            which = f"trial {first + 1} to {options.trials}" if first else notices.counted(options.trials, "trial")
+            run = f"{config.arm}, scenario {config.scenario}, seed {config.seed}"
+            notices.say(f"{run}: {which}, results in {folder.path}")
             rows.extend(folder.read_trials())
             bars.append(shown.enter_context(progress(options.trials, "trial", initial=first)))
 
@@ -92,11 +94,6 @@ def _fit_to_logs(options: TrainOptions) -> int:
     notices.say(f"{found.inserted} of {len(paths)} trials ended in the hole\n{table}".rstrip("\n"))
     notices.say(f"saved in {options.out}")
     return 0
-
-
-def _announce(config: RunConfig, folder: experiments.RunFolder, trials: int, first: int) -> None:
-    begin = f"trial {first + 1} to {trials}" if first else notices.counted(trials, "trial")
-    notices.say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
 
 
 def _lately(rows: Sequence[experiments.TrialRow]) -> str:

@@ -58,14 +58,11 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
             default = field.default_factory()
         name = f"{prefix}{field.name}"
         if isinstance(default, Settings) and table_or(kind) is None:
-            yield from described(type(default), prefix if _is_flat(kind) else f"{name}.")
+            # Marked so, the parser of the command line puts the fields of a table among those around it.
+            flat = any(getattr(mark, "name", None) == "" for mark in getattr(kind, "__metadata__", ()))
+            yield from described(type(default), prefix if flat else f"{name}.")
         else:
             yield Described(name, kind, default, texts.get(field.name, ""))
-
-
-def _is_flat(kind: Any) -> bool:
-    """Return True if the parser of the command line puts the fields of a table among those around it."""
-    return any(getattr(mark, "name", None) == "" for mark in getattr(kind, "__metadata__", ()))
 
 
 @cache

@@ -62,13 +62,7 @@ def load_examples(
     Raises:
         ConfigurationError: The file cannot be used; the error states the file and the line.
     """
-    lines = io.StringIO(read_text(path, _EXAMPLES, newline=""), newline="")
-    return _read_examples(csv.DictReader(lines, strict=True), str(path), states, actions)
-
-
-def _read_examples(
-    reader: csv.DictReader[str], path: str, states: Sequence[str] | None, actions: Sequence[Action] | None
-) -> tuple[tuple[str, str], ...]:
+    reader = csv.DictReader(io.StringIO(read_text(path, _EXAMPLES, newline=""), newline=""), strict=True)
     examples = []
     try:
         header = list(reader.fieldnames or ())

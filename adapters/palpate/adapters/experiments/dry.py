@@ -80,7 +80,10 @@ def dry_trial(
     observer = _Observer(trials.task)
     with interrupting(trials.task.interrupt):
         scored = trials.run(first, (observer,))
-    lines = [_place(config, tip), _way(config, ready, q_rad), _requested(config, observer.requested)]
+    x, y, z = goal_in_base(config.task.goal).actInv(tip).translation * 1e3
+    place = f"tip by the model of {config.arm}: ({_listed(1e3 * tip.translation)}) mm in the base"
+    place += f", {-z:.1f} mm above the nominal hole and {hypot(x, y):.1f} mm aside"
+    lines = [place, _way(config, ready, q_rad), _requested(config, observer.requested)]
     if observer.forces_N:
         mean, noise_N = np.mean(observer.forces_N, axis=0), np.std(observer.forces_N, axis=0).max()
         lines.insert(0, f"force ({_listed(mean)}) N, noise {noise_N:.3g} N (stated {rig.sensor_facts.noise_N:g} N)")
@@ -109,12 +112,6 @@ def _tip(config: RunConfig, q_rad: JointVector) -> pin.SE3:
 
 def _listed(values: Iterable[float]) -> str:
     return ", ".join(f"{round(value, 4) + 0.0:.4g}" for value in values)
-
-
-def _place(config: RunConfig, tip: pin.SE3) -> str:
-    x, y, z = goal_in_base(config.task.goal).actInv(tip).translation * 1e3
-    place = f"tip by the model of {config.arm}: ({_listed(1e3 * tip.translation)}) mm in the base"
-    return f"{place}, {-z:.1f} mm above the nominal hole and {hypot(x, y):.1f} mm aside"
 
 
 def _way(config: RunConfig, ready: ReadyPose, q_rad: JointVector) -> str:

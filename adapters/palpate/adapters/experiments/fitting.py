@@ -32,7 +32,11 @@ def configured_perception(config: RunConfig) -> perception.Perception | None:
 def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> perception.Perception:
     """Collect samples by random walks and fit the stages to them."""
     p = config.perception
-    samples = _collect(config, ready, rig)
+    walk = _Recorder(task_actions(config))
+    trials = Trials(config, ready, rig, plain_perception(config), walk)
+    for k in range(p.fit_trials):
+        require_sound(rig, trials.run(FIRST_FITTING_TRIAL + k))
+    samples = walk.samples
     extractor = _extractor(p, samples, _seed(config, Purpose.FITTING))
     seed = _seed(config, Purpose.PARTITION)
     features = np.array([extractor.extract(tuple(row)) for row in samples])
@@ -67,17 +71,8 @@ def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: 
     return perception.SelectedChannels(p.channels)
 
 
-def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float, ...]]:
-    """Return measurement vectors (in the order of ``CHANNELS``) at the decisions of random walks."""
-    walk = _Recorder(task_actions(config))
-    trials = Trials(config, ready, rig, plain_perception(config), walk)
-    for k in range(config.perception.fit_trials):
-        require_sound(rig, trials.run(FIRST_FITTING_TRIAL + k))
-    return walk.samples
-
-
 class _Recorder(RandomWalkPolicy):
-    """A random walk that records its observations."""
+    """A random walk that records its measurement vectors, in the order of ``CHANNELS``."""
 
     def __init__(self, actions: Sequence[Action]) -> None:
         super().__init__(actions)

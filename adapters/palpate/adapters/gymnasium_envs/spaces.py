@@ -108,19 +108,6 @@ Observations: TypeAlias = StateIndex | TipWrench | PortReadings
 ACTION_KINDS: Final = ("discrete", "continuous")
 
 
-def index_of(action: Any, count: int) -> int:
-    """Return a discrete action as a plain number.
-
-    Raises:
-        ActionRefusedError: It is not a whole number from 0 to ``count - 1``.
-    """
-    # Some agents wrap the number into an array.
-    number = np.asarray(action)
-    if number.size != 1 or number.dtype.kind not in "iu" or not 0 <= number.item() < count:
-        raise ActionRefusedError(f"action must be a whole number from 0 to {count - 1} (got {action!r})", action)
-    return int(number.item())
-
-
 class NumberedActions:
     """The numbered actions from which palpate's own learners choose."""
 
@@ -129,9 +116,16 @@ class NumberedActions:
         self.space = spaces.Discrete(len(actions))
 
     def decision(self, action: Any) -> Decision:
-        """Return the action of that number."""
-        index = index_of(action, len(self._actions))
-        return Decision(self._actions[index], index, OUTSIDE)
+        """Return the action of that number.
+
+        Raises:
+            ActionRefusedError: It is not a whole number from 0 to one less than the number of actions.
+        """
+        # Some agents wrap the number into an array.
+        number, count = np.asarray(action), len(self._actions)
+        if number.size != 1 or number.dtype.kind not in "iu" or not 0 <= number.item() < count:
+            raise ActionRefusedError(f"action must be a whole number from 0 to {count - 1} (got {action!r})", action)
+        return Decision(self._actions[number.item()], int(number.item()), OUTSIDE)
 
 
 class FreeSteps:

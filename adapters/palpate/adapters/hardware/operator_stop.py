@@ -8,7 +8,6 @@ import threading
 import tty
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from types import FrameType
 from typing import Any, Final, Self
 
 from typing_extensions import override
@@ -66,7 +65,7 @@ class OperatorStop:
             if self._keys:
                 self._watch_keys(opened)
             try:
-                before: Any = signal.signal(SIGNAL, self._on_signal)
+                before: Any = signal.signal(SIGNAL, lambda *_: self.stop(f"signal: signal {SIGNAL.name}"))
             except ValueError as error:
                 raise ConfigurationError(
                     "operator stop", SIGNAL.name, f"opened in the main thread ({error})"
@@ -80,9 +79,6 @@ class OperatorStop:
         opened, self._opened = self._opened, None
         if opened is not None:
             opened.close()
-
-    def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        self.stop(f"signal: signal {SIGNAL.name}")
 
     def _watch_keys(self, opened: ExitStack) -> None:
         if not _is_ours(self._fd):

@@ -1,6 +1,7 @@
 """A plot of one trial over time."""
 
 from collections.abc import Iterable, Sequence
+from itertools import product
 from typing import Any, Final
 
 import numpy as np
@@ -63,7 +64,8 @@ def timeline(log: TrialLog, kind: str = "png") -> bytes:
             _strip(rest.pop(0), log, series, title, names, attribute)
         phase_panel(rest.pop(0), log, series, _WIDTH_IN * 0.8)
         _events(panels, log, series)
-        _gaps(panels, series)
+        for gap, axes in product(np.flatnonzero(series.ticks < 0), panels):
+            axes.axvspan(series.time_s[gap - 1], series.time_s[gap + 1], color="#bbbbbb", alpha=0.5)
         figure.align_ylabels(panels)
         panels[-1].set_xlabel("time since the first tick [s]")
         panels[0].set_xlim(0.0, max(float(series.time_s[-1]), 1e-3) * 1.005)
@@ -112,7 +114,9 @@ def _dress(axes: Any, label: str) -> None:
 def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence[str], attribute: str) -> None:
     """Draw a row for each name, with a bar from each decision to the next."""
     changes = [d.tick for d in log.decisions]
-    ends = [*changes[1:], _end_of_decisions(log, series, changes[-1])]
+    # The last action ended with the phase or with the log.
+    later = [event.tick for event in log.events if event.tick > changes[-1] and event.name in ("phase", "end")]
+    ends = [*changes[1:], min(later, default=changes[-1] + series.config.task.ticks_per_action)]
     for row, name in enumerate(names):
         bars = [
             (series.time_of(a), series.time_of(b) - series.time_of(a))
@@ -125,12 +129,6 @@ def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_ylabel(title, fontsize=9)
     axes.grid(alpha=0.25)
-
-
-def _end_of_decisions(log: TrialLog, series: Series, last: int) -> int:
-    """Return the tick at which the last action ended, with the phase or with the log."""
-    later = [event.tick for event in log.events if event.tick > last and event.name in ("phase", "end")]
-    return min(later, default=last + series.config.task.ticks_per_action)
 
 
 def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> None:
@@ -170,12 +168,6 @@ def _events(panels: Any, log: TrialLog, series: Series) -> None:
             ", ".join(names), (time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
             textcoords="offset points", rotation=40, ha="left", va="bottom", fontsize=8, color="#222222",
         )  # fmt: skip
-
-
-def _gaps(panels: Any, series: Series) -> None:
-    for row in np.flatnonzero(series.ticks < 0):
-        for axes in panels:
-            axes.axvspan(series.time_s[row - 1], series.time_s[row + 1], color="#bbbbbb", alpha=0.5)
 
 
 def _title(log: TrialLog, series: Series, altered: bool) -> str:

@@ -100,7 +100,9 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
         raise LogError(path, "", f"contains nothing readable: {damage}", "it can only be deleted")
     if not messages:
         raise LogError(path, "", "holds no messages of palpate's", "name a log that palpate recorded")
-    gap = _gap(messages)
+    # Tools without numbers write zeros.
+    numbered = enumerate(messages) if messages[-1].sequence else ()
+    gap = next((place for place, message in numbered if message.sequence != place), None)
     if damage and gap:
         messages, gap = messages[:gap], None
     log = TrialLog(path, len(data), _start_of(path, messages), damage=damage)
@@ -124,13 +126,6 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
             else:
                 lists[kind].append(found)
     return log
-
-
-def _gap(messages: list[RawMessage]) -> int | None:
-    """Return the index of the first message with an unexpected number; tools without numbers write zeros."""
-    if not messages[-1].sequence:
-        return None
-    return next((place for place, message in enumerate(messages) if message.sequence != place), None)
 
 
 def _missing(messages: list[RawMessage], place: int) -> str:

@@ -8,7 +8,7 @@ from typing import Final
 from palpate.adapters.files import read_text, write_whole
 from palpate.adapters.log.find import find_logs
 from palpate.adapters.log.json_text import json_in
-from palpate.adapters.log.reader import TrialLog, read_log
+from palpate.adapters.log.reader import read_log
 from palpate.core.automata import Strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import perception_from_dict
@@ -49,7 +49,7 @@ def _strings_of_logs(files: Sequence[Path]) -> Strings:
     words: list[tuple[str, ...]] = []
     for file in files:
         log = read_log(file)
-        symbols = _alphabet(log)
+        symbols = perception_from_dict(json_in(log, "start.perception_json", log.start.perception_json)).symbols
         if alphabet is not None and symbols != alphabet:
             raise ConfigurationError(_FIELD, str(file), f"logs of trials with the same symbols: {', '.join(alphabet)}")
         alphabet = symbols
@@ -60,10 +60,6 @@ def _strings_of_logs(files: Sequence[Path]) -> Strings:
         accepted = f"logs of trials that chose actions and ended in the hole; none of {len(files)} did"
         raise ConfigurationError(_FIELD, str(files[0]), accepted)
     return Strings.of(words, alphabet=alphabet)
-
-
-def _alphabet(log: TrialLog) -> tuple[str, ...]:
-    return perception_from_dict(json_in(log, "start.perception_json", log.start.perception_json)).symbols
 
 
 def read_strings(path: str | os.PathLike[str]) -> Strings:
@@ -115,27 +111,16 @@ def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, label
     """Return the symbols of each line: words if there is a blank or a name of several letters, otherwise letters."""
     apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
     words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
-    if apart and not labelled and alphabet is None:
-        _require_plain(bodies, words)
-    if alphabet is not None:
-        _require_known(words, alphabet)
-    return words
-
-
-def _require_known(words: Mapping[int, list[str]], alphabet: tuple[str, ...]) -> None:
-    for place, word in words.items():
-        for name in word:
-            if name not in alphabet:
-                accepted = f"symbols of the alphabet {' '.join(alphabet)}"
-                raise ConfigurationError(f"strings.line[{place}]", name, accepted)
-
-
-def _require_plain(bodies: Mapping[int, str], words: Mapping[int, list[str]]) -> None:
-    """Refuse first words that look like labels but are not separated by a tab."""
-    if all(word[0] in _LABELS for word in words.values()):
+    if apart and not labelled and alphabet is None and all(word[0] in _LABELS for word in words.values()):
+        # The first words look like labels but are not separated by a tab.
         place = min(words)
         accepted = "a tab, not a blank, between label and string, or '# alphabet: 0 1' if it is no label"
         raise ConfigurationError(f"strings.line[{place}]", bodies[place], accepted)
+    for place, word in words.items():
+        if alphabet is not None and (unknown := [name for name in word if name not in alphabet]):
+            accepted = f"symbols of the alphabet {' '.join(alphabet)}"
+            raise ConfigurationError(f"strings.line[{place}]", unknown[0], accepted)
+    return words
 
 
 def text_of(strings: Strings) -> str:

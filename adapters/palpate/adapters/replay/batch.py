@@ -90,7 +90,8 @@ def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
         text += str(one.first)
         if one.differences > 1:
             text += f" (and {one.differences - 1} more)"
-        causes = [*_changes_text(changes), *one.causes]
+        policies = () if changes.policy is None else (f"policy {changes.policy_name}",)
+        causes = [*changes.settings, *policies, *one.causes]
         text += (
             f"; known to be other: {', '.join(causes)}" if causes else "; no cause is known: same code, same versions"
         )
@@ -99,10 +100,3 @@ def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
     if one.note:
         text += ("; " if one.first is not None else "") + one.note
     return text + "\n"
-
-
-def _changes_text(changes: Changes) -> list[str]:
-    changed = list(changes.settings)
-    if changes.policy is not None:
-        changed.append(f"policy {changes.policy_name}")
-    return changed

@@ -99,7 +99,10 @@ class Tape:
         if record is None:
             return False
         if record.tick != self._loaded:
-            self._refuse_gap(record.tick)
+            problem = f"ticks {self._loaded} to {record.tick - 1} are missing"
+            lost = "; ".join(f"{loss.problem}: {loss.text}" for loss in self.log.losses)
+            remedy = "a trial can only be replayed whole" + (f" (the recorder noted: {lost})" if lost else "")
+            raise LogError(self.log.path, f"tick {self._loaded}", problem, remedy)
         self._loaded += 1
         self.last = record
         if record.counterfactual and not self.log.start.derived_from:
@@ -116,13 +119,6 @@ class Tape:
             self.sends.append((record.requested_rad, record.applied))
         self._add_calls(record.tick)
         return True
-
-    def _refuse_gap(self, tick: int) -> None:
-        where = f"tick {self._loaded}"
-        problem = f"ticks {self._loaded} to {tick - 1} are missing"
-        lost = "; ".join(f"{loss.problem}: {loss.text}" for loss in self.log.losses)
-        remedy = "a trial can only be replayed whole" + (f" (the recorder noted: {lost})" if lost else "")
-        raise LogError(self.log.path, where, problem, remedy)
 
     def _add_calls(self, tick: int) -> None:
         for call in self._calls.get(tick, ()):

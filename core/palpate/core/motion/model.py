@@ -29,24 +29,12 @@ from palpate.core.ports import JointVector, Vector3
 
 @dataclass(frozen=True)
 class _Loaded:
-    """Pinocchio's model of the joints up to the flange, and frames of the URDF."""
+    """Pinocchio's model of the joints up to the flange, the others fixed at zero, and frames of the URDF."""
 
     model: pin.Model
     flange: pin.Frame
     controller_base: pin.SE3
     controller_flange: pin.Frame
-
-
-def load_model(arm: ArmDescription) -> tuple[pin.Model, pin.Frame]:
-    """Return Pinocchio's model of the joints up to the flange, and the flange's frame.
-
-    Other joints of the URDF, such as a gripper's fingers, are fixed at zero. Meshes are ignored.
-
-    Raises:
-        AssetError: The file is missing or not a URDF, or its flange is not moved by six or seven revolute joints.
-    """
-    loaded = _loaded(arm)
-    return loaded.model.copy(), loaded.flange
 
 
 def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.SE3, pin.SE3]:
@@ -118,7 +106,8 @@ class Kinematics:
 
     def __init__(self, arm: ArmDescription, tool: ToolGeometry) -> None:
         self.arm, self.tool = arm, tool
-        self.model, flange = load_model(arm)
+        loaded = _loaded(arm)
+        self.model, flange = loaded.model.copy(), loaded.flange
         # Columns are the tool's axes in the flange; permuting them cyclically keeps the frame right-handed.
         axes = np.roll(np.eye(3), "zxy".index(arm.tool_axis), axis=0)
         sensor, tip = _placement(tool.sensor_m, tool.sensor_rpy_rad), _placement(tool.tip_m, tool.tip_rpy_rad)

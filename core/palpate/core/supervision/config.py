@@ -88,10 +88,6 @@ class SupervisionConfig(Settings):
     def check(self) -> None:
         accepted = f"less than supervision.max_force_N = {self.max_force_N:g}, or it can never trip"
         self.require("unexpected_contact_N", self.unexpected_contact_N < self.max_force_N, accepted)
-        self._require_accepted()
-
-    def _require_accepted(self) -> None:
-        """Refuse weakened limits that are not listed, and listed ones that are not weakened."""
         weaker = weaker_settings(vars(self))
         for name in weaker:
             accepted = f"{_strength(name)}, unless supervision.weakened names {name!r}"

@@ -159,7 +159,10 @@ class JointMonitor:
         joints = snapshot.joints
         q = joints.position_rad
         if not (all(map(le, self._lower, q)) and all(map(le, q, self._upper))):
-            return self._outside(snapshot.tick, q)
+            angles = enumerate(zip(q, self._lower, self._upper, strict=True), start=1)
+            number, (value, low, high) = next(one for one in angles if not one[1][1] <= one[1][0] <= one[1][2])
+            text = f"joint {number} at {value:.4f} rad, limit {low if value < low else high:.4f} rad"
+            return Trip(TripReason.JOINT_POSITION, snapshot.tick, text)
         samples, now_ns, is_new = self._samples, joints.source_time_ns, False
         # A repeated reading, even under a new number, gives no velocity.
         if not samples or now_ns > samples[-1][0]:
@@ -199,13 +202,6 @@ class JointMonitor:
                 text = f"joint {number} reads {angle:.4f} rad while its commands span {span}"
                 return Trip(TripReason.TRACKING_ERROR, tick, text)
         return None
-
-    def _outside(self, tick: int, q: JointVector) -> Trip:
-        joints = enumerate(zip(q, self._lower, self._upper, strict=True), start=1)
-        number, (value, low, high) = next(one for one in joints if not one[1][1] <= one[1][0] <= one[1][2])
-        limit = low if value < low else high
-        text = f"joint {number} at {value:.4f} rad, limit {limit:.4f} rad"
-        return Trip(TripReason.JOINT_POSITION, tick, text)
 
     def _fast(self, tick: int, q: JointVector, then: JointVector, dt_s: float) -> Trip | None:
         for number, (now, before, limit) in enumerate(zip(q, then, self._velocity, strict=True), start=1):
@@ -260,7 +256,8 @@ class SampleMonitor:
         if joints.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "joint", joints.validity)
         if wrench.kind is not WrenchKind.RAW or wrench.frame != self._frame:
-            return self._not_as_agreed(snapshot.tick, wrench)
+            text = f"{_wrench_text(wrench)}; expected raw wrenches in {self._frame!r}"
+            return Trip(TripReason.WRENCH_CONTRACT, snapshot.tick, text, "force")
         last_ns, self._last_ns = self._last_ns, now_ns
         if last_ns is not None and not 0 <= now_ns - last_ns <= self._gap_ns:
             return _times(
@@ -302,10 +299,6 @@ class SampleMonitor:
         found, most = self._equal, self._most_equal
         text = f"{found} consecutive new force samples are identical, limit {most}"
         return Trip(TripReason.SAMPLE_FROZEN, tick, text, "force")
-
-    def _not_as_agreed(self, tick: int, wrench: WrenchSample) -> Trip:
-        text = f"{_wrench_text(wrench)}; expected raw wrenches in {self._frame!r}"
-        return Trip(TripReason.WRENCH_CONTRACT, tick, text, "force")
 
     @staticmethod
     def _not_valid(tick: int, name: str, validity: Validity) -> Trip:

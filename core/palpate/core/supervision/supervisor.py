@@ -150,7 +150,9 @@ class Supervisor:
         if trip is None:
             trip = constraints.mismatch
         if trip is None and not sound and applied is not None:
-            trip = _not_finite(snapshot.tick, applied.position_rad)
+            bad = sum(not isfinite(q) for q in applied.position_rad)
+            text = f"the arm reports an applied command with {bad} non-finite joint angles"
+            trip = Trip(TripReason.COMMAND_NOT_FINITE, snapshot.tick, text)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
         within, _ = self._limiter.limited(position, self._held, _PERIOD_S)
@@ -236,9 +238,3 @@ class Supervisor:
 
     def _instead(self, reason: CommandReason | TripReason, requested_rad: JointVector, trip: Trip | None) -> Supervised:
         return Supervised(JointCommand(self._held), CommandOverride(reason, requested_rad, self._held, trip))
-
-
-def _not_finite(tick: int, position: JointVector) -> Trip:
-    bad = sum(not isfinite(q) for q in position)
-    text = f"the arm reports an applied command with {bad} non-finite joint angles"
-    return Trip(TripReason.COMMAND_NOT_FINITE, tick, text)

@@ -79,8 +79,10 @@ class CyclicExchange:
             self._mailbox.wait(self._unheard_until_ns)
             self._unheard_until_ns = None
         begin_ns = self._now_ns()
-        if self.heartbeat_on:
-            self._keep_alive(begin_ns)
+        every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
+        if self.heartbeat_on and begin_ns - self._last_heartbeat_ns >= every_ns:
+            self._link.send(codec.HEARTBEAT + self._settings.host_node, bytes((codec.NMT_OPERATIONAL,)))
+            self._last_heartbeat_ns = begin_ns
         self.targets = tuple(targets)
         for node, controlword, target in zip(self._nodes, controlwords, targets, strict=True):
             self._link.send(codec.RPDO1 + node, codec.RPDO.pack(controlword, target))
@@ -103,12 +105,6 @@ class CyclicExchange:
         self._unheard_until_ns = self._now_ns() + self._deadline_ns
         with contextlib.suppress(SilentError):
             self._link.send(codec.SYNC, b"")
-
-    def _keep_alive(self, now_ns: int) -> None:
-        every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
-        if now_ns - self._last_heartbeat_ns >= every_ns:
-            self._link.send(codec.HEARTBEAT + self._settings.host_node, bytes((codec.NMT_OPERATIONAL,)))
-            self._last_heartbeat_ns = now_ns
 
     def _read(self, boxes: tuple[NodeBox, ...], sync_ns: int) -> None:
         self.sync_ns = sync_ns

@@ -46,7 +46,9 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
     bus.forget()
     addresses = _address_chain(bus)
     if not addresses:
-        raise _no_one()
+        problem = f"no module takes an address at any of {', '.join(map(str, BAUD_DIVISORS))} baud"
+        remedy = "check the port's name, both pairs of wires, and the supply of the modules: switch them off and on"
+        raise WiringError(DEVICE, problem, remedy)
     change_baud(bus, addresses)
     return _identify(bus, addresses)
 
@@ -150,12 +152,6 @@ def _identify(bus: NmcBus, addresses: range) -> tuple[Module, ...]:
         if identity is not None:
             modules.append(Module(address, identity))
     return tuple(modules)
-
-
-def _no_one() -> WiringError:
-    problem = f"no module takes an address at any of {', '.join(map(str, BAUD_DIVISORS))} baud"
-    remedy = "check the port's name, both pairs of wires, and the supply of the modules: switch them off and on"
-    return WiringError(DEVICE, problem, remedy)
 
 
 def _echo() -> WiringError:

@@ -65,7 +65,11 @@ class GridMap:
         object.__setattr__(self, "symbols", symbols)
         object.__setattr__(self, "cells", tuple(places))
         object.__setattr__(self, "readings", tuple(map(symbols.index, letters)))
-        object.__setattr__(self, "moves", _moves(rows, places))
+        number: dict[tuple[int, int], int | None] = {place: cell for cell, place in enumerate(places)}
+        number |= {(row.index(GOAL), y): None for y, row in enumerate(rows) if GOAL in row}
+        # Rows count downwards, y upwards.
+        near = (tuple(number.get((x + dx, y - dy), number[x, y]) for dx, dy in COMPASS) for x, y in places)
+        object.__setattr__(self, "moves", tuple(near))
         reached = {cell for cell in self.distances if cell is not None}
         lost = next((place for cell, place in enumerate(places) if cell not in reached), None)
         if lost is not None:
@@ -154,10 +158,3 @@ def _check_rows(rows: tuple[str, ...]) -> None:
         raise ConfigurationError("grid.map", f"{len(rows)} rows of {len(rows[0])}", f"at most {LARGEST} each")
     if whole.count(GOAL) != 1:
         raise ConfigurationError("grid.map", f"{whole.count(GOAL)} goals in {whole}", f"one goal, {GOAL} or .")
-
-
-def _moves(rows: tuple[str, ...], places: list[tuple[int, int]]) -> tuple[tuple[int | None, ...], ...]:
-    number: dict[tuple[int, int], int | None] = {place: cell for cell, place in enumerate(places)}
-    number |= {(row.index(GOAL), y): None for y, row in enumerate(rows) if GOAL in row}
-    # Rows count downwards, y upwards.
-    return tuple(tuple(number.get((x + dx, y - dy), cell) for dx, dy in COMPASS) for cell, (x, y) in enumerate(places))

@@ -75,14 +75,11 @@ class ContactSearch:
         mujoco.mj_step(self.models[self.level], data, steps)
         while (needed := self._needed()) > self.level:
             self.level = needed
-            self._put_back(*before)
+            data.time = before[0]
+            for array, kept in zip(self._state, before[1:], strict=True):
+                array[:] = np.frombuffer(kept)
             mujoco.mj_step(self.models[needed], data, steps)
         self._next = needed
-
-    def _put_back(self, time_s: float, *state: bytes) -> None:
-        self._data.time = time_s
-        for array, kept in zip(self._state, state, strict=True):
-            array[:] = np.frombuffer(kept)
 
     def _needed(self) -> int:
         """Return the lowest level that finds every contact for the peg's pose at the newest physics step."""

@@ -131,7 +131,14 @@ class LiveView(TrialsObserver):
         self._wrenches.clear()
         self._at(start_ns)
         self._notify(f"trial {report.setup.index - trials.first} begins: {trials.name or trials.config.arm}")
-        self._log = _as_log(trials, report)
+        # A log of a trial with the data that describe its cell.
+        world, setup = world_of(trials.rig), report.setup
+        start = StartRecord(
+            **start_facts("live", with_options(trials.config), trials.ready, trials.perception), seed=setup.seed,
+            trial=setup.index, start_m=setup.start_m, policy=trials.name, world=world.kind,
+            world_json=dump_json(world.facts),
+        )  # fmt: skip
+        self._log = TrialLog("live view", 0, start)
         try:
             self._cell = CellShapes(self._log)
         except LogError as error:
@@ -289,17 +296,6 @@ def _shape(model: mujoco.MjModel, geom: int) -> Any:
             corners = model.geom_pos[geom] + model.mesh_vert[model.mesh_face.ravel()] @ turn.reshape(3, 3).T
             return rr.Mesh3D(vertex_positions=corners, albedo_factor=colour)
     return None
-
-
-def _as_log(trials: Trials, report: TrialReport) -> TrialLog:
-    """Return a log of a trial with the data that describe its cell."""
-    ready, world, setup = trials.ready, world_of(trials.rig), report.setup
-    start = StartRecord(
-        **start_facts("live", with_options(trials.config), ready, trials.perception), seed=setup.seed,
-        trial=setup.index, start_m=setup.start_m, policy=trials.name, world=world.kind,
-        world_json=dump_json(world.facts),
-    )  # fmt: skip
-    return TrialLog("live view", 0, start)
 
 
 def _layout() -> blueprint.Blueprint:

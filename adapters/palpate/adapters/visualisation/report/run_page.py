@@ -131,14 +131,11 @@ def _figures(run: RunSource) -> PageSection:
         rows += [figures_row(f"first {count}", run.rows[:count]), figures_row(f"last {count}", run.late)]
     outcomes = experiments.summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
-    return PageSection("In figures", text, (PageTable(CAPTION, HEAD, tuple(rows)), *_trips(run.rows)))
-
-
-def _trips(rows: Sequence[experiments.TrialRow]) -> tuple[PageTable, ...]:
-    """Return a table of the first trips and their reasons; empty without trips."""
-    tripped = [(str(row.trial), row.trip) for row in rows if row.trip]
-    caption = f"Trips, each counted as a failure at the time limit: {len(tripped)} of {len(rows)} trials"
-    return (PageTable(caption, ("trial", "reason"), tuple(tripped[:_MOST_TRIPS])),) if tripped else ()
+    tables = [PageTable(CAPTION, HEAD, tuple(rows))]
+    if tripped := [(str(row.trial), row.trip) for row in run.rows if row.trip]:
+        caption = f"Trips, each counted as a failure at the time limit: {len(tripped)} of {len(run.rows)} trials"
+        tables.append(PageTable(caption, ("trial", "reason"), tuple(tripped[:_MOST_TRIPS])))
+    return PageSection("In figures", text, tuple(tables))
 
 
 def _policy(document: PolicyDocument) -> PageSection:

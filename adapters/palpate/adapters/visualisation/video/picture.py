@@ -63,10 +63,13 @@ class Painter:
         self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in trajectory.moments if m.force_N is not None)
         self._outcome = outcome_of(log)
         self._last = trajectory.moments[-1].tick
-        part = "contour" if self._cell.contour else "hole"
-        known = self._cell.hole_known
-        notes = notes_of(tared=trajectory.tared, hole_known=known, world=log.start.world, part=part)
-        self._notes = [title_of(log), *notes]
+        start, part = log.start, "contour" if self._cell.contour else "hole"
+        policy = "learned policy" if start.policy == "document" else start.policy
+        # The notes say what is drawn from assumptions.
+        place = f"where the {start.world} had it" if self._cell.hole_known else "at its nominal position"
+        self._notes = [f"{Path(log.path).stem}: {start.arm}, {policy}", f"{part}: {place}"]
+        if not trajectory.tared:
+            self._notes.append("force: raw, weight included")
         self._to_task: Array = self._cell.goal_in_base.rotation.T
         self._stage = Stage(self._cell, size)
 
@@ -154,23 +157,11 @@ def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
     return "\n".join(f"{name:<7}{value}" for name, value in named.items())
 
 
-def title_of(log: TrialLog) -> str:
-    """Return the title of the trial."""
-    start = log.start
-    return f"{Path(log.path).stem}: {start.arm}, {'learned policy' if start.policy == 'document' else start.policy}"
-
-
 def outcome_of(log: TrialLog) -> str:
     """Return the outcome of a trial; empty if the log does not contain it."""
     if log.end is None:
         return ""
     return f"ended: {log.end.error}" if log.end.error else log.end.outcome
-
-
-def notes_of(*, tared: bool, hole_known: bool, world: str, part: str = "hole") -> list[str]:
-    """Return notes for the viewer on what is drawn from assumptions."""
-    place = f"{part}: where the {world} had it" if hole_known else f"{part}: at its nominal position"
-    return [place] if tared else [place, "force: raw, weight included"]
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:

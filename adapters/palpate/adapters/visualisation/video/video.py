@@ -55,14 +55,10 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: int) -> None:
     """Write ``count`` RGB pictures of one size as an endless GIF, which counts time in hundredths of a second."""
+    # Rounded so that errors do not add up.
+    ends = [round(100 * k / fps) for k in range(count + 1)]
+    durations_ms = [10 * (b - a) for a, b in pairwise(ends)]
+    durations_ms[-1] += round(1000 * HOLD_S)
     frames = iter(pictures)
     first = next(frames)
-    first.save(path, "GIF", save_all=True, append_images=frames, duration=gif_durations_ms(count, fps), loop=0)
-
-
-def gif_durations_ms(count: int, fps: float) -> list[int]:
-    """Return the duration of each picture in whole hundredths of a second, rounded so that errors do not add up."""
-    ends = [round(100 * k / fps) for k in range(count + 1)]
-    durations = [10 * (b - a) for a, b in pairwise(ends)]
-    durations[-1] += round(1000 * HOLD_S)
-    return durations
+    first.save(path, "GIF", save_all=True, append_images=frames, duration=durations_ms, loop=0)

@@ -37,7 +37,8 @@ class RecordedTrial:
     def __post_init__(self) -> None:
         readings = len(self.actions) + (not self.reached)
         if len(self.symbols) != readings or readings == 0:
-            raise ConfigurationError("trial.symbols", f"{len(self.symbols)} of them", _one_each(len(self.actions)))
+            accepted = f"one for each of the {len(self.actions)} actions, and the last one unless the goal was reached"
+            raise ConfigurationError("trial.symbols", f"{len(self.symbols)} of them", accepted)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the trial as plain JSON values."""
@@ -105,10 +106,6 @@ class Batch:
             np.array([trial.reached for trial in order]),
             tuple(int((lengths > time).sum()) for time in range(longest)),
         )
-
-
-def _one_each(actions: int) -> str:
-    return f"one for each of the {actions} actions, and the last one unless the goal was reached"
 
 
 LEAST: Final = 1e-12

@@ -84,10 +84,6 @@ class DisplacementHmm:
 
     def plan(self) -> PointBasedPlan:
         """Return a point-based plan; its seed is fixed, so it depends on the model alone."""
-        return perseus(self.pomdp(), np.random.default_rng(0))
-
-    def pomdp(self) -> FinitePomdp:
-        """Return the model as a POMDP."""
         states = len(self.offsets)
         targets = self.targets()
         stays = np.where(targets == states + 1, 1.0, self.blocked)
@@ -96,7 +92,8 @@ class DisplacementHmm:
         for action, row in enumerate(targets):
             transitions[action, places, row] = 1.0 - stays[action]
             transitions[action, places, places] += stays[action]
-        return FinitePomdp(self.start, transitions[:, :, :states], transitions[:, :, states], self.emissions)
+        pomdp = FinitePomdp(self.start, transitions[:, :, :states], transitions[:, :, states], self.emissions)
+        return perseus(pomdp, np.random.default_rng(0))
 
     @classmethod
     def blank(cls, steps: tuple[Offset, ...], reach: int, symbols: int, rng: np.random.Generator) -> Self:

@@ -104,14 +104,11 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         due = fitted_after(len(self._trials))
         if due == self._fitted:
             return
-        model = fit_displacement_hmm(self._fitting(due), self._steps, self.parameters.reach, len(self.states), seed=due)
-        self.use(model, self._trials)
-
-    def _fitting(self, due: int) -> list[RecordedTrial]:
-        """Return those of the first ``due`` trials that a model is fitted to."""
         most = min(due, self.parameters.memory_trials)
         first = most // 2
-        return self._trials[:first] + self._trials[due - most + first : due]
+        trials = self._trials[:first] + self._trials[due - most + first : due]
+        model = fit_displacement_hmm(trials, self._steps, self.parameters.reach, len(self.states), seed=due)
+        self.use(model, self._trials)
 
     def _begin(self, rng: np.random.Generator) -> None:
         self._rng = rng

@@ -115,7 +115,10 @@ class CanopenDrive(CanNode):
             return
         self._turn(elapsed_ns)
         self._watch_host(now_ns)
-        self._heartbeat(now_ns)
+        period_ns = self.objects[od.PRODUCER_HEARTBEAT] * _MS
+        if period_ns and now_ns >= self._next_heartbeat_ns:
+            self._next_heartbeat_ns = now_ns + period_ns
+            self._send(0x700 + self.node, bytes((self.nmt,)))
 
     def _turn(self, elapsed_ns: int) -> None:
         if self.machine.state in POWERED:
@@ -150,16 +153,13 @@ class CanopenDrive(CanNode):
             elif option in (2, 3):
                 self._execute(0 if option == 2 else _QUICK_STOP_WORD)
 
-    def _heartbeat(self, now_ns: int) -> None:
-        period_ns = self.objects[od.PRODUCER_HEARTBEAT] * _MS
-        if period_ns and now_ns >= self._next_heartbeat_ns:
-            self._next_heartbeat_ns = now_ns + period_ns
-            self._send(0x700 + self.node, bytes((self.nmt,)))
-
     def _hear(self, identifier: int, data: bytes, now_ns: int) -> None:
         watched = self.objects.sub(od.CONSUMER_HEARTBEAT, 1) >> 16 & 0x7F
         if identifier == 0 and len(data) == 2 and data[1] in (0, self.node):
-            self._command_nmt(data[0], now_ns)
+            if data[0] in _NMT_RESETS:
+                self._power_up(now_ns)
+            else:
+                self.nmt = _NMT.get(data[0], self.nmt)
         elif identifier == 0x700 + watched and watched:
             self._host_heard_ns = now_ns
         elif identifier == 0x600 + self.node and self.nmt is not NmtState.STOPPED:
@@ -170,12 +170,6 @@ class CanopenDrive(CanNode):
                 self._sync()
             else:
                 self._pending = data
-
-    def _command_nmt(self, command: int, now_ns: int) -> None:
-        if command in _NMT_RESETS:
-            self._power_up(now_ns)
-        else:
-            self.nmt = _NMT.get(command, self.nmt)
 
     def _written(self, index: int) -> None:
         self._choose_concerns()

@@ -81,7 +81,8 @@ class Jr3CanNode:
             if event is Notice.BOOTED:
                 frames.append(self._frame(CanOperation.BOOTUP))
             elif isinstance(event, Sample):
-                frames += self._pair(event)
+                loads = {CanOperation.FORCES: event.counts[:3], CanOperation.MOMENTS: event.counts[3:]}
+                frames += (self._frame(kind, struct.pack("<3hH", *load, event.counter)) for kind, load in loads.items())
         return frames
 
     def _serve(self, now_ns: int) -> list[BusFrame]:
@@ -105,10 +106,6 @@ class Jr3CanNode:
             case _:
                 return []
         return [self._acknowledgement()]
-
-    def _pair(self, sample: Sample) -> list[BusFrame]:
-        forces = self._frame(CanOperation.FORCES, struct.pack("<3hH", *sample.counts[:3], sample.counter))
-        return [forces, self._frame(CanOperation.MOMENTS, struct.pack("<3hH", *sample.counts[3:], sample.counter))]
 
     def _acknowledgement(self, *words: int) -> BusFrame:
         return self._frame(CanOperation.ACK, struct.pack(f"<B{len(words)}H", self.firmware.state, *words))

@@ -73,16 +73,10 @@ class NmcChain:
                 replies.append(reply)
             if frame.intact and frame.command == CommandCode.SET_ADDR and index + 1 < len(self.modules):
                 self._receiving[index + 1] = True
-        self._forget_chain_after_reset(frame)
-        return _collided(replies) if len(replies) > 1 else b"".join(replies)
-
-    def _forget_chain_after_reset(self, frame: Frame) -> None:
-        """Let only the first module listen when the whole chain is in the state after power-up."""
         if frame.intact and frame.command == CommandCode.HARD_RESET:
+            # Only the first module listens when the whole chain is in the state after power-up.
             receivers = [module for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
             if all(module.address == 0 for module in receivers):
                 self._receiving = [index == 0 for index in range(len(self.modules))]
-
-
-def _collided(replies: Sequence[bytes]) -> bytes:
-    return bytes(reduce(int.__and__, column) for column in zip_longest(*replies, fillvalue=_IDLE_LINE))
+        # Replies collide: the line is low where any of them is.
+        return bytes(reduce(int.__and__, column) for column in zip_longest(*replies, fillvalue=_IDLE_LINE))

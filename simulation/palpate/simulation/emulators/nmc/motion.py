@@ -58,10 +58,6 @@ class Profile:
         self._target, self._limit = None, velocity
         self.done = self.accelerated = self.velocity == velocity
 
-    def stop_smoothly(self) -> None:
-        """Ramp down with the acceleration of the current motion."""
-        self.start_velocity(0, self.acceleration)
-
     def tick(self) -> None:
         """Execute one servo tick."""
         if self._target is not None:

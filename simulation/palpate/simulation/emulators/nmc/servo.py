@@ -97,7 +97,7 @@ class PicServo:
             self._switch_on()
             self.profile.hold(self.measured_counts)
         elif how & StopMotorBits.SMOOTH:
-            self.profile.stop_smoothly()
+            self.profile.start_velocity(0, self.profile.acceleration)
         elif how & StopMotorBits.HERE:
             self._switch_on()
             self.profile.hold(here_counts)

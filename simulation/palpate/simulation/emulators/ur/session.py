@@ -93,10 +93,7 @@ class RtdeSession:
         if kind == _DATA:
             self._take(payload)
             return b""
-        return self._complaint(f"package of type {kind} was not expected")
-
-    def _complaint(self, text: str) -> bytes:
-        source = b"RTDE"
+        text, source = f"package of type {kind} was not expected", b"RTDE"
         return _package(_TEXT, bytes([len(text)]) + text.encode() + bytes([len(source)]) + source + b"\x02")
 
     def _set_up_outputs(self, payload: bytes) -> bytes:
