@@ -23,23 +23,11 @@ def config(*words):
     return parse(TrainOptions, "train", words).run
 
 
-def test_the_file_wins_over_the_preset(toml):
-    found = config("--config", toml)
-    assert (found.scenario, found.cell.hole_uncertainty_mm) == ("blind", 2.0)
-    assert (found.seed, found.task.step_mm) == (5, 0.25)
-
-
 def test_flags_win_over_the_file(toml):
     found = config(f"--config={toml}", "--seed", "6", "--task.step-mm", "0.3")
     assert (found.seed, found.task.step_mm) == (6, 0.3)
     # Not of the flags but of the file: it still counts.
     assert found.cell.hole_uncertainty_mm == 2.0
-
-
-def test_a_scenario_other_than_the_file_s_is_refused(toml):
-    # The file's settings would win over the preset's, and the scenario would be so in name only.
-    with pytest.raises(ConfigurationError, match="'blind', as in"):
-        config("--config", toml, "--scenario", "paper")
 
 
 def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp_path):

@@ -22,8 +22,6 @@ from palpate.adapters.replay.engine import Verdict, replay
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import (
     ConfigurationError,
-    DeviceError,
-    FaultLatchedError,
     LifecycleError,
     OutputError,
     UsageError,
@@ -99,24 +97,6 @@ def test_skills_are_decided_once_earn_once_and_replay_equal(tmp_path, monkeypatc
             made.decide(skills["push 1"])
     (log,) = (tmp_path / "run" / "logs").iterdir()
     assert replay(read_log(log), Rebuilder()).verdict is Verdict.EQUAL
-
-
-def test_a_fault_is_a_typed_error_and_latches(episodes, monkeypatch):
-    episodes.begin(5, 0)
-
-    def broken():
-        raise DeviceError("encoder", "gone")
-
-    with monkeypatch.context() as cable:
-        cable.setattr(episodes.rig.cell, "measure_joints", broken)
-        with pytest.raises(DeviceError, match="encoder: gone"):
-            episodes.decide(EAST)
-    assert not episodes.running
-    with pytest.raises(FaultLatchedError, match="encoder: gone"):
-        episodes.begin(5, 1)
-    episodes.rig.latch.acknowledge("a person", "plugged in again")
-    episodes.begin(5, 2)
-    assert episodes.running
 
 
 @pytest.mark.parametrize(
