@@ -37,7 +37,7 @@ ARM: Final = "arm"
 
 @dataclass(frozen=True, slots=True)
 class UnfinishedTick:
-    """State of the newest tick when an error ended the trial or the trial was closed.
+    """State of the last tick when an error ended the trial or the trial was closed.
 
     Attributes:
         calling: The port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty if no port call
@@ -45,7 +45,7 @@ class UnfinishedTick:
         time_ns: Run-clock time of the tick; None if the clock was not read.
         wrench: The force sample; None if none was read.
         joints: The joint sample; None if none was read.
-        command: The command to be sent; None before it is known.
+        command: The command to be sent; None until it is known.
     """
 
     calling: str
@@ -60,14 +60,14 @@ class LoopObserver:
 
     The events of a tick occur in the order of the methods below. ``sensed``, ``chosen`` and ``acted`` are not called
     during a retraction. Only :func:`run_trial` calls ``sensed`` and ``chosen``; a caller that steps :func:`trial_ticks`
-    does not get them. An observer that raises ends the trial; the arm is stopped.
+    does not get them. If an observer raises, the trial ends and the arm is stopped.
     """
 
     def begun(self, start_ns: int, report: TrialReport) -> None:
         """The task has begun at this time, the origin of its schedule; the report is updated during the trial."""
 
     def waited(self, tick: int, deadline_ns: int) -> None:
-        """The sleep until a tick's slot has ended."""
+        """The sleep until a tick's slot is over."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
         """The run clock was read for the tick of this slot."""
@@ -79,10 +79,10 @@ class LoopObserver:
         """The joint encoders were read."""
 
     def sensed(self, observation: Observation | None) -> None:
-        """The task has processed the snapshot; the observation is set only in ticks in which an action is chosen."""
+        """The task has processed the snapshot; the observation is set only at ticks with a choice of action."""
 
     def chosen(self) -> None:
-        """The policy has chosen an action; called only in ticks in which one is due."""
+        """The policy has chosen an action; called only at ticks with a choice."""
 
     def acted(self, command: JointCommand) -> None:
         """The task has returned this command."""

@@ -145,7 +145,7 @@ def one_line(said: object) -> str:
 
 
 def describe(error: BaseException) -> str:
-    """Return type, text and location of a third-party error on one line, even if formatting its text fails."""
+    """Return the type, text and location of a third-party error on one line, even if formatting its text fails."""
     try:
         said = one_line(error)[:200]
     except Exception:

@@ -2,15 +2,15 @@
 
 ::
 
-    DriverError                     says the device, what happened, and what to do
+    DriverError                     states the device, what happened, and what to do
     ├── SettingError                a setting that cannot work
     ├── WiringError                 no device, the wrong one, wrong baud rate, no permission
-    ├── RefusedError                a command that no device may get (NaN, beyond limits)
+    ├── RefusedError                a command that no device may receive (NaN, beyond limits)
     ├── StateError                  a request out of order
-    ├── SilentError                 the device does not answer, or no longer, or its cable is cut
-    │   └── LateError               it answers too late, or this computer was away
-    ├── GarbledError                what it sends makes no sense for too long
-    └── DeviceFaultError            the device reports a fault of its own; it waits for a person
+    ├── SilentError                 the device does not answer, stops answering, or its cable is cut
+    │   └── LateError               it answers too late, or this computer was delayed
+    ├── GarbledError                its data have been invalid for too long
+    └── DeviceFaultError            the device reports its own fault and waits for a person
 
 Malformed bytes do not raise errors: a codec counts them and continues.
 """

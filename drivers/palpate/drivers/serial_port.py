@@ -1,4 +1,4 @@
-"""Opening, writing and closing of pyserial ports without unlimited waits."""
+"""Open, write to and close pyserial ports without unlimited waits."""
 
 from contextlib import suppress
 from select import select
@@ -58,7 +58,7 @@ def open_serial(name: str, baud: int, device: str) -> Any:
 def write_unless_stuck(port: ByteStream, data: bytes) -> None:
     """Write to a port, ignoring a time-out if the port accepts bytes; lost bytes show in the missing reply.
 
-    pyserial reports a time-out by its clock alone, even if every byte was accepted and this program was delayed for
+    pyserial reports a time-out from its clock alone, even if every byte was accepted and this program was delayed for
     longer than the timeout (FACT, serialposix.py of 3.5). A port that accepts bytes now is not stuck.
 
     Raises:

@@ -47,7 +47,7 @@ class ExtractionSettings(Settings):
     most_states: Annotated[int, Range(1, MOST_STATES)] = 500
     """Maximum number of states before minimisation; a q that gives more is skipped."""
     merge_symbols: bool = False
-    """Allow different symbols to lead into one state. Prediction only."""
+    """Allow different symbols to lead to the same state. Prediction only."""
 
     @override
     def check(self) -> None:
@@ -84,8 +84,8 @@ class Extract:
     """An automaton extracted with one q, and its scores.
 
     Attributes:
-        wrong: Share of the training strings that it labels incorrectly; None for prediction.
-        agreement: Share of the held-out strings that it labels correctly; None for prediction or without such strings.
+        wrong: Fraction of the training strings that it labels incorrectly; None for prediction.
+        agreement: Fraction of the held-out strings that it labels correctly; None for prediction or without them.
         loss: Cross-entropy on the held-out strings, in nats per symbol; None for acceptance.
         price: Penalty for the number of states, in nats per symbol; None for acceptance.
     """
@@ -114,14 +114,14 @@ class Extract:
 
     @property
     def cost(self) -> float:
-        """Cost to minimise: share of wrong training strings; for prediction, the sum of loss and price."""
+        """Cost to minimise: fraction of mislabelled training strings; for prediction, the sum of loss and price."""
         return self.wrong if self.wrong is not None else (self.loss or 0.0) + (self.price or 0.0)
 
 
 def accepting_extract(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree | None = None
 ) -> Extract:
-    """Return the automaton of the smallest q that labels every training string correctly, else of the best q."""
+    """Return the automaton of the smallest q that labels all training strings correctly, or of the best q."""
     judged: list[tuple[float, Partition]] = []
     for cells in settings.partitions(network):
         judged.append((_wrong(cells, training), cells))
@@ -143,7 +143,7 @@ def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
     came = np.zeros((len(tree.levels) - 1, 2))
     strings = tree.labels != UNLABELLED
     np.add.at(came, (lengths[strings], tree.labels[strings]), tree.counts[strings, -1])
-    # Share of all words of one length that lead to each state.
+    # Fraction of all words of one length that lead to each state.
     shares = np.where(np.arange(len(targets)) == machine.start, 1.0, 0.0)
     cost = 0.0
     for rejected, accepted in came.tolist():
@@ -167,7 +167,7 @@ def predicting_extracts(
 
 
 def cheapest(extracts: Iterable[Extract]) -> Extract:
-    """Return the automaton with the lowest cost, the first of equals."""
+    """Return the automaton with the lowest cost, or the first one in a tie."""
     return min(extracts, key=lambda extract: extract.cost)
 
 
@@ -222,7 +222,7 @@ def last_symbols(tree: PrefixTree, count: int) -> Machine:
 def labelled(machine: Machine, tree: PrefixTree) -> Machine:
     """Return the machine with each state labelled by its last symbol and likely successors, such as ``C > A D``.
 
-    A likely successor has a share of at least a tenth in the strings. At most three are listed, the most likely first.
+    A likely successor follows in at least a tenth of the cases. At most three are listed, the most likely first.
     """
     follower, names = AutomatonState.of(machine, tree), (*machine.alphabet, END)
     counts = _followed(follower, tree, machine.start)
@@ -235,7 +235,7 @@ def labelled(machine: Machine, tree: PrefixTree) -> Machine:
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:
-    """Return the share of the labelled strings that the automaton of these cells labels incorrectly."""
+    """Return the fraction of the labelled strings that the automaton of these cells labels incorrectly."""
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")

@@ -3,8 +3,8 @@
 Networks are trained on the strings. Automata are extracted from the best networks by dynamic state partitioning, and
 the best automaton is minimised. Labelled strings give an acceptor. Positive strings give a Moore machine whose outputs
 are the possible next symbols. The held-out loss of such a machine is reported with four baselines: the last zero, one,
-two and three symbols. An automaton that is no better than these adds nothing to them. If the next symbol is
-unpredictable, even the baseline of one symbol is worse than that of zero, because its counts are smaller.
+two and three symbols. An automaton that is no better than these adds nothing. If the next symbol is unpredictable, even
+the one-symbol baseline is worse than the zero-symbol one, because its counts are smaller.
 """
 
 from collections.abc import Sequence
@@ -48,9 +48,9 @@ class InferenceSettings(Settings):
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
     """Settings of the extraction."""
     finalists: Annotated[int, Range(1, 100_000)] = 16
-    """Number of best networks from which automata are extracted."""
+    """Number of networks, best first, from which automata are extracted."""
     held_out: Annotated[float, Range(0.0, 0.9)] = 0.2
-    """Share of the strings held out from training; 0 holds out none. Prediction needs held-out strings."""
+    """Fraction of the strings held out from training; 0 holds out none. Prediction needs held-out strings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +58,7 @@ class Inference:
     """Results of an inference.
 
     Attributes:
-        chosen: The chosen automaton. For prediction, the held-out strings determine its q, then it is extracted again
+        chosen: The chosen automaton. For prediction, the held-out strings determine its q; it is then extracted again
             with all strings.
         extracts: Candidates from the same network, by q; for acceptance, only the chosen automaton.
         baselines: Held-out losses of the baselines, the last zero to three symbols, by name; for prediction only.

@@ -20,7 +20,7 @@ _TRUTH: Final = ("true", "false")
 
 
 class Kind(enum.Enum):
-    """Kind of a machine, by the outputs of its states."""
+    """Kind of machine, by the outputs of its states."""
 
     DFA = "dfa"
     """Acceptor: the outputs are true or false, and words that end in a true state are accepted."""
@@ -30,7 +30,7 @@ class Kind(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A deterministic finite machine. States and symbols are numbers; names serve people and files.
+    """A deterministic finite machine. States and symbols are numbers; names are for people and files.
 
     Attributes:
         transitions: Next state by state and symbol, (states, symbols); None if unknown.

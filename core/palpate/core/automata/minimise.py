@@ -22,9 +22,9 @@ _MOST_NAMES = 3
 
 
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
-    """Return the smallest machine with equal outputs for all words, its states numbered breadth first.
+    """Return the smallest machine with the same outputs for all words; number its states breadth first.
 
-    Two machines of one kind and alphabet with equal outputs for every word give equal results, apart from the labels.
+    Two machines of one kind and alphabet with the same outputs for every word give equal results, apart from labels.
     Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
     three members, the label is the first name and the number of the others. A machine without labels stays unlabelled.
 
@@ -43,7 +43,7 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
 
     Returns:
         Each reachable state once. States within a class are in breadth-first order from the start. Classes are in the
-        same order of their first states.
+        same order as their first states.
     """
     if apart is not None and len(apart) != len(machine.transitions):
         raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one per state")
@@ -129,7 +129,7 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
         None if there is no such word.
 
     Raises:
-        ConfigurationError: The machines are of different kinds, or their alphabets differ, even in the order alone.
+        ConfigurationError: The machines are of different kinds, or their alphabets differ, even only in order.
     """
     if one.kind is not other.kind:
         raise ConfigurationError("automaton.kind", other.kind.value, f"{one.kind.value}, like the other machine")

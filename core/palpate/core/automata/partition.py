@@ -108,7 +108,7 @@ def bounded_partition(
     if tree is None:
         known = 0
         while known < len(search.vectors) <= most_states:
-            # A whole level is searched at once; the order of first visits is the same as one by one.
+            # A whole level is searched at once; the order of first visits is the same as in a search node by node.
             fresh, known = np.arange(known, len(search.vectors)), len(search.vectors)
             search.go(np.repeat(fresh, search.symbols), np.tile(np.arange(search.symbols), len(fresh)))
     else:

@@ -1,8 +1,8 @@
 """Networks of one architecture as one batch of parameters, evaluated together over a prefix tree.
 
 Every restart is trained on all strings at once. The tree shares the common prefixes of strings, and a batch of small
-matrix products takes hardly longer than one product. A network in a batch therefore costs about a fortieth of a single
-network.
+matrix products takes barely longer than a single one. A network in a batch therefore costs about a fortieth of one
+trained alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ cache."""
 class TreeLevel:
     """Nodes of one depth: indices of their parents in the previous level, their last symbols, and blocks.
 
-    A block is a symbol, the first node that it leads to, and the node after the last.
+    A block is a symbol, the first node that it leads to, and the node after the last one.
     """
 
     parents: Tensor

@@ -23,8 +23,8 @@ _LISTED: Final = 12
 class Strings:
     """A set of strings over one alphabet, with or without labels.
 
-    Without labels every string is positive, for example a trial that ended at the goal. Repeated strings count
-    repeatedly. With labels each string is accepted or rejected.
+    Without labels every string is positive, for example a trial that ended at the goal. A repeated string counts each
+    time. With labels each string is accepted or rejected.
 
     Attributes:
         alphabet: Names of the symbols, in order; at least two. Some may not occur in the strings.
@@ -80,7 +80,7 @@ class Strings:
         Args:
             words: Sequences of names; a text is a sequence of single letters.
             labels: Whether each string is accepted; empty if all are positive.
-            alphabet: Names of the symbols; None takes those that occur, in alphabetical order.
+            alphabet: Names of the symbols; None uses those that occur, in alphabetical order.
 
         Raises:
             ConfigurationError: As for the class.
@@ -99,10 +99,10 @@ class Strings:
         """Split the strings at random into training and held-out strings; both keep the order.
 
         Args:
-            share: Share of held-out strings, above 0 and below 1; each part has at least one string.
+            share: Fraction of held-out strings, above 0 and below 1; each part has at least one string.
 
         Raises:
-            ConfigurationError: The share is out of range, or a part is not a valid set of strings.
+            ConfigurationError: The fraction is out of range, or a part is not a valid set of strings.
         """
         total = len(self.words)
         if not 0.0 < share < 1.0 or total < 2:

@@ -52,7 +52,7 @@ class TrainingSettings(Settings):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """A point of the training curve.
+    """A point on the training curve.
 
     Attributes:
         best_loss: Lowest cross-entropy in the batch, in nats per symbol, on held-out strings if there are any; in nats
@@ -233,7 +233,7 @@ def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Limit torch to one thread: with more, the order of sums and thus the last bits depend on their number."""
+    """Limit torch to one thread: with more, the order of summation, and thus the last bits, would vary."""
     import torch
 
     threads = torch.get_num_threads()

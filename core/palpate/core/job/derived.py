@@ -16,44 +16,44 @@ from palpate.core.ports import SensorFacts
 
 N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
-"""Torque threshold over pressing force and radius of the peg in the source paper."""
+"""Torque threshold divided by pressing force and peg radius, in the source paper."""
 _NOISES_PRESSED: Final = 26.0
-"""Standard deviations of the force in a pressing force, for a torque as clear as in the paper's cell with its noisiest
+"""Pressing force in standard deviations of the force, for a torque as clear as in the paper's cell with its noisiest
 acceptable sensor."""
 _CONTACT_SHARE: Final = 0.2
-"""Contact threshold as a share of the pressing force, as in the source paper."""
+"""Contact threshold as a fraction of the pressing force, as in the source paper."""
 _MOST_CONTACT_SHARE: Final = 0.9
-"""Largest contact threshold over pressing force, also for a sensor that is too noisy for the job."""
+"""Largest contact threshold as a fraction of the pressing force, even for a sensor too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
-"""Standard deviations of the force in the contact threshold: one false contact in 30 000 samples."""
+"""Contact threshold in standard deviations of the force: one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
-"""Standard deviations of the filtered torque in the torque threshold."""
+"""Torque threshold in standard deviations of the filtered torque."""
 NOISE_BAND: Final = 1.11
-"""Noise bandwidth of a second-order Butterworth low-pass over its cut-off frequency."""
+"""Noise bandwidth of a second-order Butterworth low-pass divided by its cut-off frequency."""
 _NOISES_UNEXPECTED: Final = 9.3
 """Bound on the norm of the difference of two samples, in standard deviations of one channel."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Smallest force limit in standard deviations of the force; below it the limit and an unexpected contact coincide."""
 _LETS_GO: Final = 4.0
-"""Change of force in a sample over the press when a peg slips off an edge. A search bends the gripper by twice its
-press, sqrt(1.3^2 + 1.5^2) of dither and edge, and an undamped rebound doubles it; 2.6 were measured."""
+"""Change of force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
+twice its press, sqrt(1.3^2 + 1.5^2) of dither and edge, and an undamped rebound doubles it; 2.6 was measured."""
 _GAIN_TIMES_LAG: Final = 0.7
 """Gain of the force control times the arm's lag: above 1 it rings, from pi / 2 it is unstable."""
 JAMS_FROM: Final = 0.8
 """Jam number above which the pressing force of the insertion increases."""
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
-"""Largest pressing force of an insertion over the force limit; walls and stops add to it."""
+"""Largest pressing force of an insertion as a fraction of the force limit; walls and stops add to it."""
 _FRICTION_PEAK: Final = 1.3
-"""Press at the peak of the dither, over the press."""
+"""Press at the peak of the dither, divided by the press."""
 _NOISE_SHARE: Final = 0.15
-"""Four standard deviations of the force over the press, for the noisiest acceptable sensor."""
+"""Four standard deviations of the force divided by the press, for the noisiest acceptable sensor."""
 _STEP_SHARE: Final = 0.2
-"""Step length over half the width of the area: five steps from the centre to the edge, as in the paper."""
+"""Step length divided by half the width of the area: five steps from the centre to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
-"""Time of a search over that of one sweep of the area."""
+"""Time for a search, divided by that for one sweep of the area."""
 _SMALLEST_SWEEP: Final = 1.8
-"""Distance of neighbouring paths over the capture half-width in a reliable sweep."""
+"""Distance between neighbouring paths in a reliable sweep, divided by the capture half-width."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Constants:
         search_speed_m_s: Speed of a search.
         stopped_kg: Mass of the arm that a wall stops: at 19 mm/s and 40 N/mm a wedged peg was loaded with up to 15 N.
         most_capture_m: Largest capture half-width; above it one path covers most areas and a wider strip saves no time.
-        capture_delay_s: Reduction of the capture half-width over the speed (1.5 to 2 ms).
+        capture_delay_s: Reduction of the capture half-width divided by the speed (1.5 to 2 ms).
         area_margin_m: Margin of the area around the farthest hole and start, for the last half step.
         search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
         least_time_s: Time limit of exploration in the source paper.

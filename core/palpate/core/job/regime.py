@@ -13,7 +13,7 @@ from palpate.core.job.derived import Constants, Derived, Quantities, jamming_for
 from palpate.core.job.verification import AXIAL, Spring, farthest_m
 
 DEVIATIONS: Final = 4.0
-"""Standard deviations of depth in a tolerance: one floor in 16 000 lies outside."""
+"""Tolerance in standard deviations of depth: one floor in 16 000 lies outside."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
 def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[float, float, float]:
     """Return the standard deviations of depth from force noise, tilt and encoders.
 
-    A depth is the difference of two readings, floor and surface. The force passes the low-pass of the gripper's spring
-    and damper with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge by up to R theta
-    relative to its centre, uniformly distributed.
+    A depth is the difference of two readings, floor and surface. The force passes through the low-pass of the gripper's
+    spring and damper with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge by up to
+    R theta relative to its centre, uniformly distributed.
     """
     tau_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.axial_N_per_m)
     passed = sqrt(known.period_s / (known.period_s + 2.0 * tau_s))

@@ -1,4 +1,4 @@
-"""Check that a job's contacts can be verified, and remedies if not."""
+"""Check whether a job's contacts can be verified, and find remedies if not."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Verification:
 
     @property
     def push_N(self) -> tuple[float, float]:
-        """Return the push that shows the stiffness of the gripper across, and the largest one in the budget."""
+        """Return the push that reveals the gripper's lateral stiffness, and the largest push within the budget."""
         job, found = self.job, derive(self.job)
         damping_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.lateral_N_per_m)
         spring = Spring(job.lateral_N_per_m, damping_s, job.rigid_kg, *ACROSS, Constants().period_s)
@@ -56,13 +56,13 @@ class Verification:
 
     @property
     def is_possible(self) -> bool:
-        """Return True if the longest window is sufficient, and the largest push."""
+        """Return True if the longest window and the largest push are sufficient."""
         least_N, most_N = self.push_N
         return self.regime.window_s < 1.001 * _BUDGET_S and (least_N <= most_N or not self.needs_wall)
 
     @property
     def axis(self) -> str:
-        """Return the stiffness whose response is hidden, a field of the tool."""
+        """Return the tool's field for the stiffness whose response is hidden."""
         return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:

@@ -14,33 +14,33 @@ _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
 """Accuracy of a depth on a touched surface; half the dither of a soft gripper if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
-"""Height of a wedged corner above one in its corner of the hole, over the height difference between a tilted corner and
-its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
+"""Height of a wedged corner above one in its corner of the hole, divided by the height difference between a tilted
+corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0
 """Tilt that the known arms reach on all sides; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
 """Tilt beyond the hole's at which a corner is the lowest point of the peg."""
 _TWO_WALLS: Final = 1.27
-"""Torsional stiffness of a corner between two walls over lateral stiffness and squared distance from the axis."""
+"""Torsional stiffness of a corner between two walls divided by lateral stiffness and squared axis distance."""
 _YAW_SHARE: Final = 0.43
-"""Share of the torque that yaw compliance removes in a tick; 2 is the stability bound."""
+"""Fraction of the torque that yaw compliance removes in a tick; 2 is the stability bound."""
 _DRIVEN_PUSH_N: Final = 1.0
 """Push on each wall of a wedged corner during a turn."""
 _PHASE: Final = 0.6521
 """Phase of the gripper's fastest spring in a step of the simulated cell, rad, as in the paper's cell. At twice this
 phase a light peg in a stiff gripper chatters in a tight hole."""
 _SLIP: Final = 5.0
-"""Slip distance of a peg in a simulation step over its radial clearance. With higher values the peg is driven into
-both walls at once and chatters."""
+"""Slip distance of a peg in a simulation step, divided by its radial clearance. With higher values the peg is driven
+into both walls at once and chatters."""
 _LEAST_LEVER_MM: Final = 60.0
 """Lever of the inertia of a tool on a small peg, whose centre of mass is about this far above the tip."""
 _LEAST_SPEED_MM_S: Final = 1.0
 """Lowest speed that the task accepts."""
 _RANGE_SHARE: Final = 0.9
-"""Largest torque limit over the sensor's range, so that it trips before the sensor saturates."""
+"""Largest torque limit as a fraction of the sensor's range, so that it trips before the sensor saturates."""
 _TURN_RAD: Final = 10e-3
-"""Error of tilt and yaw after a corner was pushed into its corner of the hole."""
+"""Error of tilt and yaw after a corner has been pushed into its corner of the hole."""
 _ATTEMPT_S: Final = 6.0
 """Time to push, lower and stop."""
 _KNOWN_POSITION_MM: Final = 1.0
@@ -103,7 +103,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "position_threshold_mm": _KNOWN_POSITION_MM if known else _UNKNOWN_POSITION_MM,
         },
         "learning": {
-            # Rounded alike: a pitch of more than twice the capture would leave gaps.
+            # Round both the same way: a pitch of more than twice the capture would leave gaps.
             "belief": {"capture_mm": _shown(found.capture_m * 1e3), "pitch_mm": 2.0 * _shown(found.pitch_m * 5e2)},
         },
         "supervision": _supervision(found, limits.force_N, min(sensor.range_Nm)),
@@ -121,7 +121,7 @@ def _supervision(found: Derived, force_N: float, range_Nm: float) -> dict[str, A
         "unexpected_contact_N": (_shown(found.unexpected_N), 3.0),
         "max_torque_Nm": (_shown(min(found.torque_limit_Nm, _RANGE_SHARE * range_Nm)), 5.0),
     }
-    # Limits of the job that are weaker than the defaults are listed, as for a user.
+    # List the job's limits that are weaker than the defaults, as a user must.
     weakened = tuple(name for name, (value, usual) in limits.items() if value > usual)
     return {name: value for name, (value, _) in limits.items()} | {"weakened": weakened}
 
@@ -215,7 +215,7 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def attempts(part: PartConfig) -> float:
-    """Return the expected pushes of a peg with corners until its turn is within the play c / (D / 2)."""
+    """Return the expected number of pushes of a peg with corners until its turn is within the play c / (D / 2)."""
     return max(_TURN_RAD * part.peg_mm / (2.0 * part.clearance_mm), 1.0)
 
 

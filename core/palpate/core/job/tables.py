@@ -18,7 +18,7 @@ SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
-"""Decimals of a millimetre that are kept in the difference of two sizes: a nanometre."""
+"""Decimals kept in the difference of two sizes in millimetres: a nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
@@ -135,7 +135,7 @@ class ToolConfig(Settings):
     torsion_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
     """Stiffness against turning about the tool axis."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
-    """Damping of the gripper as a share of critical damping."""
+    """Damping of the gripper as a fraction of critical damping."""
 
     @property
     def geometry(self) -> ToolGeometry:
@@ -192,7 +192,7 @@ class PlaceConfig(Settings):
     z_mm: _Place = 20.0
     """Height of the plate's surface above the base."""
     further_mm: tuple[_Point, ...] = ()
-    """Centres (x, y, z) of further holes like this one; the trials of a run take all in turn."""
+    """Centres (x, y, z) of further holes like this one; the trials of a run use them in turn."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0

@@ -19,13 +19,13 @@ SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area that a belief covers within a tick."""
 _SLIDES_SHARE: Final = 0.52
-"""Largest share of the friction at which a corner sticks for which it still slides in time."""
+"""Largest fraction of the sticking friction at which a corner still slides in time."""
 _TIGHT_MM: Final = 0.05
 """Radial clearance above which broken edges let in a corner that sticks next to its corner of the hole."""
 _MOST_WEDGED: Final = 1.6
-"""Largest wedge number from which search and gripper free a peg."""
+"""Largest wedge number at which search and gripper still free a peg."""
 _MANY_ATTEMPTS: Final = 5.0
-"""Attempts that take more than half the time limit of the smallest search."""
+"""Number of attempts that take more than half the time limit of the smallest search."""
 _LEAST_CORNER_MM: Final = 4.0
 """Distance of corners from the axis below which a tilted corner dips by less than the depth accuracy."""
 
@@ -59,7 +59,7 @@ class Verdict:
 
     Attributes:
         reasons: Reasons why the job is not feasible, each with a remedy; empty for a feasible job.
-        caution: Reason for more failures in a feasible job, with a remedy; may be empty.
+        caution: Reason why a feasible job may fail more often, with a remedy; may be empty.
     """
 
     derived: Derived
@@ -100,7 +100,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
         press_N: Pressing force of that task.
 
     Raises:
-        ConfigurationError: The job is such a job.
+        ConfigurationError: Either condition applies.
     """
     quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
     if short := _short_depth(quantities, depth_parts_m(quantities, step_mm * 1e-3, Constants())):

@@ -10,39 +10,39 @@ from typing import Final
 from palpate.core.ports import PERIOD_S
 
 HALF_PERIOD_TICKS: Final = (3, 8)
-"""Range of half-periods, without the upper bound: servos smooth shorter ones away, and longer ones differ too little
+"""Range of half-periods, upper bound excluded: servos smooth out shorter ones, and longer ones differ too little
 between trials."""
 HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
 """Mean half-period in ticks."""
 PEAK: Final = 1.5
-"""Peak over mean velocity of a half-period, s * s * (3 - 2 * s)."""
+"""Ratio of peak to mean velocity in a half-period, s * s * (3 - 2 * s)."""
 _FARTHEST: Final = 0.75
-"""Amplitude over the travel in a mean half-period, if the speed limits it: random half-periods add up."""
+"""Amplitude divided by the travel in a mean half-period, if the speed limits it: random half-periods add up."""
 DITHER_SHARE: Final = 0.3
-"""Amplitude of the dither's force over the press. Contact is kept, and the roughness of sliding friction, about a tenth
-of the press, does not hide the response."""
+"""Amplitude of the dither's force, divided by the press. Contact is kept, and the roughness of sliding friction, about
+a tenth of the press, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
-"""Largest amplitude over the press with much noise; the rest of the press keeps the contact."""
+"""Largest amplitude divided by the press, with much noise; the rest of the press maintains contact."""
 AXIAL: Final = (0.65, 1.5)
-"""Accepted share of the stiffness. A gripper is known to about ten per cent; half and twice the force are outside."""
+"""Accepted fraction of the stiffness, which is known to about ten per cent; half and twice the force are outside."""
 _SMOOTHED: Final = 0.5
-"""RMS force of the dither over its amplitude: 0.7 for a sine, reduced by the servos."""
+"""RMS force of the dither divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
 """Half-width of the confidence interval, in standard deviations: 95 %."""
 NARROW: Final = 0.25
 FAIR: Final = 0.5
-"""Largest half-width of the interval over the stiffness, for a result that ends the trial and for continuing. Both
-distinguish half and twice the stiffness."""
+"""Largest half-width of the interval divided by the stiffness, for a result that ends the trial and for continuing.
+Both distinguish half and twice the stiffness."""
 _FEWEST: Final = 18
 """Samples of the shortest window: three periods of a dither. Two are matched by chance within a second."""
 MOST_SAMPLES: Final = 56
 """Samples of the longest window, 0.4 s: a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
-"""Accepted share of the stiffness across. Tilt of the peg, friction along a wall and coarse encoders lower it, to at
-least 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
+"""Accepted fraction of the lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders lower it, to
+at least 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
 PUSH_SHARE: Final = 0.25
-"""Bend of the gripper by a push, over the budget, at which the push stops growing. With the same amount again, and the
-growth until it is measured, the bend stays below the budget."""
+"""Bend of the gripper by a push, divided by the budget, at which the push stops growing. With the same amount again,
+and the growth until it is measured, the bend stays below the budget."""
 ATTENUATED: Final = 0.7
 """Limit to which attenuation is corrected; half a force then stays below the accepted stiffness."""
 
@@ -54,7 +54,7 @@ class Spring:
     Attributes:
         damping_s: Damping over stiffness.
         rigid_kg: Mass between sensor and spring.
-        lowest, highest: Accepted measured stiffness over the true one.
+        lowest, highest: Accepted measured stiffness, divided by the true one.
     """
 
     stiffness_N_per_m: float
@@ -102,10 +102,10 @@ class Spring:
 
 
 def farthest_m(speed_m_s: float, period_s: float) -> float:
-    """Return the dither amplitude that is reached at this speed."""
+    """Return the dither amplitude reached at this speed."""
     return _FARTHEST * speed_m_s * HALF_PERIOD * period_s / PEAK
 
 
 def _per_root_sample(noise_N: float, half_width: float) -> float:
-    """Return the dither amplitude times the root of the samples that give an interval of this width."""
+    """Return the dither amplitude times the root of the number of samples that give an interval of this width."""
     return DEVIATIONS_95 * noise_N / (_SMOOTHED * half_width)

@@ -49,7 +49,7 @@ class HybridControl(Controller):
         self._across, self._along = across, along
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the combined velocity; each controller gets only its axes, so one's limits do not slow the other."""
+        """Return the combined velocity; each controller gets only its axes, so neither one's limits slow the other."""
         fx, fy, fz = force_N
         rx, ry, rz = reference_m
         tx, ty, tz = target_m
@@ -121,7 +121,7 @@ class PositionControl(Controller):
         self._gain, self._speed = gain_per_s, speed_limit_m_s
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the velocity of the protocol; forces are ignored."""
+        """Return the velocity as in the protocol; forces are ignored."""
         k, (tx, ty, tz), (x, y, z) = self._gain, target_m, reference_m
         return limited((k * (tx - x), k * (ty - y), k * (tz - z)), self._speed)
 

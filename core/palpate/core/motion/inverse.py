@@ -27,7 +27,7 @@ _SINGULAR: Final = 2e-4  # below this product of singular values (m^3 rad^3 scal
 _MAX_DAMPING: Final = 1e-2
 _ITERATION_REACH_RAD: Final = 0.3
 _POSTURE_S: Final = 1.0  # time constant with which a redundant arm returns to its posture
-_POSTURE_SHARE: Final = 0.2  # largest share of the joints' step that this return may use
+_POSTURE_SHARE: Final = 0.2  # largest fraction of the joints' step that this return may use
 _SETTLED_RAD: Final = 1e-6
 
 

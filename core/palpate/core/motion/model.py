@@ -82,8 +82,8 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _LOCAL: Final = pin.ReferenceFrame.LOCAL
 FASTEST_RAD_S: Final = 6.9
-"""Velocity limit of faster joints. A tick's step then stays below the supervisor's widest limit, 50 mrad for a
-command's jump, and no task needs more."""
+"""Velocity limit of faster joints. A tick's step then stays below the supervisor's widest limit, 50 mrad for a jump of
+the command, and no task needs more."""
 
 
 class Kinematics:
@@ -95,7 +95,7 @@ class Kinematics:
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
         tip_position_m: Tip position in the base frame, (3,); a view that ``update`` changes.
-        tip_rotation: Rotation from tip frame to base frame, (3, 3); a view as well.
+        tip_rotation: Rotation from tip frame to base frame, (3, 3); also a view.
         tip_in_sensor: Placement of the tip frame in the sensor frame.
 
     Raises:
@@ -175,7 +175,7 @@ class Kinematics:
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Return the standard deviation of the tip along the tool axis from encoder steps, in the arm's posture."""
+        """Return the standard deviation of the tip along the tool axis due to encoder steps, in the arm's posture."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 
@@ -205,7 +205,7 @@ class FixedFrame:
         self._from_base: list[list[float]] = in_base.rotation.T.tolist()
 
     def place_m(self, in_base_m: Sequence[float]) -> Vector3:
-        """Return a point of the base frame in this frame."""
+        """Convert a point from the base frame to this frame."""
         (x, y, z), (u, v, w) = in_base_m, self._origin_m
         return rotated(self._from_base, (x - u, y - v, z - w))
 
@@ -215,15 +215,15 @@ class FixedFrame:
         return x, y, z
 
     def vector(self, in_base: Vector3) -> Vector3:
-        """Return a vector of the base frame in this frame."""
+        """Convert a vector from the base frame to this frame."""
         return rotated(self._from_base, in_base)
 
     def vector_of(self, rotation_in_base: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
-        """Return a vector in this frame, given in a frame with this orientation in the base frame, (3, 3)."""
+        """Convert a vector to this frame from a frame with this orientation in the base frame, (3, 3)."""
         return rotated(self._from_base, rotated(rotation_in_base, vector))
 
     def place_in_base_m(self, place_m: Vector3) -> Vector3:
-        """Return a point of this frame in the base frame."""
+        """Convert a point from this frame to the base frame."""
         (x, y, z), (u, v, w) = rotated(self._to_base, place_m), self._origin_m
         return x + u, y + v, z + w
 

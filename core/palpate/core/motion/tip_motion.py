@@ -1,6 +1,6 @@
 """Conversion of tip velocities in the task frame to joint commands, and the parametrisation of orientations.
 
-An orientation relative to the upright tool is tilt about x and y and yaw about z, axes of the task frame. The yaw is
+An orientation relative to the upright tool consists of tilt about x and y and yaw about z in the task frame. The yaw is
 applied before the tilt, so the tilt is that of the tool's axis for any yaw.
 """
 
@@ -53,7 +53,7 @@ class AngularCompliance:
     """Rotational compliance: turn rate = mobility x torque, like generalised damping for forces.
 
     Stability: with a contact of torsional stiffness K the torque is multiplied by 1 - K m T each tick. A peg between
-    walls, in series with the gripper's springs, has about 15 N m/rad, so 3 rad/(N m s) are a third of the bound.
+    walls, in series with the gripper's springs, has about 15 N m/rad, so 3 rad/(N m s) is a third of the bound.
 
     Args:
         tilt_rad_per_Nms: Mobility about x and y.
@@ -73,7 +73,7 @@ class AngularCompliance:
 FASTEST_TURN_RAD_S: Final = radians(20.0)
 """Highest turn rate of a reference: faster reactions to torque oscillate between the walls of a hole."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
-"""Joint speed of a turn: an arm that lags by 20 ms is 8 mrad behind, of the 10 mrad that supervision accepts."""
+"""Joint speed of a turn: an arm that lags by 20 ms is 8 mrad behind; supervision accepts 10 mrad."""
 
 
 _NOWHERE: Final = np.zeros(3)
@@ -146,7 +146,7 @@ class TipMotion:
         self.turn((share * x, share * y, share * z))
 
     def adopt(self, applied: AppliedCommand) -> bool:
-        """Continue from the applied command, so that a limited command does not wind up.
+        """Continue from the applied command, so that limited commands do not cause wind-up.
 
         Returns:
             False if the applied command is invalid: not finite, or with a wrong number of joints.

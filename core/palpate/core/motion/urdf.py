@@ -1,6 +1,6 @@
-"""Checks the URDF of an arm before Pinocchio reads it; a graph that is not a tree would crash Pinocchio.
+"""Check the URDF of an arm before Pinocchio reads it; a graph that is not a tree would crash Pinocchio.
 
-Limits of the arm's table and a calibration of its controller are inserted, so that both libraries use one source.
+Limits from the arm's table and a calibration from its controller are inserted, so that both libraries use one source.
 """
 
 import re
@@ -27,7 +27,7 @@ _UNIT: Final = 1e-2
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""Largest shift of a joint by a calibration: real ones shift it by millimetres, so a larger one is of another arm."""
+"""Largest shift of a joint by a calibration: real ones shift it by millimetres, so a larger one is for another arm."""
 
 Refusal = Callable[[str], AssetError]
 

@@ -54,7 +54,7 @@ class Perception:
             action: Name of the action before it; None at the start.
 
         Raises:
-            CommandError: There are fewer than nine numbers, or one that is used is not finite.
+            CommandError: There are fewer than nine numbers, or a number that is used is not finite.
         """
         if len(signal) < len(CHANNELS):
             raise CommandError(f"a measurement vector must have {len(CHANNELS)} channels", signal)
@@ -117,7 +117,7 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     known = STAGES.get(kind) if isinstance(kind, str) else None
     if known is None:
         raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(STAGES)}")
-    # A nested table is a stage too.
+    # A nested table is also a stage.
     values = {
         key: stage_from_dict(value, f"{where}.{key}") if isinstance(value, dict) else value
         for key, value in data.items()

@@ -33,7 +33,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 MOST_SEED: Final = 2**32 - 1
 """Largest seed accepted by the libraries that fit features and symbols."""
 _CONSTANT = 1e-12
-"""Standard deviation over the largest value below which a channel shows only rounding."""
+"""Standard deviation, divided by the largest value, below which a channel shows only rounding."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Normalisation(Settings):
 
     Attributes:
         offset: Subtracted first, (n,), in the channels' units.
-        gain: Multiplied afterwards, (n,), not zero, one over the channels' units.
+        gain: Multiplied afterwards, (n,), not zero, in inverse units of the channels.
 
     Raises:
         ConfigurationError: A value is not finite, the lengths differ, or a gain is zero.

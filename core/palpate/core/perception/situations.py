@@ -7,9 +7,9 @@ from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, Names, Settings
 
 FACTS: Final = ("tilt", "corner_depth", "depth", "wall_force", "yaw_torque")
-"""Each is a share of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole; depth of an
-upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's two walls;
-the torque about the tool's axis that turns it."""
+"""Each is a fraction of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole; depth of
+an upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's two
+walls; the torque about the tool's axis that turns it."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Situations(Settings):
         air: A corner at least this far above the plate is in the air.
         plate: A tilted corner that is no deeper is on the plate.
         upright: An upright tool that is no deeper is on the plate.
-        seated: A tilted tool whose tip is less deep is held by its walls only.
+        seated: A tilted tool whose tip is less deep is held only by its walls.
         wall: Force from which a wall carries load.
         quiet: A smaller torque does not turn the tool.
     """

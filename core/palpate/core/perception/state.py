@@ -85,7 +85,7 @@ class IdentityState(_Memoryless):
         symbols: Names of the symbols, which are also the states.
 
     Raises:
-        ConfigurationError: There are no names, or a duplicate.
+        ConfigurationError: Names are missing or repeated.
     """
 
     symbols: Names

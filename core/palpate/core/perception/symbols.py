@@ -204,7 +204,7 @@ class NearestPrototype(Settings):
         return np.array(self.prototypes)
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the number of the nearest prototype; the first one of several."""
+        """Return the number of the nearest prototype, or the first one in a tie."""
         require_finite("features", features)
         apart = self._prototypes - self.normalisation.apply(features)
         return int((apart * apart).sum(axis=1).argmin())

@@ -90,7 +90,7 @@ class Action:
 
 
 DONE: Final = Action("done", (0.0, 0.0))
-"""States that the peg is in: the task verifies the depth and ends the trial with what it finds."""
+"""States that the peg is in: the task verifies the depth and ends the trial with the result."""
 
 
 def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
@@ -138,7 +138,7 @@ class Observation:
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
-        press_N: Pressing force of this trial. Torque over press is a lever arm, the same at any force limit.
+        press_N: Pressing force of this trial. Torque divided by press is a lever arm, the same at any force limit.
         limit_N: Force limit of this trial.
     """
 

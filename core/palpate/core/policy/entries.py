@@ -114,7 +114,7 @@ class ActionEntry(Settings):
         """Refuse an action that differs from the task's by more than rounding.
 
         Raises:
-            ConfigurationError: The first field that differs, after ``where``.
+            ConfigurationError: Names the first field that differs, after ``where``.
         """
         _require_same(where, asdict(self), asdict(other))
 
@@ -167,7 +167,7 @@ class LearnerEntry(Settings):
 
     @property
     def contact_model(self) -> ContactModel | None:
-        """Return the contact model of a belief; None for other learners and for too few trials."""
+        """Return the contact model of a belief; None for other learners or with too few trials."""
         learner = self.learner((), ()) if self.kind == "belief" else None
         return learner.model if isinstance(learner, BeliefLearner) else None
 

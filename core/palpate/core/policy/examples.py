@@ -11,7 +11,7 @@ _FIELD = "policy.examples"
 
 
 class ExamplesPolicy(AssignedPolicy):
-    """Takes the most frequent action of the examples for a state; of several, the first in the action set.
+    """Takes the most frequent action of the examples for a state, or in a tie the first in the action set.
 
     It does not serve states without an example.
 

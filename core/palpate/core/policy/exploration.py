@@ -19,7 +19,7 @@ class TemperatureSchedule(Settings):
     """Geometric decay with a floor: ``T(trial) = max(floor, initial * decay**trial)``.
 
     Keep the floor above zero if different places look like the same state: without randomness a policy may alternate
-    between two of them for ever, and learned values deteriorate.
+    between two of them forever, and learned values deteriorate.
     """
 
     TABLE: ClassVar[str] = "policy.temperature"

@@ -1,7 +1,7 @@
 """The policy file: the content of a policy, human-readable and exact to the last bit.
 
-JSON with schema id ``palpate.policy/4``. It states for each state if a programmed action, an example, or the learner
-acts, and holds the learner's settings and state.
+JSON with schema id ``palpate.policy/4``. It states for each state whether a programmed action, an example, or the
+learner acts, and holds the learner's settings and state.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class PolicyDocument(Settings):
         """Refuse a task with other states or actions.
 
         Raises:
-            ConfigurationError: The first difference.
+            ConfigurationError: States the first difference.
         """
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
@@ -163,7 +163,7 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
             part, which may be empty, for the names of states and actions.
 
     Raises:
-        ConfigurationError: The policy is of another kind, or a state has no action.
+        ConfigurationError: The policy is of a different kind, or a state has no action.
     """
     parts = _parts_of(policy)
     assigned = [part for part in parts if isinstance(part, AssignedPolicy)]

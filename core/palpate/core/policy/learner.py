@@ -72,7 +72,7 @@ T = TypeVar("T", bound=Remembered)
 
 
 class ModelLearner(Learner, Generic[T]):
-    """Learns a model from whole trials, tracks a belief over hidden quantities, and plans on both.
+    """Learns a model from whole trials, tracks a belief over hidden quantities, and plans with both.
 
     The model is fitted between trials and only read during a trial. It is a function of the remembered trials, so these
     are the state of the learner.

@@ -63,7 +63,7 @@ class TimePenalty(Settings, Reinforcement):
     TABLE: ClassVar[str] = "reinforcement"
 
     per_s: Annotated[float, Range(high=0.0, below=True, text="a finite number below 0")] = -10.0
-    """Reward of each second."""
+    """Reward for each second."""
 
     def __call__(self, outcome: ActionOutcome) -> float:
         """Return the penalty for the duration."""
@@ -81,9 +81,9 @@ class InternalEffort(Settings, Reinforcement):
     TABLE: ClassVar[str] = "reinforcement"
 
     per_action: _Cost = -1.0
-    """Reward of each action. With 0 an action without excess force is free, so short and long paths cost the same."""
+    """Reward for each action. With 0, an action without excess force is free, so short and long paths cost the same."""
     per_N_s: _Cost = -1.0
-    """Reward of each N s of impulse above the free force."""
+    """Reward for each N s of impulse above the free force."""
     free_force_N: Annotated[float, Range(0.0)] = 0.0
     """Contact force without cost, such as the set-point of the force control."""
 

@@ -20,8 +20,8 @@ class SarsaParameters(QParameters):
     """Settings of Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and one more."""
 
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Lambda: share of the credit that an action gets for later steps. 0 is one-step Sarsa; 1 without discount credits
-    the rest of the trial."""
+    """Lambda: fraction of the credit that an action gets for later steps. 0 is one-step Sarsa; 1 without discount
+    credits the rest of the trial."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -106,7 +106,7 @@ class TabularLearner(Learner):
         return schedule.when_frozen if self.frozen else schedule.at(trial)
 
     def choose(self, observation: Observation) -> Decision:
-        """Draw an action by Boltzmann exploration; exactly one random number."""
+        """Draw an action by Boltzmann exploration, with exactly one random number."""
         return self._decision(self._drawn(observation.state))
 
     def learn(self, transition: Transition) -> None:
@@ -154,7 +154,7 @@ class TabularLearner(Learner):
         trials = fitted("learner.trials_learned", state.get("trials_learned"), Annotated[int, Range(0)])
         counted = fitted("learner.trial_counted", state.get("trial_counted"), bool)
         temperature = fitted("learner.temperature", state.get("temperature"), float)
-        # Change nothing before everything is checked.
+        # Change nothing until everything has been checked.
         self._q, self._visits, self._temperature = q, visits, temperature
         self._trials_learned, self._trial_counted = trials, counted
 

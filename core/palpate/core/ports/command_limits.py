@@ -36,7 +36,7 @@ class StepLimiter:
             may_s: Time available for the step.
         """
         inside = all(map(le, self._lower, requested_rad)) and all(map(le, requested_rad, self._upper))
-        # Nearly every command passes if all joints are assumed to be as slow as the slowest: the cheapest check.
+        # This is the cheapest check: nearly every command passes even if all joints are as slow as the slowest.
         steps = tuple(map(sub, requested_rad, from_rad))
         up, down = max(steps), -min(steps)
         needs_s = (up if up > down else down) * self._slowness_s
@@ -60,7 +60,7 @@ class CommandLimiter:
     """Limits commands that arrive at any time: the elapsed time counts, not the number of commands.
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
-    is longer than one period allows. Of several commands at the same time the newest replaces the earlier ones.
+    is longer than one period allows. If several commands have the same time, the newest replaces the others.
 
     Args:
         lower_rad: Lower joint limits, (n,).

@@ -5,11 +5,10 @@ contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pa
 
 * Units are SI, angles in rad, time in integer ns of the run's clock.
 * A sample carries source time, receive time, sequence number and validity. Silence is never hidden: an old sample is
-
-  marked ``STALE``, a dead device raises ``DeviceError``.
+  marked ``STALE``, and a dead device raises ``DeviceError``.
 * Observations at tick *t* do not depend on the command of tick *t*.
 * The newest command wins; there is no queue. ``send`` returns the applied command.
-* ``stop`` works at any time, also repeatedly. A fault latches until a person acknowledges it.
+* ``stop`` works at any time, even repeatedly. A fault latches until a person acknowledges it.
 """
 
 from abc import abstractmethod
@@ -48,11 +47,11 @@ class Device(Protocol):
 
     @abstractmethod
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person decides this."""
+        """Clear a latched fault; only a person may decide this."""
 
     @abstractmethod
     def close(self) -> None:
-        """Release the device permanently; allowed at any time, also repeatedly."""
+        """Release the device permanently; allowed at any time, even repeatedly."""
 
 
 @runtime_checkable
@@ -99,7 +98,7 @@ class ArmCommand(Device, Protocol):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop the arm at its present pose; works in every state and from any thread, also when the loop is late.
+        """Stop the arm at its present pose; works in every state and from any thread, even when the loop is late.
 
         It may interrupt ``send``, for example from a signal handler; the rest of that ``send`` moves nothing.
 
@@ -123,7 +122,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """The four ports of a run; the core does not know if they are a simulator, hardware or a recorded trial."""
+    """The four ports of a run; the core does not know whether they are a simulator, hardware or a recorded trial."""
 
     clock: Clock
     force_sensor: ForceSensor

@@ -1,4 +1,4 @@
-"""Strict JSON for declared tables; errors are one line and name the place."""
+"""Strict JSON for declared tables; errors are one line long and name the place."""
 
 import json
 from typing import Any, NoReturn

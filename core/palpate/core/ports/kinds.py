@@ -51,7 +51,7 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
     """Refuse an empty list of names, duplicates, and names that cannot be printed.
 
     Raises:
-        ConfigurationError: The first invalid name.
+        ConfigurationError: States the first invalid name.
     """
     if not names:
         raise ConfigurationError(field, names, "a list of at least one")
@@ -65,7 +65,7 @@ def require_floor(field: str, floor: float, start: float, name: str) -> None:
     """Refuse a floor above the start value that decays to it.
 
     Raises:
-        ConfigurationError: The floor is above.
+        ConfigurationError: The floor is above the start value.
     """
     if floor > start:
         raise ConfigurationError(field, floor, f"a number from 0 to {name}, {start:g}")

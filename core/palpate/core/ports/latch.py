@@ -60,7 +60,7 @@ class FaultLatch:
             raise FaultLatchedError(_NAME, self.cause, self.remedy)
 
     def acknowledge(self, by: str, reason: str) -> None:
-        """Let trials begin again; only a person decides this.
+        """Let trials begin again; only a person may decide this.
 
         Raises:
             LifecycleError: No fault is latched.

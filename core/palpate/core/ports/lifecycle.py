@@ -114,7 +114,7 @@ class ManagedDevice(ActiveInside):
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person decides this.
+        """Clear a latched fault; only a person may decide this.
 
         Raises:
             LifecycleError: There is no fault.
@@ -128,7 +128,7 @@ class ManagedDevice(ActiveInside):
                 self._fault = self._fault or cause
 
     def close(self) -> None:
-        """Release the device permanently; allowed at any time, also repeatedly."""
+        """Release the device permanently; allowed at any time, even repeatedly."""
         if self._life is not Life.CLOSED:
             try:
                 self._on_close()

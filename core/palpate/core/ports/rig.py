@@ -13,7 +13,7 @@ from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
-"""The table of a rig file that states them."""
+"""The table of a rig file that states the facts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +111,8 @@ class Rig(Protocol):
     """A context manager: on exit the arm is stopped and every device closed.
 
     Attributes:
-        latch: Set by a trip or a device fault; while it is set no trial begins on this rig.
-        simulated: True if all ports are the simulator's; a trip is then a result and not a danger.
+        latch: Set by a trip or a device fault; while it is set, no trial begins on this rig.
+        simulated: True if all ports are the simulator's; a trip is then a result, not a danger.
     """
 
     ports: Ports
@@ -122,7 +122,7 @@ class Rig(Protocol):
     @property
     @abstractmethod
     def sensor_facts(self) -> SensorFacts:
-        """Return the facts about the force sensor; on a rig of real devices only after it is entered."""
+        """Return the facts about the force sensor; on a rig of real devices, only after the rig is entered."""
 
     @abstractmethod
     def prepare(self, trial: int) -> None:
@@ -137,7 +137,7 @@ class Rig(Protocol):
         """Return the ground truth, for scoring and baselines only; None if unknown."""
 
     def move(self, config: Any, ready: Any) -> None:
-        """Go to another place, from the next :meth:`prepare` on.
+        """Move to another place from the next :meth:`prepare` on.
 
         Args:
             config: Configuration of the next trials.
@@ -155,14 +155,14 @@ class Rig(Protocol):
     def device_behind(self, sample: str) -> str:
         """Return the name of the device that provides ``force`` or ``joint`` samples; empty if there is none.
 
-        Recent errors of its connection follow after ": ", if there were any.
+        Any recent errors of its connection follow after ": ".
         """
         return ""
 
     @property
     @abstractmethod
     def clock_ticks(self) -> int:
-        """Return the clock in control ticks if the time of this world can be set, else 0."""
+        """Return the clock in control ticks, or 0 if the time of this world cannot be set."""
 
     @abstractmethod
     def set_clock_ticks(self, ticks: int) -> None:

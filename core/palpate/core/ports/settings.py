@@ -123,7 +123,7 @@ class Settings:
         """Refuse settings that contradict each other.
 
         Raises:
-            ConfigurationError: One of these settings.
+            ConfigurationError: States one of these settings.
         """
 
     def require(self, name: str, holds: bool, accepted: str) -> None:

@@ -23,7 +23,7 @@ ZERO_VELOCITY: Final[Vector3] = (0.0, 0.0, 0.0)
 
 
 class Validity(enum.Enum):
-    """Validity of a sample; the worst that applies."""
+    """Validity of a sample; the worst one that applies."""
 
     VALID = "valid"
     SATURATED = "saturated"
@@ -140,7 +140,7 @@ class Snapshot(NamedTuple):
 
     Attributes:
         tick: Counts the ticks of a trial from 0.
-        applied: The applied command of the previous tick; None on the first tick.
+        applied: The applied command of the previous tick; None at the first tick.
     """
 
     tick: int

@@ -1,4 +1,4 @@
-"""The supervisor: monitors every tick, clamps or trips; after a trip a person must acknowledge the fault."""
+"""The supervisor: it monitors every tick, and clamps or trips; after a trip a person must acknowledge the fault."""
 
 import lazy_loader
 

@@ -32,12 +32,12 @@ class SupervisionConfig(Settings):
 
     max_force_N: Annotated[float, _FINITE_FORCE, Limit(1.0, 1000.0, "N")] = 30.0
     """Force on the tool; before taring, its change since the trial's first sample. By default it equals
-    task.max_force_N, so that a trial ended by its force limit latches. A larger value leaves the rig free after such an
-    end."""
+    task.max_force_N, so that a trial ended by its force limit latches. With a larger value, the rig stays free after
+    such an end."""
     max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0
-    """Change of the force between two samples over their source times."""
+    """Change of the force between two samples, divided by that of their source times."""
     unexpected_contact_N: Annotated[float, Limit(0.05, 500.0, "N")] = 3.0
     """Force in phases without permitted contact; before taring, its change since the phase began."""
     max_force_age_ms: Annotated[float, Limit(8.0, 1000.0, "ms")] = 50.0
@@ -59,13 +59,13 @@ class SupervisionConfig(Settings):
     joint_slack_mrad: Annotated[float, Limit(0.1, 100.0, "mrad")] = 5.0
     """Distance of a measured joint angle beyond the arm's limits."""
     max_joint_velocity_share: Annotated[float, Limit(0.05, 5.0, "of the arm's limits")] = 1.2
-    """Measured joint velocity, as a share of the arm's limits."""
+    """Measured joint velocity, as a fraction of the arm's limits."""
     max_tracking_error_mrad: Annotated[float, Limit(0.2, 500.0, "mrad")] = 10.0
     """Difference between a measured joint angle and its command."""
     tracking_lag_ticks: Annotated[int, Limit(0, 70, "ticks")] = 3
     """Control ticks for the arm to follow a command."""
     max_command_jump_mrad: Annotated[float, Limit(0.1, 1000.0, "mrad")] = 50.0
-    """Change of a joint's command in one tick that is a fault of the task; smaller ones are clamped."""
+    """Change of a joint's command in one tick that counts as a fault of the task; smaller ones are clamped."""
     side_margin_mm: Annotated[float, Limit(1.0, 1000.0, "mm")] = 20.0
     """Sideways distance of the tip from the region of starts and exploration, in any phase."""
     depth_margin_mm: Annotated[float, Limit(9.0, 200.0, "mm")] = 12.0

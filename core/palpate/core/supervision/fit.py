@@ -13,7 +13,7 @@ from palpate.core.supervision.retreat import Retreat
 from palpate.core.trial import N_PER_KGF, TaskConfig
 
 _NOISE: Final = 9.0
-"""The difference of two samples of three channels stays below this many standard deviations of one channel."""
+"""The difference between two samples of three channels stays below this many standard deviations of one channel."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 WITHDRAWAL_SHARE: Final = 2.0
 """Force allowed while a tool is withdrawn from a hole, relative to the limit; stored elastic force is released."""
@@ -29,7 +29,7 @@ def require_fitting(
         ready_rad: The pose above the goal, (n,), from which the retraction is computed.
 
     Raises:
-        ConfigurationError: A limit never or always trips, the arm cannot make the retraction, or the sensor's frame is
+        ConfigurationError: A limit always or never trips, the arm cannot make the retraction, or the sensor's frame is
             not that of the task.
     """
     if sensor.frame != SENSOR_FRAME:
@@ -42,7 +42,7 @@ def require_fitting(
     _between(config, "max_force_N", press_N, "the pressing force", range_N)
     _between(config, "max_force_N", noise_N, "what noise alone shows", range_N)
     _between(config, "unexpected_contact_N", noise_N, "what noise alone shows", range_N)
-    # A range that the rig file states bounds the derived limit.
+    # A range stated in the rig file bounds the derived limit.
     stated = ", as [force_sensor.facts] range_Nm in the rig file would make it"
     _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", range_Nm, stated)
     rate, most = noise_N / _PERIOD_S, 2.0 * range_N / _PERIOD_S

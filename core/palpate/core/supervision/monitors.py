@@ -1,4 +1,4 @@
-"""Monitors of force, joints, samples and workspace. Forces are unfiltered: a filter lags by half an action."""
+"""Monitors of force, joints, samples and workspace. Forces are unfiltered, because a filter lags by half an action."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -80,7 +80,7 @@ class WrenchMonitor:
         return self._contact(snapshot, square, bias is not None)
 
     def _contact(self, snapshot: Snapshot, square: float, tared: bool) -> Trip | None:
-        """Check for contact; before taring only the change since the phase began is known."""
+        """Check for contact; before taring, only the change since the phase began is known."""
         if not tared:
             if self._free is None:
                 self._free = snapshot.wrench.force_N
@@ -109,9 +109,9 @@ def _exceeded(
 _WINDOW_NS: Final = 25_000_000
 """Minimum time between samples for a velocity, so that an encoder step has little effect."""
 _STUCK_SHARE: Final = 0.3
-"""Share of the tracking limit: commands over this range change a joint's angle by many encoder steps at any lag."""
+"""Fraction of the tracking limit: commands over this range change a joint's angle by many encoder steps at any lag."""
 _STUCK_SAMPLES: Final = CONTROL_RATE_HZ // 10
-"""Samples with the same angle; a servo hardly follows a faster dither."""
+"""Samples with the same angle; a servo barely follows a faster dither."""
 _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
 """Oldest command, four ticks, with which an older or repeated sample is compared."""
 
@@ -264,7 +264,7 @@ class SampleMonitor:
                 TripReason.LATE_CYCLE, snapshot.tick, "time since the last tick", now_ns - last_ns, self._gap_ns
             )
         age_ns, most_ns = now_ns - wrench.source_time_ns, self._force_age_ns
-        # A sample from the future is as bad: the clocks disagree, so its age is meaningless.
+        # A sample from the future is just as bad: the clocks disagree, so its age is meaningless.
         if not -most_ns <= age_ns <= most_ns:
             return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns, "force")
         age_ns, most_ns = now_ns - joints.source_time_ns, self._joint_age_ns

@@ -13,8 +13,8 @@ BAND: Final = 1.0 / 3.0
 """Half-width of the band that counts as flat, in standard deviations of the channel's noise.
 
 White noise stays within it of its start for 20 samples with a probability of 1.9e-12, the integral of phi(x) (Phi(x +
-1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels that is 2e-5 false trips. A dead channel,
-with a twentieth of the noise, stays within it with a probability near one.
+1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels, that means 2e-5 false trips. A dead
+channel, with a twentieth of the noise, stays within it with a probability near one.
 """
 _FEWEST: Final = 8
 """Fewest samples for a meaningful standard deviation."""
@@ -22,7 +22,7 @@ CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
 _DIGITS: Final = 6
-"""Decimals of the ratio, because a gain rounds each sample. Equal ratios occur by chance about once in some
+"""Decimals of the ratio, because a gain rounds each sample. Equal ratios occur by chance about once in several
 thousand."""
 
 
@@ -33,9 +33,9 @@ class NoiseMonitor:
     even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
     that of the sensor's facts, or that measured during taring if it is smaller.
 
-    Noise: nothing moves during taring; much more noise than declared means a wrong scale or a broken wire.
+    Noise: nothing moves during taring, so much more noise than declared means a wrong scale or a broken wire.
 
-    Recurrence: samples that repeat earlier ones in order are a recording, with any gain and offset.
+    Recurrence: samples that repeat earlier ones in order, with any gain and offset, are a recording.
 
     Args:
         sensor: The sensor's noise; channels without noise, in a simulated cell, are not monitored.
@@ -80,7 +80,7 @@ class NoiseMonitor:
                 self._begun[channel], self._since[channel] = value, count
             elif self._since[channel] <= count - self._longest:
                 return self._flat(snapshot.tick, channel)
-        # One number replaces six for hashing; several repetitions in order are no coincidence either. The ratio of two
+        # One number replaces six for hashing; several repetitions in order are still no coincidence. The ratio of two
         # changes is invariant to gain and offset.
         last = self._change
         change, self._total = total - self._total, total
@@ -135,6 +135,6 @@ def _deviation(values: Sequence[float]) -> float:
 
 
 def _bands(noise: Sequence[float]) -> _Six:
-    """Return the half-widths; for a channel without noise, one that no value satisfies."""
+    """Return the half-widths; for a channel without noise, return one that no value satisfies."""
     a, b, c, d, e, f = (BAND * each if each > 0.0 else -1.0 for each in noise)
     return (a, b, c, d, e, f)

@@ -1,4 +1,4 @@
-"""The supervisor between task and arm: in each tick it passes a command, clamps it, or trips."""
+"""The supervisor between task and arm: at each tick it passes a command, clamps it, or trips."""
 
 from math import isfinite, pi
 from operator import sub
@@ -36,7 +36,7 @@ from palpate.core.trial import (
 _NAME = "supervisor"
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _PULLS: Final = 4
-"""Consecutive samples with a pull that end a retraction; a single one may be a spike."""
+"""Consecutive samples with a pull after which a retraction ends; a single one may be a spike."""
 
 
 class Supervisor:
@@ -96,7 +96,7 @@ class Supervisor:
         """Reset for a trial; the next :meth:`check` is its first tick.
 
         Raises:
-            FaultLatchedError: A trip, also of another supervisor of the same rig, has not been acknowledged.
+            FaultLatchedError: A trip, even of another supervisor of the same rig, has not been acknowledged.
         """
         self.latch.require_free()
         # An exception may have ended a retraction early.
@@ -116,7 +116,7 @@ class Supervisor:
         tip_m: Vector3 | None = None,
         turned_rad: tuple[float, float] = (0.0, 0.0),
     ) -> Supervised:
-        """Return the command for the arm in this tick; after a trip the task's command is ignored.
+        """Return the command for the arm at this tick; after a trip the task's command is ignored.
 
         Args:
             tip_m: Tip from the encoders, (3,), task frame; None before the task has computed it.
@@ -159,7 +159,7 @@ class Supervisor:
         if within.reason is CommandReason.AS_REQUESTED:
             self._held = within.position_rad
             return Supervised(requested)
-        # A jump always exceeds a limit of the limiter too, so it is checked only here.
+        # A jump always exceeds a limit of the limiter as well, so it is checked only here.
         trip = self._fault_of_command(snapshot.tick, position)
         if trip is not None:
             return self._take_command(trip, snapshot, position)

@@ -10,7 +10,7 @@ from palpate.core.ports import PERIOD_S, OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
 _IN_TIME: Final = 0.95
-"""Share of the highest speed at which the tip keeps up with successive steps."""
+"""Fraction of the highest speed at which the tip keeps up with successive steps."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class TaskConfig(Settings):
     TABLE: ClassVar[str] = "task"
 
     name: str = "insertion"
-    """The task: insertion, insertion-6dof, or a task of another package; --task NAME for short."""
+    """The task: insertion, insertion-6dof, or a task from another package; --task NAME for short."""
     options: dict[str, float] = field(default_factory=dict)
     """Settings of that task only, as names and values."""
     goal: GoalConfig = GoalConfig()
@@ -57,7 +57,7 @@ class TaskConfig(Settings):
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz: ten actions a second."""
     motion_duty: Annotated[float, Range(0.1, 1.0)] = 0.8
-    """Share of an action's time in which the tip moves; the torque settles in the rest. 1 slides without a pause."""
+    """Fraction of an action's time in which the tip moves; the torque settles in the rest. 1 means no pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Exploration ends after this time."""
     contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10
@@ -94,7 +94,7 @@ class TaskConfig(Settings):
     travel_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Speed in free space."""
     tare_ticks: Annotated[int, Range(1, 1400)] = 28
-    """Number of samples averaged for taring, after the same number of ticks at standstill."""
+    """Number of samples averaged for taring, after the same number of stationary ticks."""
 
     @property
     def insertion_press_N(self) -> float:
@@ -134,7 +134,7 @@ class ControlConfig(Settings):
     force_proportional_m_per_N: float = 0.0
     """Proportional gain of the lateral force controller during insertion."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 5.0
-    """Stiffness of the gripper along the tool axis; depth is corrected by force over stiffness."""
+    """Stiffness of the gripper along the tool axis; depth is corrected by force divided by stiffness."""
     lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
     """Stiffness of the gripper across the tool axis; bounds the lateral gains."""
     moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
@@ -148,5 +148,5 @@ class ControlConfig(Settings):
     """Stiffness of the gripper against tilting; bounds the torque of a tilted peg in its hole."""
 
     def damping_s(self, stiffness_N_per_m: float) -> float:
-        """Return damping over stiffness of one of the gripper's springs in s."""
+        """Return the damping of one of the gripper's springs divided by its stiffness, in s."""
         return 2.0 * self.damping_ratio * sqrt(self.moving_mass_kg / stiffness_N_per_m)

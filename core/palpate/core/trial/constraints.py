@@ -43,7 +43,7 @@ class Trip:
 
     Attributes:
         text: The finding and the limit, in plain words with units.
-        sample: Source of samples that may be wrong, ``force`` or ``joint``; empty for another cause.
+        sample: Source of samples that may be wrong, ``force`` or ``joint``; empty for other causes.
     """
 
     reason: TripReason
@@ -76,8 +76,8 @@ class CommandOverride:
     """A command that the supervisor changed.
 
     Attributes:
-        reason: A joint limit for a clamped command, the trip's reason after a trip.
-        requested_rad: The command of the task, (n,); after a trip the position held.
+        reason: A joint limit for a clamped command; the trip's reason after a trip.
+        requested_rad: The command of the task, (n,); after a trip, the position held.
         command_rad: The command sent to the arm, (n,).
         trip: The latched cause; None for a clamped command.
     """
@@ -88,7 +88,7 @@ class CommandOverride:
     trip: Trip | None = None
 
     def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
-        """Return the arm's applied command, with the reason of the clamp if the arm itself changed nothing."""
+        """Return the arm's applied command, with the reason for the clamp if the arm itself changed nothing."""
         if by_arm.reason is not CommandReason.AS_REQUESTED or not isinstance(self.reason, CommandReason):
             return by_arm
         return AppliedCommand(by_arm.position_rad, self.reason)

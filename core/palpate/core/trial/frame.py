@@ -26,7 +26,7 @@ def draw_in_disc(rng: np.random.Generator, radius_m: float, shape: str) -> tuple
 
     Args:
         rng: Draws two numbers for a disc, three for a ball.
-        shape: ``disc``, uniform over the circle; ``ball``, uniform in a ball and projected to the plane.
+        shape: ``disc``, uniform over the circle; ``ball``, uniform in a ball and projected onto the plane.
     """
     if shape == "ball":
         cosine = rng.uniform(-1.0, 1.0)

@@ -110,7 +110,7 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def achieved(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
-        """Return True if a trial is a success by its report and by the ground truth."""
+        """Return True if a trial is a success according to both its report and the ground truth."""
 
     def untrue(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return True if the report claims a success that the ground truth contradicts, the worst effect of a fault."""

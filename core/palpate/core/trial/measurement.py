@@ -12,9 +12,9 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-"""A force sample that is at most one tick older than the encoders' counts as simultaneous."""
+"""A force sample at most one tick older than the encoders' sample counts as simultaneous."""
 _KEPT: Final = 16
-"""Number of depths and bends kept; samples this many ticks apart are stale for the supervisor."""
+"""Number of depths and bends kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
 """Times in ns and values in m; the newest last."""
 
@@ -52,7 +52,7 @@ class Measurement:
         damping_s: float = 0.0,
     ) -> None:
         self._kinematics, self._signal = kinematics, signal
-        # Share of the spring's deflection that is covered in a tick; the damper takes the rest of the force.
+        # Fraction of the spring's deflection that is covered in a tick; the damper takes the rest of the force.
         self._eased = min(PERIOD_S / (damping_s + 0.5 * PERIOD_S), 1.0)
         self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints

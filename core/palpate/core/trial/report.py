@@ -99,9 +99,9 @@ class TrialTiming:
     """Regularity of ticks and samples in a trial; always perfect in a simulator.
 
     Attributes:
-        worst_late_ns: Largest delay of a tick after its slot.
+        worst_late_ns: Largest delay of a tick relative to its slot.
         late_ticks: Ticks that began more than a millisecond late.
-        repeated_samples: Ticks in which a sensor had no new sample.
+        repeated_samples: Ticks at which a sensor had no new sample.
     """
 
     worst_late_ns: int = 0

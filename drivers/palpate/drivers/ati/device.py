@@ -23,7 +23,7 @@ class UdpWire:
     """Datagrams from and to one box; errors of the system are raised as OSError.
 
     Raises:
-        WiringError: The address of the box is not found.
+        WiringError: The address of the box cannot be found.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -53,7 +53,7 @@ class UdpWire:
 
 
 class NetFt(PolledSensor):
-    """A box that streams; ``errors`` counts records that are lost, old, or malformed."""
+    """A streaming box; ``errors`` counts lost, old and malformed records."""
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__(NAME, "check its power, cable and network, and that no other program has its stream")
@@ -119,7 +119,7 @@ class NetFt(PolledSensor):
         self.failure = self.failure or WiringError(NAME, f"the box cannot be reached ({error})", CHECK)
 
     def _is_new(self, number: int, count: int) -> bool:
-        """Return whether a record is newer than all before. A new stream numbers its records from 1."""
+        """Return whether a record is newer than all previous ones. A new stream numbers its records from 1."""
         if self._count is not None and not 0 < (count - self._count) % _WRAP < _WRAP // 2:
             self.errors["old records"] += 1
             return False

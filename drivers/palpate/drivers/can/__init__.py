@@ -1,4 +1,4 @@
-"""CAN buses: opening one, and frames on it."""
+"""CAN buses: how to open one, and frames on it."""
 
 import lazy_loader
 

@@ -25,18 +25,18 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier, of the payload's real length, even if the interface claimed another."""
+    """A data frame with an 11-bit identifier, with the payload's real length, whatever the interface claims."""
 
     can_id: int
     data: bytes = b""
 
 
-# Back ends log what they then raise, and without a handler Python prints it next to our line.
+# Back ends log the errors that they then raise; without a handler, Python prints them next to our line.
 logging.getLogger("can").addHandler(logging.NullHandler())
 
 _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
 FRAME_TIMEOUT_S: Final = 0.05
-"""Time limit for an adapter to accept a frame; at 115200 baud a frame takes 2.4 ms (CALC)."""
+"""Time limit for an adapter to accept a frame; at 115200 baud, a frame takes 2.4 ms (CALC)."""
 OPEN_TIMEOUT_S: Final = 1.0
 """Time limit while the bus is opened: nothing moves yet, and a busy computer may lose 50 ms (MEASURED)."""
 _STALLED_S: Final = 0.001
@@ -47,8 +47,8 @@ class BoundedSlcanBus(slcanBus):
     """Serial CAN adapter that raises ``can.CanError`` if it does not accept a frame within ``FRAME_TIMEOUT_S``.
 
     FACT (python-can 4.6.1, ``slcan.py``): ``slcanBus`` sends with no time limit and then drains (``tcdrain``), so an
-    adapter that stops taking bytes holds its caller for ever; and closing the bus writes to it first, so that the port
-    stays open when that fails.
+    adapter that stops taking bytes blocks its caller forever. Closing the bus writes to it first, so the port stays
+    open if that fails.
     """
 
     _wait_s = FRAME_TIMEOUT_S
@@ -70,7 +70,7 @@ class BoundedSlcanBus(slcanBus):
             self._wait_s = FRAME_TIMEOUT_S
 
     def shutdown(self) -> None:
-        """Request the adapter to leave the bus, if it still responds, and always close the port."""
+        """Ask the adapter to leave the bus, if it still responds, and always close the port."""
         can.BusABC.shutdown(self)
         if self.serialPortOrig.is_open:
             with suppress(can.CanError):
@@ -83,7 +83,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
 
     Args:
         interface: Interface name of python-can, such as ``socketcan``, ``slcan`` or ``virtual``.
-        bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
+        bitrate: In bit/s. python-can sets it where it can; for socketcan, the operating system does.
 
     Raises:
         WiringError: There is no such bus, or no permission.
@@ -95,7 +95,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
             slcan.serialPortOrig.exclusive = True
             return slcan
         bus = can.Bus(channel=channel, interface=interface, bitrate=bitrate, **options)
-    except Exception as error:  # every back end has exceptions of its own, and all mean that there is no bus
+    except Exception as error:  # each back end has its own exceptions, and all mean that there is no bus
         problem = f"cannot be opened ({error})"
         remedy = "check the adapter, its name, that the interface is up, and that you may open it"
         if isinstance(error, TypeError):
@@ -106,7 +106,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
             remedy = f"install it; python-can's documentation of {interface} says from where"
         raise WiringError(f"CAN bus {interface} {channel}", problem, remedy) from error
     for part in vars(bus).values():
-        # Other interfaces over serial ports write without a time limit, too.
+        # Other interfaces over serial ports also write without a time limit.
         if isinstance(part, serial.SerialBase) and part.write_timeout is None:
             part.write_timeout = WRITE_TIMEOUT_S
     return bus
@@ -116,12 +116,12 @@ class CanLink:
     """Frames of a python-can bus of any interface. The caller opens and closes the bus.
 
     Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
-    which here means that nothing waits. On slcan every call that finds nothing costs the port's time-out, 1 ms unless
-    the bus is opened with another (FACT).
+    which here means that no frame is waiting. On slcan, every call that finds nothing costs the port's time-out, 1 ms
+    unless the bus is opened with another (FACT).
 
     Attributes:
         garbled: Lines that the interface could not decode, and frames of another kind.
-        send_failures: Frames that the interface did not take, for example because its queue was full.
+        send_failures: Frames that the interface did not accept, for example because its queue was full.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
@@ -147,7 +147,7 @@ class CanLink:
                 self.garbled += 1
                 self._unpoison()
                 continue
-            except Exception as error:  # pyserial has TypeError for a closed port, other back ends what they like
+            except Exception as error:  # pyserial raises TypeError for a closed port, other back ends anything
                 raise self._gone(error) from error
             if message is None:
                 break
@@ -159,7 +159,7 @@ class CanLink:
         return frames
 
     def send(self, frame: CanFrame) -> bool:
-        """Send a frame; False if the interface did not accept it; the time-out of the request then applies.
+        """Send a frame; return False if the interface did not accept it, so that the request's time-out applies.
 
         Raises:
             SilentError: The interface is gone.
@@ -168,7 +168,7 @@ class CanLink:
         try:
             self._bus.send(message)
         except can.CanError:
-            # A full queue (ENOBUFS) passes; if the interface is gone, the next receive fails.
+            # A full queue (ENOBUFS) is temporary; if the interface is gone, the next receive fails.
             self.send_failures += 1
             return False
         except Exception as error:  # as above

@@ -45,7 +45,7 @@ class BringUp:
         self.identities = tuple(identify(objects) for objects in self._objects)
 
     def prepare(self) -> None:
-        """Configure all drives, start their process data, and wait for data of each."""
+        """Configure all drives, start their process data, and wait for data from each."""
         self._exchange.heartbeat_on = False
         for objects in self._objects:
             # A drive may still have power from a program that died.
@@ -64,7 +64,7 @@ class BringUp:
         self.look()
 
     def look(self) -> tuple[AxisView, ...]:
-        """Run cycles without power until all drives have answered one of them."""
+        """Run cycles without power until all drives have answered one."""
         deadline_ns = self._deadline_ns()
         while True:
             begin_ns = self._now_ns()
@@ -136,7 +136,7 @@ class BringUp:
         self._exchange.command_nmt(codec.NMT_PRE_OPERATIONAL)
 
     def hang_up(self) -> None:
-        """End listening to the nodes."""
+        """Stop listening to the nodes."""
         self._exchange.unsubscribe()
         for objects in self._objects:
             self._link.unsubscribe(codec.SDO_ANSWER + objects.node)

@@ -1,7 +1,7 @@
 """Messages between a CiA 402 drive and its host: identifiers, process data, and the state machine as a table.
 
 FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. Standard knowledge, CiA 301 and CiA
-402-2: the predefined connection set, which transition a drive makes by itself, and that fault-reset acts on a rising
+402-2: the predefined connection set, which transition a drive makes on its own, and that fault-reset acts on a rising
 edge of bit 7.
 """
 
@@ -86,7 +86,7 @@ _TO_ENABLED: Final = {
     DriveState.ENABLED: Controlword.ENABLE_OPERATION,
     DriveState.QUICK_STOP: Controlword.DISABLE_VOLTAGE,
 }
-"""Next controlword on the path to operation enabled. The optional transition from quick stop directly back is not used:
+"""Next controlword on the path to operation enabled. The optional direct transition back from quick stop is not used:
 after a stop, an arm passes through all states, as after power-up."""
 
 

@@ -82,7 +82,7 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Enable the power of the drives at their current positions; nothing moves.
+        """Power the drives at their current positions; nothing moves.
 
         Afterwards :meth:`cycle` must be called without long pauses, because it sends the heartbeat for the drives'
         watchdogs.
@@ -132,10 +132,10 @@ class Cia402Arm(LatchingArm):
         return Measured(self._positions_rad(), self._exchange.sync_ns)
 
     def stop(self) -> None:
-        """Quick-stop every drive. Never raises; works in every state, repeatedly, and without a bus.
+        """Quick-stop every drive. Never raises; works in every state, repeatedly, and even without a bus.
 
         An enabled arm is *stopped* afterwards: it stays under power and holds its position. It applies no set-point
-        until :meth:`disable` and :meth:`enable` were called.
+        until :meth:`disable` and :meth:`enable` have been called.
         """
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             return

@@ -16,10 +16,10 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 
 
 class CyclicExchange:
-    """The cyclic communication of all drives, without a state of the arm and without decisions.
+    """The cyclic communication with all drives, without arm states or decisions.
 
     Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. If an adapter sorts its
-    transmit buffers by identifier, the SYNC (0x080) overtakes the set-points, and they take effect one cycle later
+    transmit buffers by identifier, the SYNC (0x080) overtakes the set-points, which take effect one cycle later
     (INFERENCE from how arbitration works; not measured).
 
     Attributes:
@@ -48,7 +48,7 @@ class CyclicExchange:
             self._link.subscribe(codec.EMCY + node, self._mailbox.on_emcy)
 
     def unsubscribe(self) -> None:
-        """End listening to the nodes."""
+        """Stop listening to the nodes."""
         for node in self._nodes:
             for service in (codec.TPDO1, codec.HEARTBEAT, codec.EMCY):
                 self._link.unsubscribe(service + node)
@@ -75,7 +75,7 @@ class CyclicExchange:
         """Run one cycle: send set-points in counts and the SYNC, then wait for all answers until the deadline."""
         self._link.require_alive()
         if self._unheard_until_ns is not None:
-            # Answers to the SYNC of a broadcast, which did not wait, must not count as answers to the next SYNC.
+            # A broadcast does not wait, so answers to its SYNC must not count as answers to the next SYNC.
             self._mailbox.wait(self._unheard_until_ns)
             self._unheard_until_ns = None
         begin_ns = self._now_ns()
@@ -96,7 +96,7 @@ class CyclicExchange:
         return self.views
 
     def broadcast(self, controlword: int) -> None:
-        """Send a controlword, holding targets and a SYNC, by which they apply, without waiting and despite errors."""
+        """Send a controlword, holding targets and the SYNC that applies them, without waiting and despite errors."""
         for node, target in zip(self._nodes, self.hold(), strict=True):
             # An error at one drive must not prevent the command to the next.
             with contextlib.suppress(SilentError):

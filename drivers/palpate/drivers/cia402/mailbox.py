@@ -29,7 +29,7 @@ class NodeBox:
     Attributes:
         answered: Whether the node answered the latest SYNC in time. A late answer cannot be distinguished from an
             answer to the next SYNC, because process data carry no number.
-        active: EMCY messages of errors that are not cleared.
+        active: EMCY messages for errors that have not been cleared.
     """
 
     node: int

@@ -21,7 +21,7 @@ class AxisView:
     """State of one joint at the last SYNC; None for unknown values.
 
     Attributes:
-        state: State in the statusword; None also if it matches no pattern.
+        state: State in the statusword; also None if it matches no pattern.
         position_rad: Position as a joint angle.
         moved_counts: Change of the position counts since the previous answer.
         mode: Mode of operation that the drive reports.

@@ -11,7 +11,7 @@ from palpate.drivers.errors import SettingError
 HEARTBEAT_MS: Final = 50
 """Period of each drive's heartbeat."""
 ANSWER_SHARE: Final = 0.5
-"""Share of the period within which all drives must have answered a SYNC."""
+"""Fraction of the period within which all drives must have answered a SYNC."""
 POSE_MARGIN_RAD: Final = 0.02
 """Accepted distance of the measured pose beyond the limits."""
 _INT32: Final = 2**31 - 1
@@ -67,7 +67,7 @@ class ArmSettings:
         divider: Control ticks per cycle.
         missed_cycles: Number of consecutive unanswered cycles after which the arm latches a stop.
         heartbeat_timeout_ms: Time without a drive's heartbeat after which the arm latches a stop.
-        host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops by itself.
+        host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops on its own.
         quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
             (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
         transition_timeout_s: Time limit for a change of state of all drives.

@@ -13,7 +13,7 @@ from typing_extensions import override
 from palpate.drivers.errors import DeviceFaultError, DriverError, RefusedError, StateError
 
 _SLACK: Final = 1e-11
-"""Tolerance, so that rounding does not make a step of exactly the greatest length too long."""
+"""Tolerance, so that rounding does not make a step of exactly the maximum length too long."""
 
 
 def require_angles(requested_rad: Sequence[float], joints: int) -> tuple[float, ...]:
@@ -83,14 +83,14 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """A driver of an arm, for use by one thread.
+    """A driver of an arm, for use by a single thread.
 
     An error while the arm is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
     Raises:
-        StateError: By any request in the wrong state, or with a joint outside its limits.
-        RefusedError: By ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
-        SettingError, WiringError: By ``open``: the device is missing, differs from the configuration, or has other
+        StateError: From any request in the wrong state, or with a joint outside its limits.
+        RefusedError: From ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
+        SettingError, WiringError: From ``open``: the device is missing, differs from the configuration, or has other
         settings.
         SilentError, GarbledError: The bus, or a device on it, is silent or sends invalid data.
         DeviceFaultError: A device reports a fault, or a pose is not allowed.
@@ -98,7 +98,7 @@ class ArmDriver(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Return functions that the arm lacks, and their substitutes; known after ``open``."""
+        """Return the functions that the arm lacks, and their substitutes; known after ``open``."""
         return ()
 
     @property
@@ -124,11 +124,11 @@ class ArmDriver(Protocol):
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring the arm to rest. May be called at any time and repeatedly; never raises."""
+        """Bring the arm to a stop. May be called at any time and repeatedly; never raises."""
 
     @abstractmethod
     def disable(self) -> None:
-        """Revert ``enable``."""
+        """Undo ``enable``."""
 
     @abstractmethod
     def acknowledge(self) -> None:

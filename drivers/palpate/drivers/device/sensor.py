@@ -20,10 +20,10 @@ class ForceSample:
     Attributes:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
         torque_Nm: Torque about its origin, (3,).
-        sequence: Number of the reading; always increases, also across streams and restarts.
+        sequence: Number of the reading; always increases, even across streams and restarts.
         receive_time_ns: Time of the poll that received it; the reading is older by the wait for that poll, the
             transmission and the delay of the sensor's filter.
-        saturated: Whether it is at, or close to, the limit of the sensor's range, or the sensor reports so.
+        saturated: Whether it is at or near the limit of the sensor's range, or the sensor reports that it is.
     """
 
     force_N: Vector3
@@ -40,10 +40,10 @@ def listed(counts: Mapping[str, int]) -> str:
 
 
 class PolledSensor(ABC):
-    """A driver of a force sensor; ``remedy`` is advice in the error when the sensor is silent.
+    """A driver of a force sensor; ``remedy`` is the advice in the error for a silent sensor.
 
     Attributes:
-        failure: Error after which no more samples are accepted; None without one.
+        failure: Error after which no more samples are accepted; None if there is none.
         errors: Numbers of invalid messages by kind.
     """
 

@@ -2,7 +2,7 @@
 
 FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers made of operation + node, little-endian payloads.
 Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already checked
-the 15-bit CRC, so a damaged frame passed that check or was damaged between controller and host.
+the 15-bit CRC, so a damaged frame either passed that check or was damaged between controller and host.
 """
 
 import enum
@@ -65,7 +65,7 @@ class CanDecoder:
         self._halves.clear()
 
     def decode(self, frame: CanFrame) -> Message | None:
-        """Return the message in a frame; None if it is of another node, invalid, or the first half of a reading."""
+        """Return the message in a frame; None if it is for another node, invalid, or the first half of a reading."""
         if frame.can_id & _NODE_MASK != self._node:
             return None
         op, data = frame.can_id & _OP_MASK, frame.data

@@ -1,4 +1,4 @@
-"""Communication with the board by polling, without a thread, a clock or waiting."""
+"""Communication with the board by polling, without a thread, clock or wait."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -29,8 +29,8 @@ class Jr3(PolledSensor):
     """One JR3 sensor with its board.
 
     The driver does not tare, and starting the stream removes a zero that another client has set. (FACT: revisions of
-    Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
-    reads zero right after :meth:`open` has such firmware.)
+    Jr3Controller.cpp up to 765f784 zero the sensor at every START. No host can prevent that; a sensor that carries a
+    tool and reads zero right after :meth:`open` has such firmware.)
 
     Args:
         cutoff_Hz: Cut-off of the board's first-order low-pass filter, up to 655.35; 0 = unfiltered.
@@ -56,7 +56,7 @@ class Jr3(PolledSensor):
 
     @property
     def full_scales(self) -> FullScales:
-        """Full scales, which alone distinguish boards. FACT: the protocol has neither serial number nor version.
+        """Full scales: only they distinguish boards. FACT: the protocol has neither serial number nor version.
 
         Raises:
             StateError: They have not been read yet.
@@ -77,7 +77,7 @@ class Jr3(PolledSensor):
         self._decoder.forget()
 
     def stop(self) -> None:
-        """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if it is closed."""
+        """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if it is already closed."""
         self._wish(Jr3Event.STOP_REQUESTED)
 
     def acknowledge(self) -> None:

@@ -17,8 +17,8 @@ Counts3: TypeAlias = tuple[int, int, int]
 class Op(enum.IntEnum):
     """A command to the board, by its identifier, to which the node number is added.
 
-    The synchronous mode is not used: CANopen's SYNC has the same identifier, 0x080, so that an arm on the same bus
-    would trigger the sensor (FACT, same sources).
+    The synchronous mode is not used: CANopen's SYNC has the same identifier, 0x080, so an arm on the same bus would
+    trigger the sensor (FACT, same sources).
     """
 
     START = 0x200
@@ -67,11 +67,11 @@ Signs: TypeAlias = tuple[int, int, int, int, int, int]
 LEFT_HANDED: Signs = (-1, 1, 1, -1, 1, 1)
 """Signs that make a JR3's left-handed axes right-handed. FACT: yarp-devices (Jr3Mbed, Jr3Pci) negates Fx and Mx.
 
-INFERENCE: that is right when moments follow the right-hand rule about each of the sensor's axes. If a sensor computes
-    its moments as r x F in its own left-handed axes instead, the signs are (-1, 1, 1, 1, -1, -1). So check with known
-    pushes, the sensor upright and unloaded before: a weight of m kg hung at +0.1 m along each axis that points sideways
-    must change the force by 9.81 m N downwards and the moments by r x F, with the lever arm r in right-handed axes. Fx,
-    Fy and Fz tell the sign of each axis, the moments which of the two sets applies.
+INFERENCE: that is right if moments follow the right-hand rule about each of the sensor's axes. If a sensor computes
+its moments as r x F in its own left-handed axes instead, the signs are (-1, 1, 1, 1, -1, -1). Check with known pushes,
+starting with the sensor upright and unloaded: a weight of m kg hung at +0.1 m along each axis that points sideways must
+change the force by 9.81 m N downwards and the moments by r x F, with the lever arm r in right-handed axes. Fx, Fy and
+Fz show the sign of each axis, and the moments show which of the two sets applies.
 """
 
 RIGHT_HANDED: Signs = (1, 1, 1, 1, 1, 1)
@@ -83,26 +83,26 @@ FULL_SCALE_COUNTS = 16384
 NEAR_SATURATION_COUNTS = 26214
 """Counts on any axis, 80 % of 32768, above which a reading counts as saturated.
 
-FACT (comedi jr3_pci driver): there the JR3 processor warns, but of *raw* channels, because each axis of the decoupled
-data is a mixture of all, one of which may be clipped while the mixture looks harmless. The board sends decoupled,
-filtered data, which hides short peaks as well. And its conversion to 16 bits does not limit (INFERENCE from its
-utils.cpp): beyond twice the full scale the number wraps.
+FACT (comedi jr3_pci driver): the JR3 processor warns at this level, but for *raw* channels. Each axis of the decoupled
+data is a mixture of all channels, one of which may be clipped while the mixture looks harmless. The board sends
+decoupled, filtered data, which also hides short peaks. Its conversion to 16 bits does not limit (INFERENCE from its
+utils.cpp): beyond twice the full scale, the number wraps.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class FullScales:
-    """Full scale of each axis; the only values by which a board can be identified.
+    """Full scale of each axis; the only values that identify a board.
 
-    FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors at can-plotter.py
-        of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).
+    FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors in can-plotter.py
+    of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).
 
     Attributes:
         force_N: Fx, Fy, Fz.
         moment_dNm: Mx, My, Mz in tenths of a newton metre.
 
     Raises:
-        DeviceFaultError: A full scale is 0, so that every reading would be 0.
+        DeviceFaultError: A full scale is 0, so every reading would be 0.
     """
 
     force_N: Counts3

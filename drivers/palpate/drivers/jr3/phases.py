@@ -106,7 +106,7 @@ class RequestInFlight:
         self._timeout_ns = 0
 
     def begin(self, request: Op, attempts: int, timeout_ns: int) -> None:
-        """Replace the pending request by a new one; :meth:`due` returns when to send it."""
+        """Replace the pending request with a new one; :meth:`due` returns when to send it."""
         self.request, self._attempts_left, self._timeout_ns = request, attempts, timeout_ns
         self._sent_ns, self.refused = None, False
 

@@ -17,8 +17,8 @@ _SETTLED_TAUS: Final = 5.0
 def settling_ns(cutoff_cHz: int) -> int:
     """Return the time after which the filter counts as settled, in ns; 0 if unfiltered.
 
-    CALC: the filter is of first order (FACT, Jr3Controller.cpp of jr3-mbed-firmware), tau = 1/(2 pi cut-off); 0.4 s at
-        2 Hz.
+    CALC: the filter is first-order (FACT, Jr3Controller.cpp of jr3-mbed-firmware), tau = 1/(2 pi cut-off); 0.4 s at
+    2 Hz.
     """
     return round(_SETTLED_TAUS * 1e9 / (2.0 * pi * cutoff_cHz * 0.01)) if cutoff_cHz else 0
 
@@ -27,7 +27,7 @@ class Sampler:
     """Converts readings to samples, numbered in order of arrival.
 
     Attributes:
-        full_scales: Full scales reported by the board; None before that, when readings give no samples.
+        full_scales: Full scales reported by the board; None until then, so that readings give no samples.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
@@ -51,7 +51,7 @@ class Sampler:
             self._errors[REPEATED] += 1
             return None
         if ahead >= _WRAP // 2:
-            # The counter starts at 0 again. After some seconds of silence it may also have wrapped, which does no harm.
+            # The counter starts at 0 again. After a long silence it may also have wrapped, which does no harm.
             self._errors[RESTARTED] += 1
             self._settled_at_ns = now_ns + self._settling_ns
         self._counter, self.last_new_ns = reading.counter, now_ns

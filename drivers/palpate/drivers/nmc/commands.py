@@ -35,7 +35,7 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
 
     Args:
         control: Optional bits SERVO and START_NOW.
-        words: Velocity and acceleration words; without them both stay unchanged.
+        words: Velocity and acceleration words; without them, both stay unchanged.
     """
     control |= TrajectoryControl.POSITION
     if words:
@@ -44,7 +44,7 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
 
 
 def set_gain(*values: int) -> NmcCommand:
-    """Sets kp, kd, ki, limits of integral, output, current and position error, servo rate divisor, and deadband."""
+    """Sets kp, kd and ki; limits of integral, output, current and position error; servo rate divisor; and deadband."""
     return NmcCommand(Code.SET_GAIN, struct.pack("<4h2Bh2B", *values))
 
 

@@ -2,8 +2,8 @@
 
 Replies carry no address, so a late one must not be mistaken for the answer to the next request. After every failure the
 line is flushed, and zeros complete any frame that a module may be waiting for, before anything else is sent. A busy
-computer may deliver even later data. Therefore the next reply is accepted only after the module has answered another
-request with a unique length: a line keeps the order, so no older reply can follow.
+computer may deliver data even later. Therefore the next reply is accepted only after the module has answered another
+request with a unique length: a line preserves order, so no older reply can follow.
 """
 
 from collections import Counter, defaultdict
@@ -37,11 +37,11 @@ _QUESTIONS: Final = (
 class NmcBus:
     """The bus; :mod:`palpate.drivers.nmc.startup` brings it up.
 
-    Not thread-safe: only one thread may use it. Any exception of a port means that it is gone: besides ``OSError``,
+    Not thread-safe: only one thread may use it. Any exception from a port means that it is gone: besides ``OSError``,
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
 
     Raises:
-        SilentError: By all methods that communicate: the port is gone.
+        SilentError: From all methods that communicate: the port is gone.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class NmcBus:
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s)
 
     def timeout_s(self, size_bytes: int) -> float:
-        """Return the time-out of an exchange with this number of bytes in both directions together."""
+        """Return the time-out of an exchange with this total number of bytes in both directions."""
         return self.line.exchange_s(size_bytes) + self.settings.slack_s
 
     def wait_s(self, duration_s: float) -> None:
@@ -81,7 +81,7 @@ class NmcBus:
         self._is_dirty = True
 
     def forget(self) -> None:
-        """Clear masks and failures, for modules that have been reset or are new."""
+        """Clear masks and failures for modules that are new or have been reset."""
         self._masks.clear()
         self.forgive()
 
@@ -126,7 +126,7 @@ class NmcBus:
         # Stays set if anything, including Ctrl-C, interrupts this exchange.
         self._is_dirty = True
         result = self._converse(address, command)
-        # Before its items are set, the module's replies are unknown, and start-up checks them itself.
+        # Before its items are set, the module's replies are unknown; start-up checks them itself.
         if was_dirty and isinstance(result, Reply) and address in self._masks:
             if self._waiting_bytes():
                 result = Discarded.TOGETHER
@@ -159,11 +159,11 @@ class NmcBus:
         return isinstance(reply, Reply) and not self._waiting_bytes()
 
     def exchange(self, address: int, command: NmcCommand) -> Reply | None:
-        """Exchange once, as in each control cycle; None if the reply was lost or discarded.
+        """Exchange once, as in each control cycle; return None if the reply was lost or discarded.
 
         Raises:
             SilentError: More replies in a row are missing than the settings allow, or the port is gone.
-            GarbledError: As many replies are invalid, or bytes arrive without a request.
+            GarbledError: The same number of replies are invalid, or bytes arrive without a request.
             WiringError: The line echoes.
         """
         result = self.attempt(address, command)
@@ -178,7 +178,7 @@ class NmcBus:
         return None
 
     def disown(self, address: int) -> None:
-        """Reject the last accepted reply as that of another module, and resynchronise the line."""
+        """Reject the last accepted reply as coming from another module, and resynchronise the line."""
         self._is_dirty = True
         self._note(address, NOP, Discarded.ANOTHER)
 

@@ -1,6 +1,6 @@
 """Command frames: ``AA | address | (n << 4) | code | n data bytes | sum``. FACT: libnmc, PyLabRobot.
 
-The sum is that of all bytes but the first, modulo 256; multi-byte fields are little-endian; n is 15 at most.
+The sum is that of all bytes but the first, modulo 256; multi-byte fields are little-endian; n is at most 15.
 """
 
 import enum
@@ -9,7 +9,7 @@ from typing import Final
 
 
 class Code(enum.IntEnum):
-    """Command codes in use, the low nibble of a frame's third byte."""
+    """Command codes in use: the low nibble of a frame's third byte."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1

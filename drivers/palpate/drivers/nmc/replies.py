@@ -1,6 +1,6 @@
 """Replies: ``status | items | sum``, without header or address; only the mask determines the length. FACT: libnmc.
 
-The sum is weak: it detects every single corrupted byte, but misses 1 in 256 of arbitrary corruptions, and a stuck line
+The sum is weak: it detects every single corrupted byte, but misses 1 in 256 arbitrary corruptions, and a stuck line
 that reads as zeros has the right sum. Therefore replies of zeros are also discarded, and users of a position should
 check whether the motor can have reached it (CALC).
 """
@@ -81,7 +81,7 @@ def reply_size_bytes(mask: StatusItem) -> int:
 
 
 def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
-    """Return the reply in the bytes, or the reason for discarding it; never raises for any bytes."""
+    """Return the reply in the bytes, or the reason for discarding it; never raises, whatever the bytes."""
     size = reply_size_bytes(mask)
     if not raw:
         return Discarded.MISSING

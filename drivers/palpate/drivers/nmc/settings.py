@@ -9,9 +9,9 @@ POWER_UP_BAUD: Final = 19_200
 BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000: 4}
 """Data byte of SET_BAUD by baud rate.
 
-FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all of them fit 1.25 MHz / (divisor + 1) within
-3.5 %, except 230 400, which would really be 208 333 (-9.6 %): too far for a UART, unless the modules have another
-clock. INFERENCE from the same formula: 250 000, which it meets exactly.
+FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all fit 1.25 MHz / (divisor + 1) within 3.5 %,
+except 230 400, which would really be 208 333 (-9.6 %): too far off for a UART, unless the modules have another clock.
+INFERENCE from the same formula: 250 000, which it meets exactly.
 """
 
 
@@ -53,9 +53,9 @@ class SerialTiming:
     adapter_latency_s: float = 0.0
 
     def wire_s(self, size_bytes: int) -> float:
-        """Return the time of this number of bytes on the line."""
+        """Return the time that this number of bytes takes on the line."""
         return size_bytes * BITS_PER_BYTE / self.baud
 
     def exchange_s(self, size_bytes: int) -> float:
-        """Return the time of an exchange of this many bytes in both directions; the next may only start after it."""
+        """Return the time of an exchange of this many bytes in both directions; the next may start only after it."""
         return self.wire_s(size_bytes) + self.adapter_latency_s

@@ -1,8 +1,8 @@
-"""Start-up of the bus: reset and address chain, or taking over running modules; then the baud rate.
+"""Start-up of the bus: reset and address chain, or takeover of running modules; then the baud rate.
 
-FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until no answer comes, each
-reply enabling the next module of the chain. Modules may still be at the rate of an earlier run, so the reset is sent
-at every known rate.
+FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until no answer comes. Each
+reply enables the next module in the chain. Modules may still use the rate of an earlier run, so the reset is sent at
+every known rate.
 """
 
 from dataclasses import dataclass
@@ -32,12 +32,12 @@ class Module:
 
 
 def start(bus: NmcBus) -> tuple[Module, ...]:
-    """Reset all modules, assign addresses from 1, change to the baud rate of the settings; return them in that order.
+    """Reset all modules, assign addresses from 1, change to the baud rate in the settings; return them in that order.
 
     Every motor is switched off, and every position counter is set to zero.
 
     Raises:
-        WiringError: No module answers, or only at an unexpected rate, or the line echoes.
+        WiringError: No module answers, one answers only at an unexpected rate, or the line echoes.
         SilentError: A module stopped answering during start-up, or the port is gone.
         GarbledError: All replies are invalid.
     """
@@ -54,12 +54,12 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
 
 
 def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
-    """Take over modules that still have addresses from an earlier run, without a reset or a change of motors.
+    """Take over modules that still have addresses from an earlier run, without a reset or a change to the motors.
 
     Returns None if module 1 answers at no known rate, so that :func:`start` is necessary.
 
     Raises:
-        SilentError: Module 1 answers but some others do not, as after a reset of these; or the port is gone.
+        SilentError: Module 1 answers but others do not, for example because they were reset; or the port is gone.
         GarbledError: All replies of a module are invalid.
         WiringError: The line echoes.
     """
@@ -77,7 +77,7 @@ def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
 
 
 def change_baud(bus: NmcBus, addresses: range) -> None:
-    """Change the modules to the baud rate of the settings, and check that all have followed."""
+    """Change the modules to the baud rate in the settings, and check that all have followed."""
     baud = bus.settings.baud
     if baud == bus.line.baud:
         return

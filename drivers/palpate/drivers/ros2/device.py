@@ -27,7 +27,7 @@ _RUN_RAD_S: Final = 0.01
 _RUN_S: Final = 0.5
 _WAIT_S: Final = 1.0
 _STILL_RAD: Final = 0.1 * _RUN_RAD_S * 0.25 * _WAIT_S
-"""Motion in the last quarter of the wait of an arm that stands."""
+"""Motion of a stationary arm in the last quarter of the wait."""
 _GAIN_PER_S: Final = 10.0
 """Added velocity per radian of lag."""
 
@@ -54,7 +54,7 @@ class Ros2Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Start to command the controller; the arm holds its position."""
+        """Start commanding the controller; the arm holds its position."""
         self._require("enable()", ArmState.CONFIGURED)
         require_one_publisher(self._link)
         self._await_news()
@@ -105,7 +105,7 @@ class Ros2Arm(LatchingArm):
             self._hold()
 
     def run_out(self) -> float | None:
-        """Move the last joint slowly, end the commands, and wait for the robot's own stop.
+        """Move the last joint slowly, stop the commands, and wait for the robot's own stop.
 
         Returns:
             Time until the joint was stationary, s; None if it had to be stopped.
@@ -165,7 +165,7 @@ class Ros2Arm(LatchingArm):
         self._seen_rad, self._time_ns, self._heard_ns = angles[-1], times_ns[-1], now_ns
 
     def _await_news(self) -> None:
-        """Wait for a new message, because received ones may be old or precede a fault."""
+        """Wait for a new message, because those received may be old or precede a fault."""
         self._link.take()
         begin_ns, before_ns = self._now_ns(), self._time_ns
         while self._time_ns == before_ns:

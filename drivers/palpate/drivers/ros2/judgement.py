@@ -10,7 +10,7 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME
 
 _NS: Final = 1_000_000_000
 _LEAP_NS: Final = _NS // 4
-"""A message this much earlier than its stamp shows that the clock was set ahead."""
+"""A message that arrives this much earlier than its stamp shows that the clock was set ahead."""
 _DRIFT: Final = 1e-4
 """Largest relative drift between two clocks."""
 _LOOK_S: Final = 0.01
@@ -18,7 +18,7 @@ _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the message
 
 
 class StampClock:
-    """Converts a publisher's stamps to this computer's clock, assuming no delay of its fastest message."""
+    """Converts a publisher's stamps to this computer's clock, assuming that its fastest message has no delay."""
 
     def __init__(self, topic: str) -> None:
         self._topic, self.stamp_ns = topic, 0
@@ -26,7 +26,7 @@ class StampClock:
         self._heard_ns = self._time_ns = 0
 
     def times_ns(self, messages: Sequence[Any], receive_ns: int) -> list[int]:
-        """Return the measurement times of messages that were received together, in increasing order.
+        """Return the measurement times of messages received together, in increasing order.
 
         Raises:
             GarbledError: The publisher's clock was set, or the messages carry no time.
@@ -99,7 +99,7 @@ def require_one_publisher(link: Ros2Link) -> None:
 
 
 def no_publisher(link: Ros2Link) -> DriverError:
-    """Return the error for a topic without a fitting publisher."""
+    """Return the error for a topic without a compatible publisher."""
     others = [kind for kind, _ in link.endpoints(link.reads) if kind != link.kind]
     if others:
         problem = f"{link.reads} carries {others[0]}, not {link.kind}"
@@ -111,7 +111,7 @@ def no_publisher(link: Ros2Link) -> DriverError:
 
 
 def require_subscriber(link: Ros2Link) -> None:
-    """Refuse to send commands if there is no controller, or one with other requirements."""
+    """Refuse to send commands if there is no controller, or only one with other requirements."""
     if link.subscribers():
         return
     unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]

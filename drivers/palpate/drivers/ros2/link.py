@@ -19,7 +19,7 @@ _ACKNOWLEDGED_NS: Final = 100_000_000
 _ALIVE: Final = 16
 _EXISTS: Final = -4
 _domains: Final = dict[int, tuple[str, Any]]()
-"""Open domains: a process opens each once and keeps it with its configuration."""
+"""Open domains: a process opens each one once and keeps it with its configuration."""
 
 
 class Ros2Link:
@@ -95,15 +95,15 @@ class Ros2Link:
             raise SilentError(NAME, f"a command cannot be sent: {_words(error)}", "check the network") from error
 
     def publishers(self) -> int:
-        """Return the number of fitting publishers of the read topic."""
+        """Return the number of compatible publishers on the topic being read."""
         return len(self._opened(self._reader).get_matched_publications())
 
     def subscribers(self) -> int:
-        """Return the number of fitting subscribers of the commands."""
+        """Return the number of compatible subscribers to the commands."""
         return len(self._opened(self._writer).get_matched_subscriptions())
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:
-        """Return type and quality of service of all publishers of the read topic, or subscribers of the commands."""
+        """Return type and quality of service of all publishers on the read topic or subscribers to commands."""
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
         kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
@@ -120,7 +120,7 @@ class Ros2Link:
     def close(self) -> None:
         """Leave the domain; never raises."""
         if self._writer is not None:
-            # The robot would not get a command that holds it, sent just before.
+            # Otherwise the robot would not get a holding command sent just before.
             with suppress(Exception):
                 self._writer.wait_for_acks(_ACKNOWLEDGED_NS)
         self._reader = self._writer = self._participant = None

@@ -17,11 +17,11 @@ _NAME: Final = "ROS 2 wrench"
 
 
 class Ros2Wrench(PolledSensor):
-    """The sensor on an open link. The times of samples are those of their stamps.
+    """The sensor on an open link. The times of samples come from their stamps.
 
     Args:
         frame: Required ``frame_id`` of the messages.
-        sign: 1 if the messages state the wrench of the world on the tool, -1 if the opposite.
+        sign: 1 if the messages state the wrench of the world on the tool, -1 for the opposite.
     """
 
     def __init__(self, link: Ros2Link, frame: str, sign: int = 1) -> None:
@@ -67,6 +67,6 @@ class Ros2Wrench(PolledSensor):
     def acknowledge(self) -> None:
         super().acknowledge()
         with suppress(DriverError):
-            # Messages received until now may belong to the acknowledged fault.
+            # Messages received so far may belong to the acknowledged fault.
             self._link.take()
         self._stamps = StampClock(self._link.reads)

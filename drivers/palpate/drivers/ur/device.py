@@ -1,6 +1,6 @@
 """The arm: checked when opened, commanded in every cycle, and stopped on any error.
 
-A stop brakes by servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
+A stop brakes with servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
 control program, which also brakes.
 """
 
@@ -32,7 +32,7 @@ class UrArm(LatchingArm):
 
     Attributes:
         hello: Identity of the controller; None before :meth:`open`.
-        tcp_offset: Tool centre point of the controller from the flange: metres and rotation vector, (6,); empty before.
+        tcp_offset: Controller's tool centre point from the flange: metres and rotation vector, (6,); empty before.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class UrArm(LatchingArm):
         return self._seen
 
     def enable(self) -> None:
-        """Start the control program with the controller's watchdog; the arm does not move. A lost link is restored."""
+        """Start the control program with the controller's watchdog; the arm does not move. Restore a lost link."""
         self._require("enable()", ArmState.CONFIGURED)
         try:
             seen = self._fresh()
@@ -112,7 +112,7 @@ class UrArm(LatchingArm):
                     raise LateError(NAME, problem, KEEP_TIME) from error
                 if self._state is not ArmState.STOPPED or before is None:
                     raise
-                # The arm is at rest; the next enable() restores the connection.
+                # The arm is stationary; the next enable() restores the connection.
                 seen = before
             if enabled:
                 require_setpoints(seen, self._force_N, settings.force_stop_N, self._link.host)
@@ -160,7 +160,7 @@ class UrArm(LatchingArm):
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stop, end the program and the client; never raises."""
+        """Stop; end the program and the client. Never raises."""
         self.stop()
         self._link.close()
         self._state = ArmState.CLOSED

@@ -94,7 +94,7 @@ class UrLink:
         # The client prints its errors.
         self._errors = tempfile.TemporaryFile()
         with theirs:
-            # A process inherits from its starting thread, and this thread must not change.
+            # A process inherits from the thread that starts it, and this thread must not change.
             starter = threading.Thread(target=self._start, args=(theirs.fileno(),))
             starter.start()
             starter.join()
@@ -183,7 +183,7 @@ class UrLink:
             problem = f"the client takes no set-points: {self.host} does not answer it"
             raise SilentError(NAME, problem, CHECK) from error
         except OSError as error:
-            # Its last message tells more than its end.
+            # Its last message says more than its end.
             with suppress(OSError):
                 self._take()
             raise self._gone() from error

@@ -59,7 +59,7 @@ class Served:
                 self._control.stopScript()
 
     def _hear(self) -> bool:
-        """Execute requests, and the latest of several set-points; False if the other side has disconnected."""
+        """Execute requests and the latest of several set-points; return False if the other side has disconnected."""
         joints_rad = None
         while True:
             try:
@@ -83,13 +83,13 @@ class Served:
         try:
             answer = {"id": requested["id"], "value": self._ways[requested["op"]](*requested["args"])}
         except Exception as error:
-            # Any error of the client is passed on in its own words.
+            # Any error from the client is passed on in its own words.
             answer = {"id": requested["id"], "error": str(error).strip() or repr(error)}
         self._line.send(json.dumps(answer).encode())
 
     @contextmanager
     def _ahead(self) -> Iterator[None]:
-        """Give threads that the client starts a higher priority: this one waits without sleep, and would block them."""
+        """Give threads that the client starts a higher priority: it waits without sleeping, and would block them."""
         policy, own = os.sched_getscheduler(0), self._priority
         if own > 1:
             os.sched_setscheduler(0, policy, os.sched_param(own))
@@ -154,7 +154,7 @@ class Served:
             "tcp_pose": receive.getActualTCPPose(),
         }  # fmt: skip
         if receive.getTimestamp() != timestamp_s:
-            # A package arrived meanwhile, so the parts would be of different times.
+            # A package arrived meanwhile, so the parts would be from different times.
             return
         self._timestamp_s = timestamp_s
         with suppress(BlockingIOError):

@@ -43,7 +43,7 @@ class UrSettings:
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.
-        force_stop_N: Change of the tool force since the arm was enabled that stops it; 0 for no limit.
+        force_stop_N: Change of the tool force since enabling that stops the arm; 0 for no limit.
     """
 
     lower_rad: tuple[float, ...]
@@ -67,7 +67,7 @@ def require_version(hello: UrHello, host: str) -> None:
 
 def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
     """Refuse impossible data, which a client reads after it has lost the start of a package."""
-    # A restarted controller counts its time from zero.
+    # A restarted controller counts time from zero.
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
     farthest_rad = max(map(abs, seen.q_rad))
@@ -92,7 +92,7 @@ def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
 
 
 def require_ready(seen: UrState, host: str) -> None:
-    """Raise an error for the safety mode, or for missing power, by name."""
+    """Raise an error that names the safety mode or the missing power."""
     if seen.safety_mode not in _SAFE:
         name, remedy = _SAFETY.get(seen.safety_mode, (f"safety mode {seen.safety_mode}", _RESTART))
     elif seen.robot_mode != _RUNNING:

@@ -1,6 +1,6 @@
 """Encoder counts and joint angles, with the coupled wrist.
 
-FACT (client and port agree): with the joint angles taken from the home pose, d = q - home,
+FACT (client and port agree): with the joint angles measured from the home pose, d = q - home,
 
     e1..3 = C d1..3
     e4 =  1.5 W d3 + W d4
@@ -59,7 +59,7 @@ class Transmission:
         """Return the nearest counter values for joint angles.
 
         Raises:
-            RefusedError: There are not six finite angles.
+            RefusedError: The values are not six finite angles.
         """
         angles = six(position_rad)
         e1, e2, e3, e4, e5, e6 = self._motors(six([q - home for q, home in zip(angles, HOME_RAD, strict=True)]))
@@ -69,7 +69,7 @@ class Transmission:
         """Return the joint angles for counter values.
 
         Raises:
-            RefusedError: There are not six.
+            RefusedError: The number of values is not six.
         """
         e1, e2, e3, e4, e5, e6 = six(counts)
         wrist = WRIST_COUNTS_PER_RAD * self.wrist_factor
@@ -80,7 +80,7 @@ class Transmission:
         return six([d + home for d, home in zip((d1, d2, d3, d4, d5, d6), HOME_RAD, strict=True)])
 
     def motor_rates(self, joint_rates: Sequence[float]) -> Six:
-        """Return each motor's largest velocity or acceleration in counts, for joints' (6,) in rad/s or rad/s2."""
+        """Return each motor's largest velocity or acceleration in counts, from joint rates (6,) in rad/s or rad/s2."""
         unit_rates = [self._motors(six([rate * (i == j) for i in range(JOINTS)])) for j, rate in enumerate(joint_rates)]
         return six([sum(abs(unit[axis]) for unit in unit_rates) for axis in range(JOINTS)])
 

@@ -1,4 +1,4 @@
-"""The arm: finding it, its position, switching on, cycles, and stops. Runs in the caller's loop without threads."""
+"""The arm: search, position, switching on, cycles and stops. It runs in the caller's loop without threads."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -38,7 +38,7 @@ class ZebraZero(LatchingArm):
         at_home: A person's confirmation that the arm is in its home pose whenever its controller is switched on.
 
     Attributes:
-        streaming: Method of sending set-points to them.
+        streaming: Method of sending set-points to the modules.
         stopped: Result of the last stop; None since the arm was enabled.
     """
 
@@ -66,7 +66,7 @@ class ZebraZero(LatchingArm):
         self._power_lost = False
 
     def open(self) -> None:
-        """Find six servo modules, and take the arm's position from stored counters or a person's confirmation.
+        """Find six servo modules; take the arm's position from stored counters or a person's confirmation.
 
         Modules that still have their addresses are taken over unchanged; others are reset, with motors off and
         counters at zero. There is no index for homing (FACT: the port), so only a person can confirm the position.
@@ -143,8 +143,7 @@ class ZebraZero(LatchingArm):
         """Stop every motor whose servo is on, hold it, and store its counters.
 
         May be called at any time and repeatedly; never raises. Nothing moves after a stop until the servos are
-        switched on again, and a
-        dead line is not tried again: only a stop that was not seen to succeed is repeated.
+        switched on again. A dead line is not tried again; only a stop that was not seen to succeed is repeated.
         """
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             return
@@ -153,7 +152,7 @@ class ZebraZero(LatchingArm):
         if self.stopped not in (servos.StopOutcome.STATIONARY, servos.StopOutcome.LINE_DEAD):
             self._halt()
         if self._power_lost:
-            # Nothing holds the arm anyway, and a supply that comes back must not pull it to an old set-point.
+            # Nothing holds the arm anyway, and a supply that returns must not pull it to an old set-point.
             self._power_lost = False
             with suppress(DriverError):
                 self._servos.off()
@@ -193,7 +192,7 @@ class ZebraZero(LatchingArm):
 
     def close(self) -> None:
         """Stop the arm; its servos continue to hold it. May be called at any time and repeatedly; never raises."""
-        # Once more: what was kept as the motors stopped was read while the arm still swung.
+        # Store them again: the counters stored as the motors stopped were read while the arm still swung.
         self.stop()
         self._state = ArmState.CLOSED
 
@@ -214,7 +213,7 @@ class ZebraZero(LatchingArm):
         if requested_rad is None or self._state is not ArmState.ENABLED:
             return (NOP,) * JOINTS
         limits = self.settings.limits
-        # No more than a period counts, so that a late cycle gets no longer step.
+        # At most one period counts, so that a late cycle gets no longer step.
         step_s = min((now_ns - self._stepped_ns) * 1e-9, 1.0 / self.settings.rate_Hz)
         within = clamped(requested_rad, limits.lower_rad, limits.upper_rad)
         self.setpoint_rad = held_back(within, self.setpoint_rad, [limits.velocity_rad_per_s * step_s] * JOINTS)

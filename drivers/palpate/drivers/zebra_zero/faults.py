@@ -51,7 +51,7 @@ def fault_in(axis: int, reply: Reply, settings: ZebraZeroSettings, *, should_be_
 
     Args:
         axis: Motor, 1 to 6.
-        should_be_on: Whether the servo should be on; if off, its position error bit and supply have no meaning.
+        should_be_on: Whether the servo should be on; if it is off, its position error bit and supply have no meaning.
     """
     aux = Aux(0) if reply.aux is None else reply.aux
     shown = (

@@ -44,7 +44,7 @@ _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
 """Time without a reply after which a stop treats the line as dead."""
 _DEAD_TRIES: Final = 3
-"""Smallest number of requests without a reply by then, for any time-outs of the bus."""
+"""Smallest number of requests without a reply by then, whatever the time-outs of the bus."""
 
 
 class StopOutcome(enum.Enum):
@@ -64,9 +64,9 @@ def bring_to_rest(
     *,
     are_all: bool,
 ) -> StopOutcome:
-    """Stops the motors smoothly with their amplifiers on, and abruptly after a time-out.
+    """Stop the motors smoothly with their amplifiers on, or abruptly after a time-out.
 
-    If the line is dead, it sends the command once and does not wait.
+    If the line is dead, send the command once and do not wait.
 
     Args:
         addresses: Modules whose servos are on. One that has switched itself off stays off.
@@ -89,7 +89,7 @@ def bring_to_rest(
                     return StopOutcome.LINE_DEAD
             bus.wait_s(_POLL_S)
         if moving:
-            # Twice each, because the first may be what the line damages; their replies are not waited for.
+            # Send each twice, because the line may damage the first; do not wait for their replies.
             bus.broadcast(sorted(moving), ABRUPT)
     except DriverError:
         return StopOutcome.LINE_DEAD
@@ -106,7 +106,7 @@ def _poll(bus: NmcBus, address: int, reached: set[int], moving: set[int]) -> boo
         reached.add(address)
         moving.discard(address)
     elif address not in reached:
-        # Modules do not acknowledge the group's command, so each one gets its own.
+        # Modules do not acknowledge a group command, so each one gets its own.
         if isinstance(bus.attempt(address, SMOOTH), Reply):
             reached.add(address)
     elif reply.status & NmcStatus.MOVE_DONE:
@@ -123,7 +123,7 @@ _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
 
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
-    """Return the modules; refuses modules other than six servos."""
+    """Return the modules; refuse modules other than six servos."""
     kinds = [module.identity.name for module in modules]
     if len(modules) != JOINTS or any(module.identity.type_code != SERVO for module in modules):
         raise WiringError(
@@ -146,7 +146,7 @@ def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
 
 
 class Servos:
-    """The motors of the arm, positions in counts only; ``on`` holds the axes, 1 to 6, whose servos are on."""
+    """The motors of the arm, with positions only in counts; ``on`` holds the axes, 1 to 6, whose servos are on."""
 
     def __init__(self, bus: NmcBus, settings: ZebraZeroSettings) -> None:
         self._bus, self._settings = bus, settings
@@ -197,7 +197,7 @@ class Servos:
         """Let one servo hold its motor in its present position; return a fault, if any.
 
         The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
-        acceleration for later goes to that same position; so nothing moves.
+        acceleration for later goes to that same position, so nothing moves.
         """
         was_on = axis in self.on
         if not was_on:
@@ -252,5 +252,5 @@ class Servos:
 
 
 def _position(reply: Reply) -> int:
-    # The mask had POSITION, so an accepted reply has it as well.
+    # The mask had POSITION, so an accepted reply also has it.
     return reply.position_counts or 0

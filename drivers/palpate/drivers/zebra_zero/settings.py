@@ -15,11 +15,11 @@ class JointLimits:
     """Limits of the six joints.
 
     Attributes:
-        lower_rad: Lower ends, (6,). FACT: the port. Evidence: joints 1 to 3 medium, wrist weak (the client has a note
-            there that they are still to be fixed).
+        lower_rad: Lower ends, (6,). FACT: the port. Evidence: medium for joints 1 to 3, weak for the wrist (a note in
+            the client says that its limits are still to be fixed).
         upper_rad: Upper ends, (6,); likewise.
-        velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; of the arm itself NOT FOUND.
-        acceleration_rad_per_s2: Highest joint acceleration, kept by firmware that runs trapezoids. CALC from the port's
+        velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
+        acceleration_rad_per_s2: Highest joint acceleration, limited by firmware with trapezoids. CALC from the port's
             servo default of 10 000 on joints 1 to 3. (One configuration of it has 0.2, another software cap.)
     """
 
@@ -29,9 +29,9 @@ class JointLimits:
     acceleration_rad_per_s2: float = 19.0
 
     def outside(self, position_rad: Sequence[float], tolerance_rad: float = 0.0) -> int | None:
-        """The first joint, counted from 0, that is beyond a limit by more than the tolerance; None when none is."""
+        """Return the first joint, from 0, beyond a limit by more than the tolerance; None if there is none."""
         for joint, angle in enumerate(position_rad):
-            # Written so that an angle that is no number is outside as well.
+            # Written so that an angle that is not a number is also outside.
             if not self.lower_rad[joint] - tolerance_rad <= angle <= self.upper_rad[joint] + tolerance_rad:
                 return joint
         return None
@@ -40,15 +40,15 @@ class JointLimits:
 REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
 """Items of every reply in a cycle. AUX costs one byte per axis and shows immediately that a servo is off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
-"""Firmware of the PIC-SERVO SC that takes a new trapezoid while one runs. FACT: data sheet."""
+"""Firmware of the PIC-SERVO SC that accepts a new trapezoid while one runs. FACT: data sheet."""
 
 
 class Streaming(enum.Enum):
     """Method of sending set-points to a motor, determined by the firmware of the modules.
 
     ``TRAPEZOID`` loads a new target position while the last is still being approached, so the firmware's own limits on
-    velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new
-    position during a motion is taken as an offset, and the arm goes astray. ``STOP_HERE`` sets the servo's position
+    velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new position
+    during a motion is taken as an offset, and the arm moves to a wrong place. ``STOP_HERE`` sets the servo's position
     without a profile (FACT: Logosol, libnmc), which works on both but leaves only this driver's limits.
     """
 
@@ -57,16 +57,16 @@ class Streaming(enum.Enum):
 
 
 RESERVE: Final = 0.1
-"""Share of the period that the bus must leave free."""
+"""Fraction of the period that the bus must leave free."""
 LIMIT_TOLERANCE_RAD: Final = 0.02
 """Distance of a measured pose beyond the limits that counts as a fault."""
 STORED_TOLERANCE_COUNTS: Final = 200
 """Largest difference from the stored counters for resuming them."""
 PROFILE_MARGIN: Final = 1.25
-"""Factor of the firmware's own velocity and acceleration limits over those of the joints, so that a profile can catch
-up with its set-points."""
+"""Ratio of the firmware's own velocity and acceleration limits to those of the joints, so that a profile can catch up
+with its set-points."""
 STOP_TIMEOUT_S: Final = 1.0
-"""Time within which a stop must be complete. CALC: 53 ms brake the highest velocity."""
+"""Time within which a stop must be complete. CALC: braking from the highest velocity takes 53 ms."""
 
 
 ERROR_LIMIT_COUNTS: Final = 4000
@@ -80,7 +80,7 @@ class ZebraZeroSettings:
     """Settings of the arm. Values without a mark are choices of this driver.
 
     Attributes:
-        divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
+        divider: Control ticks per ``cycle``; refused if the bus cannot carry the rate.
         require_power: A module that reports no motor supply is a fault. INFERENCE: some amplifiers may not report it.
         use_limit_inputs: A limit input that is set is a fault. NOT FOUND whether the arm has limit switches.
 

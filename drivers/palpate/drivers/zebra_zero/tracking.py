@@ -19,10 +19,9 @@ from palpate.drivers.zebra_zero.settings import (
 class Tracking:
     """Accepts plausible replies.
 
-    A reply of another axis, or a damaged one that has the right sum, appears as an impossible jump of a motor: more
-    than
-    twice what the highest velocity allows, plus the position error at which the firmware gives up; without that where
-    another axis stands just there.
+    A reply from another axis, or a damaged one with the right sum, appears as an impossible jump of a motor: more than
+    twice what the highest velocity allows, plus the position error at which the firmware gives up. It does not if
+    another axis happens to be at that position.
     """
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
@@ -105,10 +104,10 @@ class Rounds:
         self._settings, self._clock_ns = settings, clock_ns
 
     def run(self, commands: tuple[NmcCommand, ...]) -> None:
-        """One exchange with each axis, in their order.
+        """Run one exchange with each axis, in order.
 
         Raises:
-            DriverError: A fault shows, or the bus failed.
+            DriverError: A fault occurred, or the bus failed.
         """
         for axis, command in zip(AXES, commands, strict=True):
             self._visit(axis, command)

@@ -62,7 +62,7 @@ def exponential(x: Floats) -> Floats:
     series = np.full_like(rest, 1.0 / factorial(by.terms))
     for k in range(by.terms - 1, -1, -1):
         series = series * rest + 1.0 / factorial(k)
-    # Multiply by the power of two through the bits of the exponent: exact.
+    # Multiply by the power of two through the bits of the exponent, which is exact.
     scaled = series.view(by.whole) + (rounded.view(by.whole) << by.mantissa_bits)
     result: Floats = scaled.view(x.dtype)
     return result

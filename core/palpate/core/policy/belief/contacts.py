@@ -13,7 +13,7 @@ from palpate.core.policy.base import EpisodeOutcome, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
-"""Unit of stored positions, whole multiples in every log; an encoder step is far larger."""
+"""Unit of stored positions, which are whole multiples in every log; an encoder step is far larger."""
 TORQUE_NM: Final = 1e-6
 """Unit of stored torques, a thousandth of the noise of a precise sensor."""
 FORCE_N: Final = 1e-3
@@ -25,7 +25,7 @@ _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MAX_CONTACTS: Final = 120
-"""Number of contacts stored per trial, the last ones; a blind search has many similar ones."""
+"""Number of contacts stored per trial, starting with the last; a blind search has many similar ones."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
@@ -72,7 +72,7 @@ class ContactObservation:
 
     @property
     def load(self) -> float:
-        """Return the pressing force over ``NOMINAL_N``; it multiplies the lever of the contact point."""
+        """Return the pressing force divided by ``NOMINAL_N``; it multiplies the lever of the contact point."""
         return self.press * FORCE_N / NOMINAL_N
 
 
@@ -108,7 +108,7 @@ class ContactTrial:
         """Read the result of :meth:`to_dict`.
 
         Raises:
-            ConfigurationError: The data have another form.
+            ConfigurationError: The data have a different form.
         """
         accepted = (
             "the hole as two whole numbers, each contact as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"
@@ -145,7 +145,7 @@ class Examples:
 
     Attributes:
         torque_Nm: Torque about the tip, (n, 2).
-        load: Pressing force over ``NOMINAL_N``, (n,).
+        load: Pressing force divided by ``NOMINAL_N``, (n,).
         to_hole_m: Displacement from the commanded tip to the hole, (n, 2).
         step_m: Displacement from the previous contact to this one, (n, 2); 0 for the first of a trial.
         trial: Number of the trial, (n,).

@@ -1,4 +1,4 @@
-"""Fits a contact model to labelled contacts, one part after another to the residual of the others, repeatedly.
+"""Fit a contact model to labelled contacts: each part in turn to the residual of the others, repeatedly.
 
 It solves no matrix and draws no random numbers, so the same contacts give the same model to the last bit.
 """
@@ -17,24 +17,24 @@ from palpate.core.policy.belief.model import RINGS_M, SECTORS, ContactModel, Dir
 MIN_CONTACTS: Final = 6
 """Fewest contacts for a fit."""
 _LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
-"""Lags of the torque to try, as shares of the last step."""
+"""Lags of the torque to try, as fractions of the last step."""
 _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
 """The cue of a ring is shrunk towards that of all rings with the weight of this many contacts."""
 _RESIDUAL_SHARE: Final = 0.12
-"""Prior standard deviation of the asymmetric residual over that of all torques."""
+"""Prior standard deviation of the asymmetric residual, divided by that of all torques."""
 _GAIN: Final = 0.5
 """Prior standard deviation of a gain."""
 _UPRIGHT_TRIALS: Final = 1.0
 """Number of trials without tilt assumed before the first trial."""
 _RECENT: Final = 0.7
-"""Weight of a trial's tilt over that of the next trial: the last grip is the most likely one."""
+"""Weight of a trial's tilt, divided by that of the next trial: the last grip is the most likely one."""
 _NOISE_COUNT: Final = 5.0
 """The noise of a ring is shrunk towards that of all rings with the weight of this many contacts."""
 _BORROWED: Final = 0.1
-"""Share of its neighbours' contacts that a ring uses as well."""
+"""Fraction of its neighbours' contacts that a ring also uses."""
 _BIAS_TRIALS: Final = 2.0
-"""Number of trials that the prior of the bias, a variance as large as the noise, counts for."""
+"""Weight, in trials, of the prior of the bias, a variance as large as the noise."""
 _LEAST_NM: Final = 1e-4
 """Lower bound of a standard deviation."""
 
@@ -79,7 +79,7 @@ class _ModelFit:
         facing = self._at.turned_back(tilt)
         left = self._torque - tilt
         swayed = left - self._load * self._at.turned(gains * facing)
-        # Contacts with a greater load show more: least squares weight a lever by the squared load.
+        # Contacts with a greater load are more informative: least squares weight a lever by the squared load.
         self._fit_cue(self._load * swayed - self._weight * self._residuals)
         rest = self._at.turned_back(left - self._load * (self._cues + self._residuals))
         shown, counts = self._by_ring(self._load * facing * rest), self._by_ring(self._weight * facing * facing)
@@ -130,7 +130,7 @@ class _ModelFit:
         return np.bincount(self._trial, values, self._trials).astype(np.float64)
 
     def _by_ring(self, values: Floats) -> Floats:
-        """Sum values (n, k) by ring, each value shared between the two rings around it."""
+        """Sum values (n, k) by ring, splitting each value between the two rings around it."""
         rings = len(RINGS_M)
         columns = [
             np.bincount(self._at.ring, (1.0 - self._at.share) * column, rings)
@@ -159,7 +159,7 @@ class _ModelFit:
 
 
 def _borrowing(table: Floats) -> Floats:
-    """Add to each ring of a table (rings, k) a share of its neighbours."""
+    """Add to each ring of a table (rings, k) a fraction of its neighbours."""
     lent = _BORROWED * table
     table = table.copy()
     table[1:] += lent[:-1]

@@ -30,14 +30,14 @@ _MIDDLE_M: Final = (0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefParameters(Settings):
-    """Parameters of the learner belief that do not follow from the task."""
+    """Parameters of the belief learner that do not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """Half-width around the peg's path within which a hole captures the peg."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
-    """Mean speed of a longest step, pauses included."""
+    """Mean speed of the longest step, including pauses."""
     forgetting_factor: Annotated[float, Range(0.5, 1.0)] = 0.985
     """Forgetting factor of the evidence per contact, because the learned model may be slightly wrong."""
     search_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
@@ -47,14 +47,14 @@ class BeliefParameters(Settings):
     memory_trials: Annotated[int, Range(2, 1000)] = 60
     """Number of trials remembered; older ones are forgotten."""
     restart_steps: Annotated[int, Range(1, 1000)] = 60
-    """Steps by the belief until a search around the most likely position begins, after which the belief restarts. After
-    as many again, everything is searched until the end."""
+    """Number of belief steps until a search around the most likely position begins, after which the belief restarts.
+    After the same number again, the whole area is searched until the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Number of steps of the first of these searches."""
     regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
     """Prior probability that the tilt of the tool differs from earlier trials."""
     other_tool: bool = False
-    """Accept a policy file whose contact model is of another peg as the start; otherwise it is refused."""
+    """Accept a policy file with another peg's contact model as the start; otherwise it is refused."""
 
     @override
     def check(self) -> None:
@@ -94,7 +94,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._searched: int
 
     def step_within(self, bounds: TaskBounds) -> None:
-        """Plan with the longest step of other task bounds, as a trial with its own force limit needs."""
+        """Plan with the longest step of other task bounds, as a trial with its own force limit requires."""
         capture_m, search, speed = (
             each * 1e-3
             for each in (self.parameters.capture_mm, self.parameters.search_speed_mm_s, self.parameters.speed_mm_s)
@@ -160,7 +160,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         return Decision(self._actions[displacement_m], None, LEARNED, grounds)
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> tuple[Floats, tuple[int, int]]:
-        """Return what the path from the last contact has passed, and the cell to which the next torque belongs."""
+        """Return the weights after the path from the last contact, and the cell to which the next torque belongs."""
         before = self._contacts[-1].place if self._contacts else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]

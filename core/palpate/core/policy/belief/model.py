@@ -5,9 +5,9 @@
     torque = load * (cue(distance) turned to the hole's heading + residual(distance, sector)) + noise
              + (1 + load * gain(distance)) times the tilt's torque, along and across that heading
 
-The load is the pressing force over 4.9 N. No relation between torque and direction is built in: the cue is learned and
-shared over all headings, as for a round peg; the residual contains what breaks that symmetry. All are given at a few
-rings of distance and interpolated linearly.
+The load is the pressing force divided by 4.9 N. No relation between torque and direction is built in: the cue is
+learned and shared over all headings, as for a round peg; the residual contains what breaks that symmetry. All
+quantities are given at a few rings of distance and interpolated linearly.
 
 A tool that is tilted in its grip touches with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
@@ -79,13 +79,13 @@ class Directions:
         return at
 
     def turned(self, vectors: Floats) -> Floats:
-        """Rotate vectors from along and across the heading, (n, 2), to x and y."""
+        """Rotate vectors from components along and across the heading, (n, 2), to x and y components."""
         c, s = self.unit[:, 0], self.unit[:, 1]
         along, across = vectors[:, 0], vectors[:, 1]
         return np.stack((along * c - across * s, along * s + across * c), axis=1)
 
     def turned_back(self, vectors: Floats) -> Floats:
-        """Rotate vectors from x and y, (n, 2), to along and across the heading."""
+        """Rotate vectors from x and y components, (n, 2), to components along and across the heading."""
         c, s = self.unit[:, 0], self.unit[:, 1]
         x, y = vectors[:, 0], vectors[:, 1]
         return np.stack((x * c + y * s, y * c - x * s), axis=1)
@@ -96,9 +96,9 @@ class ContactModel:
     """A fitted contact model; cue and residual for a pressing force of 4.9 N.
 
     Attributes:
-        lag: Lag of the torque behind the commanded tip, as a share of the last step.
+        lag: Lag of the torque behind the commanded tip, as a fraction of the last step.
         offset_Nm: Torque of the tilt in the last trials, (2,).
-        cue_Nm: Along and across the heading of the hole, at each ring, (rings, 2).
+        cue_Nm: Torque along and across the heading of the hole, at each ring, (rings, 2).
         residual_Nm: Residual of the cue, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
         bias_Nm: Standard deviation of the tilt's torque from trial to trial, of each component.

@@ -12,8 +12,8 @@ from palpate.core.policy.belief.model import ContactModel, Directions
 from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places
 
 MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
-"""Weights of cells that were passed without a drop, by distance from the path in capture widths; nearer cells get less.
-In `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
+"""Weights of cells that were passed without a drop, by distance from the path in capture widths; nearer cells get lower
+ones. In `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
 
 
 class ContactTable:
@@ -81,7 +81,7 @@ class PlaceBelief:
         self._sums = np.zeros((6, *log_prior.shape), SINGLE)
 
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
-        """Add a contact at this cell, with the pressing force over 4.9 N."""
+        """Add a contact at this cell, with the pressing force divided by 4.9 N."""
         upright, gains, c, s, precision, log_variance = self._table.at(row, column)
         x, y = (felt_Nm - load * expected for felt_Nm, expected in zip(torque_Nm, upright, strict=True))
         gains = load * gains + 1.0

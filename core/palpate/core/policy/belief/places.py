@@ -15,7 +15,7 @@ PITCH_M: Final = 1e-4
 SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
 """Beliefs are computed in single precision: faster, with rounding errors far below a sensor's noise."""
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
-"""Widths of the kernels: constant holes, holes that scatter a little, and holes that scatter widely."""
+"""Widths of the kernels, for holes that are constant, scatter a little, or scatter widely."""
 _MEMORY: Final = 0.9
 """Forgetting factor of a width's predictive success per trial, so that moving holes are tracked."""
 _LEAST: Final = 1e-9

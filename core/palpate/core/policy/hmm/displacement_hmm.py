@@ -26,7 +26,7 @@ _START, _START_CELLS = 0.5, 4.0  # weight and width of the expected starts
 _NOISE: Final = 0.02
 _VISITS: Final = 0.5  # offsets with no more expected visits are dropped
 _FIRST_ITERATIONS, _FIRST_VISITS = 3, 0.001  # lower limit on visits while iterating, after this number of iterations
-_SHRUNK: Final = 0.9  # ... applied if a smaller share of the offsets remains
+_SHRUNK: Final = 0.9  # ... applied if a smaller fraction of the offsets remains
 _GAIN: Final = 0.01  # minimum gain of an iteration, in nats
 _ANCHORED, _ITERATIONS = 15, 25  # iterations over the trials that reached the goal, and over all trials
 

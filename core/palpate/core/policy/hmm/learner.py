@@ -28,7 +28,7 @@ REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
 actions are random before the first fit."""
 
 GREEDY_ACTIONS: Final = 20
-"""Number of actions in a trial after which a growing share of actions is random; from four times this number on, all
+"""Number of actions in a trial after which a growing fraction of actions is random; from four times this number on, all
 are random."""
 
 _ROUND: Final = 5 * GREEDY_ACTIONS
@@ -47,10 +47,10 @@ class HmmParameters(Settings):
     """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. With 0,
     all must be whole multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
-    """Share of random actions once there is a model; before that, all actions are random."""
+    """Fraction of random actions once there is a model; before that, all actions are random."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 1000
-    """Maximum number of trials to fit the model to: half of them the first trials, half the latest. The latest trials
-    alone lack the situations that the plan avoids."""
+    """Maximum number of trials to fit the model to: half of them the first, half the latest. The latest trials alone
+    lack the situations that the plan avoids."""
 
 
 def fitted_after(trials: int) -> int:
@@ -140,7 +140,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         return int(self._plan.costs(self._belief.probabilities).argmin())
 
     def _random_share(self) -> float:
-        """Return the share of random actions when there is a plan."""
+        """Return the fraction of random actions when there is a plan."""
         done = len(self._actions) % _ROUND
         if done >= GREEDY_ACTIONS:
             return done / (4 * GREEDY_ACTIONS)

@@ -60,10 +60,10 @@ class ContactTask(Task):
 
     @abstractmethod
     def _follow(self) -> None:
-        """Enter the next phase or end, after the settling or one of the task's own phases is over."""
+        """Enter the next phase or end the trial, after settling or one of the task's own phases."""
 
     def _may_end(self) -> bool:
-        """Return True if an interrupted trial may end in this tick."""
+        """Return True if an interrupted trial may end at this tick."""
         return True
 
     @override
@@ -113,7 +113,7 @@ class ContactTask(Task):
             if not sound:
                 state.end(Outcome.SENSOR_FAULT, "the arm reports joint angles outside its range as applied")
                 return None
-        # A saturated sample may hide a larger force, so saturation ends the trial too.
+        # A saturated sample may hide a larger force, so saturation also ends the trial.
         if wrench.validity is not Validity.VALID or joints.validity is not Validity.VALID:
             state.end(
                 Outcome.SENSOR_FAULT, f"force sample {wrench.validity.value}, joint sample {joints.validity.value}"
@@ -123,7 +123,7 @@ class ContactTask(Task):
         self._measurement.update(snapshot)
         self.tip_m, self.turned_rad = self._measurement.position_m, self._measurement.turned_rad
         if state.constraints.mismatch is not None:
-            # A supervisor would have tripped in the tick of the mismatch.
+            # A supervisor would have tripped at the tick of the mismatch.
             state.end(Outcome.CONTACT_MISMATCH, state.constraints.mismatch.text)
         elif self._interrupted:
             self._wind_up()
@@ -181,7 +181,7 @@ class ContactTask(Task):
         if not self.done:
             self._state.end(Outcome.TRIPPED, trip.text)
         elif self._state.report.outcome in (Outcome.INSERTED, Outcome.DONE):
-            # The success was reported in this tick, from samples that may be wrong.
+            # The success was reported at this tick, from samples that may be wrong.
             self._state.report.outcome = Outcome.TRIPPED
 
     @override
@@ -189,7 +189,7 @@ class ContactTask(Task):
         return
 
     def clamped(self, command_override: CommandOverride) -> None:
-        """Record that the supervisor changed a command, once for consecutive ticks."""
+        """Record that the supervisor changed a command, once for a series of ticks."""
         if self._state.tick != self._clamped_tick + 1:
             requested, given = (
                 " ".join(f"{q:.6f}" for q in angles)

@@ -1,4 +1,4 @@
-"""A dither with random half-periods, superimposed on the motion of a tool that presses."""
+"""A dither with random half-periods, superimposed on the motion of a pressing tool."""
 
 import numpy as np
 

@@ -25,7 +25,7 @@ from palpate.core.trial import (
 )
 
 _TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
-"""Ticks at standstill until the force must respond: two of the longest windows."""
+"""Stationary ticks until the force must respond: two of the longest windows."""
 _PUSH_N: Final = 3.0
 """Force of a push against a wall; the response to half of it has a narrow interval at a noise of 0.3 N."""
 _GROWTH: Final = 1.02
@@ -35,15 +35,15 @@ _SIMILAR: Final = 0.5
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
 """Angular frequency of a dither with half-periods of mean length."""
 _TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
-"""A force below this share of the press, half the dither's amplitude, is not a contact."""
+"""A force below this fraction of the press, half the dither's amplitude, is not a contact."""
 _PULL_SHARE: Final = 0.5
-"""A pull above this share of the press, plus friction, is implausible; a rebounding peg pulls less."""
+"""A pull above this fraction of the press, plus friction, is implausible; a rebounding peg pulls less."""
 _SAMPLES: Final = 4
 """Consecutive samples of an implausible wrench, longer than an impact."""
 _TILT_RAD: Final = 6e-3
 """Orientation error of arm and grip that no job states; servos sag by up to 8 mrad and start from there."""
 _NOISES_TORQUE: Final = 3.0
-"""Standard deviations of a torque about the tip; four consecutive samples exceed them once in 70 million."""
+"""Standard deviations of a torque about the tip; four consecutive samples exceed this once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
 """A tip this far below the lowest possible plate is not on it; the overshoot of an approach is smaller."""
 
@@ -66,8 +66,8 @@ class Monitor:
         spent_N: Bend of the gripper since the last verification, assuming that the tip moved only by the play.
         spent: True if that exceeds the budget; the tool must not advance until the force responds.
         budget_N: Largest bend without verification.
-        play_m: Distance across that does not bend the gripper.
-        timeout_ticks: Ticks at standstill before a mismatch is reported.
+        play_m: Lateral distance that does not bend the gripper.
+        timeout_ticks: Stationary ticks before a mismatch is reported.
         pull_N: Pull of the tool itself.
         axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
     """
@@ -196,7 +196,7 @@ class Monitor:
             # On the chamfer or the edge of a hole the tip also moves along the axis, without a force.
             self._rests_m, self._stationary_ticks = (x, y), 0
         if z > self._deepest_m + self._contact_m:
-            # The same applies while it sinks against friction.
+            # The same applies while the tip sinks against friction.
             self._deepest_m, self._sunk_ticks = z, 0
         if self.direction is not None:
             ux, uy = self.direction
@@ -227,7 +227,7 @@ class Monitor:
         return self._implausible(snapshot.tick, measured)
 
     def _implausible(self, tick: int, measured: Measurement) -> Trip | None:
-        """Return a trip for a wrench that no contact at the tip can cause, over several consecutive samples."""
+        """Return a trip if several consecutive samples show a wrench that no contact at the tip can cause."""
         x, y, z = measured.force_N
         torque_Nm = measured.torque_across_at_tip_Nm
         # The forces of two walls that pinch a tilted peg cancel; the torque remains.
@@ -281,7 +281,7 @@ class Monitor:
         self.across.begin(max(self._state.noise[:2]), self._step_m, dither_N, self.axial.lag)
 
     def aim(self, force_N: tuple[float, float]) -> None:
-        """Push a waiting tool against this lateral force, unless a push already is or its window is incomplete.
+        """Push a waiting tool against this lateral force, unless the window of an earlier push is incomplete.
 
         A push along a wall causes no response.
         """
@@ -315,17 +315,17 @@ class Monitor:
 
     @property
     def waited_share(self) -> float:
-        """Return the elapsed share of ``timeout_ticks``."""
+        """Return the elapsed fraction of ``timeout_ticks``."""
         return self._waited_ticks / self.timeout_ticks
 
     def moves_on(self) -> None:
-        """Restart responses that require standstill: the tool follows the force."""
+        """Restart responses that require a stationary tool, because it now follows the force."""
         self.across.restart()
         if self.loose is not None:
             self.loose.restart()
 
     def wait(self, where: str, *, supported: bool = False) -> None:
-        """Count a tick at standstill; report a mismatch after the time-out, or if the stiffness is contradicted.
+        """Count a stationary tick; report a mismatch after the time-out or if the response contradicts the stiffness.
 
         Args:
             supported: True if the tool presses on something rigid.

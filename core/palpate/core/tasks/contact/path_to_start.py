@@ -1,4 +1,4 @@
-"""The phases in free space: lift, transfer to the start, and standstill for taring."""
+"""The phases in free space: lift, transfer to the start, and a pause for taring."""
 
 from abc import abstractmethod
 from math import radians, sqrt
@@ -84,7 +84,7 @@ class Settle(RunningPhase):
         self._sum, self._values = [0.0] * 6, list[tuple[float, ...]]()
 
     def enter(self) -> None:
-        """Begin the standstill."""
+        """Begin the pause."""
         self._countdown = 2 * self._tare_ticks
 
     @override

@@ -14,9 +14,9 @@ from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS,
 from palpate.core.ports import PERIOD_S
 
 _OUTLIER: Final = 1.5
-"""Residuals above this many standard deviations get less weight (Huber's constant), because of stick and slip."""
+"""Residuals above this many standard deviations get less weight (Huber's constant), because of stick-slip."""
 _NORMAL: Final = 1.48
-"""Standard deviation over median deviation of a normal distribution."""
+"""Standard deviation divided by median deviation, for a normal distribution."""
 _LAGS: Final = 5
 """Largest lag of the force behind its time stamp, in ticks."""
 _DECIDED: Final = 7e-3
@@ -44,7 +44,7 @@ class Response:
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Attributes:
-        share: Measured stiffness over the gripper's in the newest window; None without a window.
+        share: Measured stiffness divided by the gripper's in the newest window; None without a window.
         half_width: Half-width of its confidence interval.
         lag: Ticks by which the force is older than its time stamp; None until the responses determine it.
         window: Number of samples in a window.

@@ -16,7 +16,7 @@ class TrialState:
     Attributes:
         phase: The present phase; a task may define its own phases in another enumeration.
         noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
-        observation: Observation for the choice of an action in this tick; None in ticks without a choice.
+        observation: Observation for the choice of an action at this tick; None in ticks without a choice.
     """
 
     def __init__(self) -> None:
@@ -40,11 +40,11 @@ class TrialState:
         self.event("phase", phase.value)
 
     def event(self, name: str, detail: str = "") -> None:
-        """Record an event in this tick."""
+        """Record an event at this tick."""
         self.report.events.append(Event(self.tick, name, detail))
 
     def mismatch(self, trip: Trip) -> None:
-        """Report a mismatch: the supervisor trips in this tick; without one the trial ends in the next."""
+        """Report a mismatch: the supervisor trips at this tick; without a supervisor, the trial ends at the next."""
         self.event("mismatch", f"{trip.reason.name}: {trip.text}")
         self.constraints = replace(self.constraints, mismatch=trip)
 

@@ -15,7 +15,7 @@ class Agent:
     Attributes:
         percept: Indices of the symbol and state last perceived in this trial; None before the first.
         effort_N: Norm of the force in each tick of the running action; the phase that runs it appends to it.
-        goes_on: True if an earlier choice continues, so that the policy is not asked.
+        goes_on: True if an earlier choice continues, so that the policy is not consulted.
     """
 
     def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
@@ -137,6 +137,6 @@ class Agent:
     def _outcome(self) -> ActionOutcome:
         ticks = max(len(self.effort_N), self._least_ticks)
         total_N = 0.0
-        for force_N in self.effort_N:  # sum() rounds otherwise in newer versions of Python
+        for force_N in self.effort_N:  # sum() rounds differently in newer versions of Python
             total_N += force_N
         return ActionOutcome(ticks * self._tick_s, total_N / ticks)

@@ -1,6 +1,6 @@
 """The insertion task: approach to contact, exploration of the surface, insertion to full depth.
 
-A state machine without I/O: one :class:`~palpate.core.ports.values.Snapshot` in and one joint command out per tick of
+A state machine without I/O: one :class:`~palpate.core.ports.values.Snapshot` in and one joint command out per tick at
 140 Hz. A tick has two halves; an external policy may choose an action between them. The task uses port data only.
 Encoders cannot measure the gripper's deflection, so the hole is found by the loss of the reaction force and confirmed
 by motion along the tool axis until contact again. Depth is the encoders' depth corrected by force over stiffness.
@@ -45,7 +45,7 @@ class InsertionTask(ContactTask):
 
     @override
     def begin(self, setup: TrialSetup) -> None:
-        # A policy may fail here: the report exists by then.
+        # A policy may fail here, but the report exists by then.
         super().begin(setup)
         self._agent.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
         self._state.agent_begun()
@@ -55,11 +55,11 @@ class InsertionTask(ContactTask):
         """Let the policy choose from the observation of :meth:`sense`, before :meth:`act`, so that a loop can time it.
 
         Raises:
-            LifecycleError: There is no choice in this tick.
+            LifecycleError: There is no choice at this tick.
         """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()
-        # The first tick of an action may report a mismatch, too.
+        # The first tick of an action may also report a mismatch.
         self.constraints = self._state.constraints
 
     def _follow(self) -> None:
@@ -83,7 +83,7 @@ class InsertionTask(ContactTask):
     def conclude(self) -> None:
         """Pass the outcome to the policy after the last tick.
 
-        It is not passed when the peg is in: a trip in that tick, or while the arm stops, would invalidate it.
+        It is not passed as soon as the peg is in: a trip at that tick, or while the arm stops, would invalidate it.
         """
         report = self._state.report
         self._agent.end(EpisodeOutcome(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))
@@ -95,7 +95,7 @@ class InsertionTask(ContactTask):
 
     @property
     def goes_on(self) -> bool:
-        """Return True if the observation of :meth:`sense` belongs to an earlier choice, so that no policy is asked."""
+        """Return True if the observation of :meth:`sense` belongs to an earlier choice, so no policy is consulted."""
         return self._agent.goes_on
 
     @property

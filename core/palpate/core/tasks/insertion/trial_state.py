@@ -16,7 +16,7 @@ class InsertionState(TrialState):
 
     Attributes:
         explore_start: Tick of the first contact; 0 before.
-        hole_tick: Tick in which the hole was found; None before, and after a false drop.
+        hole_tick: Tick at which the hole was found; None before, and after a false drop.
         surface_m: Estimated height of the plate's surface below the nominal plane.
         slack_m: Uncertainty of that height; 0 if the plate was touched.
         claimed: True if the policy has stated that the peg is in; then the trial ends with what is verified.

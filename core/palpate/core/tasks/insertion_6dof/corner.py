@@ -13,35 +13,35 @@ _STEP_M: Final = 1.8e-3
 """Step per action above the plate: 18 mm/s, below the usual speed in free space."""
 _NEAR_M: Final = 0.5e-3
 _ASIDE_SHARE: Final = 0.25
-"""Sideways shift of further attempts with a flat, over the distance by which it comes down inside."""
+"""Sideways shift of further attempts with a flat, divided by the distance by which it comes down inside."""
 _STOOD_SHARE: Final = 0.55
-"""Share of the depth that a tool reaches when lowered, because compliance during the descent reduces its tilt."""
+"""Fraction of the depth that a tool reaches when lowered, because compliance during the descent reduces its tilt."""
 _SLIPS_SHARE: Final = 0.3
 _WEDGED_SHARE: Final = 0.91
 _SUNK_SHARE: Final = 0.15
-"""Shares of the depth that classify the tool: a less deep tilted corner is on the plate, a deeper one is in its corner
-of the hole; likewise an upright tool."""
+"""Fractions of the depth that classify the tool: a shallower tilted corner is on the plate, a deeper one is in its
+corner of the hole; likewise for an upright tool."""
 _CLEARS_M: Final = 0.4e-3
-"""Height of a corner carried over the plate: depth is known to 0.15 mm, and a dither adds as much."""
+"""Height of a corner moved over the plate: depth is known to 0.15 mm, and a dither adds the same again."""
 _WEDGED_N: Final = 1.5
 """Lateral force above which a tool is wedged on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
 _LEAD_SHARE: Final = 1.0 / 60.0
-"""Advance per action over the inside distance, while the force on each wall is below the friction limit."""
+"""Advance per action divided by the inside distance, while the force on each wall is below the friction limit."""
 _LONGEST_PUSH: Final = 30
 _SLOWEST_M: Final = 0.5e-3
 """Actions of the longest push in place, and distance per action towards it."""
 _WALL_SHARE: Final = 0.5
-"""Force on a loaded wall over the push."""
+"""Force on a loaded wall, divided by the push."""
 _QUIET_SHARE: Final = 0.2
-"""Torque over the push at the corner below which nothing turns."""
+"""Torque divided by the push at the corner, below which nothing turns."""
 _BACK_SHARE: Final = 0.5
-"""Force that pushes a wedged corner back during withdrawal, over the push."""
+"""Force that pushes a wedged corner back during withdrawal, divided by the push."""
 _DRIVE_SHARE: Final = 1.0 / 3.0
-"""Force over the push while a wedged corner is turned, which reduces the friction of its walls."""
+"""Force, divided by the push, while a wedged corner is turned; it reduces the friction of its walls."""
 _ACTION_S: Final = 0.1
 _RIGHT_RAD: Final = radians(1.2)
-"""Turn towards upright per action. A tilted corner may be wedged: this turn frees it, a pull alone does not."""
+"""Turn towards upright per action. A tilted corner may be wedged: this turn frees it, but a pull alone does not."""
 _CLEAR_M: Final = 0.3e-3
 UPRIGHT_RAD: Final = radians(0.1)
 
@@ -124,7 +124,7 @@ class Corner:
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
 
     def passed(self, observation: Observation) -> bool:
-        """Return True if a corner was pushed as far past its nominal position as it had come down inside it."""
+        """Return True if a corner was pushed as far past its nominal position as it came down inside it."""
         x, y, _ = observation.reference_m
         return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 
@@ -162,7 +162,7 @@ class Corner:
         return (dx / left, dy / left), Spatial(ControllerKind.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:
-        """Push against both walls, turning upright by this share of the tilt; the corner stays in place."""
+        """Push against both walls, turning upright by this fraction of the tilt; the corner stays in place."""
         tilt_x, tilt_y, yaw = observation.turn_rad
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
         turn = -upright * tilt_x, -upright * tilt_y, 0.0

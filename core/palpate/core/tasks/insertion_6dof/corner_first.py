@@ -19,10 +19,10 @@ DRIVEN_ACTIONS: Final = 7
 LONGEST_WITHDRAWAL: Final = 20
 """Actions after which a tool that is still in the hole is inserted again."""
 STAND_SHARE: Final = 0.2
-"""Turn towards upright per action, as a share of the tilt."""
+"""Turn towards upright per action, as a fraction of the tilt."""
 _STUCK_SHARE: Final = 0.62
-"""Depth, over that of a tilted corner, at which an almost upright tool counts as stuck; it is inserted again, then
-withdrawn."""
+"""Depth, divided by that of a tilted corner, at which an almost upright tool counts as stuck; it is inserted again,
+then withdrawn."""
 
 
 class _Act(Enum):
@@ -106,7 +106,7 @@ class CornerFirst(FixedPolicy):
         _, corner, tip, wall, torque = self._corner.facts(observation)
         self._quiet = self._quiet + 1 if wall > 1.0 and abs(torque) < 1.0 else 0
         if wedged := tip > 1.0:
-            # A corner in its place turns only by the forces on it.
+            # A corner in its place turns only because of the forces on it.
             self._driven = 0
         if self._quiet >= QUIET_ACTIONS and (wedged or (self._drove and not self._driven)):
             self._stage = _Act.STAND

@@ -23,29 +23,29 @@ _PULL_N: Final = 1.2
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _GIVEN_M: Final = 3e-4
-"""Largest compliance of a tool that is wedged in a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
+"""Largest compliance of a tool wedged in a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """Height of the lowest corner above the plate at which there is no contact."""
 _ALONG_N: Final = 2.0
-"""Implausible force along a push, because walls act against it; without a fault more than 0.1 N never lasted as
+"""Implausible force along a push, because walls act against it; without a fault, more than 0.1 N never lasted this
 long."""
 _WALL_N: Final = 1.0
 """Force of contact with a wall."""
 _RAISED_M: Final = 4e-4
 """Lift that frees a waiting tool: more than the dither, and 2 N of gripper force if it is held."""
 _RAISED_AFTER: Final = 0.25
-"""Share of the time-out after which it is raised."""
+"""Fraction of the time-out after which it is raised."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(ControllerKind.LIFT)
 _SUNK_SHARE: Final = 0.62
-"""Depth over that of a tilted corner at which an upright pushing tool is in the hole."""
+"""Depth, divided by that of a tilted corner, at which an upright pushing tool is in the hole."""
 _DEEPEST_SHARE: Final = 0.93
 """Largest depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT: Final = 1.0
-"""Gain of the compliance times the arm's lag: above it the tool oscillates against a wall, from pi / 2 without end."""
+"""Gain of the compliance times the arm's lag: above it the tool oscillates against a wall; from pi / 2, endlessly."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool with more tilt is on an edge or a corner, so that loss of contact is not a hole."""
 
@@ -112,7 +112,7 @@ class SpatialExplore(Explore):
         return tip_m + reach_m > -_CLEAR_M
 
     def _look_for_lag(self, path_m_s: Vector3) -> None:
-        """Update the lag of the encoders behind a tool that moves in air, over the whole trial."""
+        """Update the lag of the encoders behind a tool moving in air, over the whole trial."""
         (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, path_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
         self._path_m2_s2 += vx * vx + vy * vy + vz * vz
@@ -148,7 +148,7 @@ class SpatialExplore(Explore):
 
     def _perceive(self) -> None:
         super()._perceive()
-        # The turn of the completed action continues in this tick, unless the next action turns otherwise.
+        # The turn of the completed action continues at this tick, unless the next action turns otherwise.
         self._advance()
 
     def _begin(self, action: Action) -> None:
@@ -232,7 +232,7 @@ class SpatialExplore(Explore):
         return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
-        """Return the velocity with the dither, also across in contact with a wall; in place if the budget is spent."""
+        """Return the velocity with the dither, also sideways at a wall; in place if the budget is spent."""
         monitor, (vx, vy, vz), (fx, fy, _) = self._monitor, velocity_m_s, self._measurement.force_N
         waits = monitor.spent
         if hypot(fx, fy) > _WALL_N:
@@ -240,7 +240,7 @@ class SpatialExplore(Explore):
         if waits:
             monitor.wait("while the tool pushes")
             vx, vy, vz = 0.0, 0.0, min(vz, 0.0)
-            # Intermittent contact responds to neither dither; slightly higher the tool is free.
+            # Intermittent contact responds to neither dither; slightly higher, the tool is free.
             late = monitor.waited_share - _RAISED_AFTER
             if 0.0 < late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.timeout_ticks):
                 vz = -_WITHDRAW_M_S
@@ -253,7 +253,7 @@ class SpatialExplore(Explore):
         return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
-        """Return the velocity of a tool that is wedged in a lift: it complies, and moves up unless it is blocked."""
+        """Return the velocity of a tool wedged in a lift: it complies, and moves up unless it is blocked."""
         (x, y, z), (fx, fy, fz), k = (
             self._motion.reference_m,
             self._measurement.force_N,
@@ -277,7 +277,7 @@ class SpatialExplore(Explore):
     def _hold_against(self, push_N: tuple[float, float]) -> None:
         (px, py), (fx, fy, _), tick = push_N, self._measurement.force_N, self._state.tick
         along_N = (fx * px + fy * py) / max(hypot(px, py), 1e-6)
-        # A waiting tool moves back and may touch another wall there, which it must leave first.
+        # A waiting tool moves back and may touch another wall there, which it must first leave.
         self._met_behind = along_N > _ALONG_N and (self._met_behind or self._waits)
         self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N and not self._met_behind else 0
         if self._along_ticks == _ALONG_TICKS:
@@ -291,7 +291,7 @@ class SpatialExplore(Explore):
             self._give * self._push_m_per_N_s,
         )
         (px, py), (dx, dy), action_s = push_N, self._step_m, self._task.ticks_per_action * PERIOD_S
-        # The step is fed forward, and less so the larger the opposing force.
+        # The step is fed forward, less so the larger the opposing force.
         free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
         vx, vy, _ = limited((k * (fx + px) + free * dx, k * (fy + py) + free * dy, 0.0), _FASTEST_PUSH_M_S)
         vz = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]

@@ -1,4 +1,4 @@
-"""The path down the hole of a tool that complies, and back out after a false detection."""
+"""The path of a compliant tool down the hole, and back out after a false detection."""
 
 from math import cos, hypot, pi, radians, sin
 from typing import Final
@@ -17,9 +17,9 @@ _SEATED_NM: Final = 0.008
 _SEATED_SHARE: Final = 0.6
 _STUCK_TICKS: Final = 2 * CONTROL_RATE_HZ
 _SEATING_TICKS: Final = CONTROL_RATE_HZ
-"""Largest time for a tilted peg on an edge of the floor to comply until it is flat."""
+"""Longest time for a tilted peg on an edge of the floor to comply until it is flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Ticks per turn of a wobble, and without progress before it begins."""
+"""Ticks per turn of a wobble; also the ticks without progress before it begins."""
 TILTED_RAD: Final = 0.03
 """Largest tilt of an inserted peg, 26 mrad in trials without a fault; withdrawing a peg with more tilt bends the
 gripper."""

@@ -16,9 +16,9 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _TILT, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("tilt", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
-"""Largest distance of a pushed tool from the centre, over the area's half-width."""
+"""Largest distance of a pushed tool from the centre, divided by the area's half-width."""
 _TILTS: Final = (1.0, 1.2)
-"""Shares of the tilt. With less, one corner in three or four slips out; with more, it becomes a lever between its
+"""Fractions of the tilt. With less, one corner in three or four slips out; with more, it becomes a lever between its
 walls."""
 _PUSHES: Final = (0.67, 1.0, 1.33)
 _STANDS: Final = (1.0, 1.6)

@@ -18,7 +18,7 @@ class SpatialOptions(Settings):
     TABLE: ClassVar[str] = "task.options"
 
     corners: Annotated[float, Range(0.0, 12.0)] = 0.0
-    """Number of corners, evenly about the axis, the first at half their angle from the task's x; 0 if there are
+    """Number of corners, evenly spaced about the axis, the first at half their angle from the task's x; 0 if there are
     none."""
     corner_mm: Annotated[float, Range(0.1, 100.0)] = 20.0
     """Distance of the corners, or of the flat, from the peg's axis."""
@@ -33,7 +33,7 @@ class SpatialOptions(Settings):
     push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
     """Force on each of the corner's two walls."""
     push_m_per_N_s: Annotated[float, Range(1e-4, 3e-3)] = 2e-3
-    """Lateral speed over the error of that force."""
+    """Lateral speed divided by the error of that force."""
     push_yaw_rad_per_Nms: Annotated[float, Range(0.0, 100.0)] = 4.0
     """Compliance about the tool axis during a push."""
     drive_Nm: Annotated[float, Range(0.0, 5.0)] = 0.05
@@ -56,7 +56,7 @@ class SpatialOptions(Settings):
 
     @property
     def neighbour_height(self) -> float:
-        """Return the height of a tilted corner's neighbours above it, over the height of the tip; 1 at most."""
+        """Return the height of a tilted corner's neighbours above it, divided by the height of the tip; at most 1."""
         return min(1.0 - cos(2.0 * pi / self.corners), 1.0) if self.corners else 1.0
 
     @property

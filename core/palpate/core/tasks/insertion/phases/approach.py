@@ -32,7 +32,7 @@ class Approach(RunningPhase):
         measured, state = self._measurement, self._state
         depth = measured.tip_depth_m
         if measured.position_m[2] < -self._slack_m:
-            # From the highest possible plate on, a tool with a faulty sensor may press on it.
+            # From the highest possible plate height on, a tool with a faulty sensor may press on the plate.
             self._monitor.free()
         if measured.filtered_force_z_N < -self._contact_N:
             state.explore_start = state.tick

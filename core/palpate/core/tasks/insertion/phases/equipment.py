@@ -11,7 +11,7 @@ from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig
 
 _ACROSS_SPEED_M_S: Final = 0.005
 _DROP_M: Final = 3e-4
-"""A tip this far below the surface is in the hole, beyond a chamfer or a worn edge."""
+"""A tip this far below the surface is in the hole, past any chamfer or worn edge."""
 
 
 @dataclass(frozen=True, slots=True)

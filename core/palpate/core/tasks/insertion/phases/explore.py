@@ -11,12 +11,12 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 
 _LOST_TICKS: Final = 4
-"""Consecutive unfiltered samples without contact until it is lost; the filtered force lags by 60 ms."""
+"""Consecutive unfiltered samples without contact after which it is lost; the filtered force lags by 60 ms."""
 _SUNK_TICKS: Final = 2
-"""Consecutive ticks below the surface; a dithering tool seems lower for a tick if encoders lag behind the force."""
+"""Consecutive ticks below the surface; a dithering tool appears lower for a tick if encoders lag behind the force."""
 _WEDGED_SHARE: Final = 1.5
-"""A lateral force above this share of the pressing force cannot be friction: an edge of the hole holds the peg.
-Friction there may carry the peg, so that neither loss of contact nor depth reveals it."""
+"""A lateral force above this fraction of the pressing force cannot be friction: an edge of the hole holds the peg.
+Friction there may support the peg, so that neither loss of contact nor depth reveals it."""
 _LAG_S: Final = 3.0 * PERIOD_S
 """Additional time to stop: the lag that the supervisor allows, supervision.tracking_lag_ticks."""
 _MOUTH_M: Final = 1.2e-3
@@ -131,7 +131,7 @@ class Explore(RunningPhase):
             self._state.claimed = self.over = True
 
     def _advance(self) -> Vector3:
-        """Return the velocity of the running action in this tick: constant speed, then a pause for the torque."""
+        """Return the velocity of the running action at this tick: constant speed, then a pause for the torque."""
         share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0
@@ -169,7 +169,7 @@ class Explore(RunningPhase):
         rise = measured.tip_depth_m - state.surface_m
         if measured.force_N[2] > -0.5 * self._press_N or (self._rests_m and rise > _SURFACE_M):
             return
-        # A higher support is the surface: before, the peg was in the mouth of the hole.
+        # A higher support is the surface: the peg was in the mouth of the hole before.
         state.surface_m += 0.3 * rise if self._rests_m and rise > -_SURFACE_M else rise
         self._rests_m.append((x, y))
 

@@ -1,4 +1,4 @@
-"""The insertion: down the hole until the peg rests on the floor, or is past its depth between walls that respond."""
+"""The insertion: down the hole until the peg rests on the floor, or is past its depth between responding walls."""
 
 from enum import Enum
 from math import hypot, sqrt
@@ -16,37 +16,37 @@ from palpate.core.trial import ControlConfig, Outcome
 _WALL_M: Final = 5e-4
 """Depth of the first search for a wall; half the insertion depth if that is less."""
 _WALL_SHARE: Final = 0.4
-"""Largest share of the budget spent before that search with a stiff gripper; the rest is left for the search."""
+"""Largest fraction of the budget spent before that search with a stiff gripper; the rest is left for the search."""
 _DUE_SHARE: Final = 0.5
-"""Share of the budget after which the search is repeated."""
+"""Fraction of the budget after which the search is repeated."""
 _PUSH_M_S: Final = 2e-3
 """Speed of a push. The force at contact with a wall is below the push: 40 N/mm times ten ticks of servo lag is 6 N."""
 _BEND_SHARE: Final = 0.5
-"""Bend of the gripper in the search for a wall, over the budget: a push bends it by a quarter, to either side."""
+"""Bend of the gripper in the search for a wall, divided by the budget: a push bends it by a quarter, to either side."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
-"""Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
-a third of the time for it."""
+"""Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep needs
+a third of that time."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
 """Six times the stall time, which includes the harder press and the checks; also added to the time of a descent."""
 _SLOWED: Final = 3.0
 """Factor by which friction may slow the descent relative to damping and press."""
 _PAST_FLOOR_M: Final = 3e-4
-"""Distance below the lowest possible floor beyond which there is none."""
+"""Distance below the lowest possible floor beyond which there is no floor."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
 """Ticks at depth until floor or wall must respond: five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
 """Ticks of the harder press, or of the release."""
 _HARDER_SHARE: Final = 0.25
-"""Largest increase of the press, over the force limit."""
+"""Largest increase of the press, divided by the force limit."""
 _RELEASE_SHARE: Final = 0.8
-"""Pull over press in a release. A peg that descended under the press is released by more than its friction; one that
-not even the harder press moves is held more firmly."""
+"""Pull divided by press in a release. A peg that descended under the press is released by more than its friction; one
+that not even the harder press moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _HALF_TICKS: Final = MOST_SAMPLES // 2
-"""Time for vibrations and friction to settle at standstill, and then of each of two means of the force."""
+"""Time for vibrations and friction to settle without motion, then the time of each of two means of the force."""
 _DROP_SHARE: Final = 0.5
-"""Least motion without contact in a hole, over the bend of the gripper under the press, which a drop releases."""
+"""Least motion without contact in a hole, divided by the bend of the gripper under the press, which a drop releases."""
 _DEVIATIONS: Final = 3.3
 """Standard deviations of the depth; one in two thousand errors is larger on one side."""
 
@@ -126,14 +126,14 @@ class Insert(RunningPhase):
         if self._stage is Stage.LET_GO:
             return self._let_go()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
-        # A tool that must not press further cannot detect a floor: it searches for a wall until that responds.
+        # A tool that must not press further cannot detect a floor: it searches for a wall until one responds.
         rests = self._pressed and not self._monitor.spent and depth_m >= self._full_m - unsure_m
         if self._stage is Stage.SINK and (rests or depth_m >= self._full_m + self._tolerance_m):
             self._begin_look()
         return self._look() if self._stage is Stage.LOOK else self._sink()
 
     def _sink(self) -> Vector3:
-        """Sink, pushing against a wall until it responds, and again when half the budget is spent."""
+        """Sink; push against a wall until it responds, and again when half the budget is spent."""
         state, monitor = self._state, self._monitor
         stalled = state.tick - self._progress_tick
         if stalled > _STALL_TICKS and self._depth_m < self._equipment.drop_m:
@@ -236,7 +236,7 @@ class Insert(RunningPhase):
         elif len(self._depths_m) > _LOOK_TICKS:
             monitor.mismatch(f"no floor and no wall responds at {depth_m * 1e3:.2f} mm")
         else:
-            # The response of a peg that still sinks against friction is not that of a spring.
+            # A peg that still sinks against friction does not respond like a spring.
             sinking = self._state.tick - self._progress_tick <= response.window
             monitor.wait(f"at {depth_m * 1e3:.2f} mm in the hole", supported=self._pressed and not sinking)
         vx, vy, vz = self._pressing(push=free)
@@ -244,7 +244,7 @@ class Insert(RunningPhase):
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
     def _judge(self, window: int) -> None:
-        """Decide if the depth is sufficient, given its uncertainty."""
+        """Decide whether the depth is sufficient, given its uncertainty."""
         state, seen_m = self._state, self._depths_m[-window:]
         depth_m, error_m = sum(seen_m) / len(seen_m), self._deviation_m(len(seen_m))
         tilt_m = 0.5e-3 * self._equipment.task.end_tilt_mm
@@ -295,7 +295,7 @@ class Insert(RunningPhase):
         return vx + monitor.push_dither_m_s(), vy, vz + self._harder_m_s + monitor.dither_m_s()
 
     def _let_go(self) -> Vector3:
-        """Stop pressing: an inserted peg stays where it is, one that only the press held rises."""
+        """Stop pressing: an inserted peg stays in place, but one held only by the press rises."""
         self._ticks += 1
         if self._ticks > self._let_go_ticks and self._seated_m is not None:
             risen_m = self._seated_m - self._depth_m
@@ -307,7 +307,7 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._free.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _release(self) -> Vector3:
-        """Pull gently: a peg on the floor is released, a wedged one is not. Then press and check again."""
+        """Pull gently: this releases a peg on the floor, but not a wedged one. Then press and check again."""
         self._ticks += 1
         reference_m = self._motion.reference_m
         if self._seated_m is not None and self._depth_m < self._seated_m - 2.0 * _STALL_M:
@@ -320,7 +320,7 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Stand still, and compare two means of the force: only a drifting sensor reduces it.
+        """Keep the tool stationary and compare two means of the force: only a drifting sensor reduces it.
 
         With such a sensor a tool presses harder and harder on the plate, as if it sank without a drop.
         """
