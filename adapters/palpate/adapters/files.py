@@ -16,7 +16,7 @@ _UNREADABLE: Final = {errno.ENOENT: "no such file", errno.EISDIR: "no file, but 
 
 
 def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper:
-    """Open a text file in UTF-8 and skip the byte-order mark that it may begin with.
+    """Open a text file in UTF-8 and skip a leading byte-order mark.
 
     Raises:
         OSError: The file cannot be read.
@@ -55,7 +55,7 @@ def json_of_file(path: str | Path) -> Any:
 
 
 def require_no_file(path: Path, flag: str = "--out") -> None:
-    """Check before long work that a file can be created without overwriting anything.
+    """Check before lengthy work that a file can be created without overwriting anything.
 
     Raises:
         OutputError: A file or folder of that name exists.
@@ -75,7 +75,7 @@ def _require_free(path: Path, flag: str) -> None:
 
 
 def require_free_folder(path: Path) -> None:
-    """Check before long work that a folder can be created, or exists and is empty.
+    """Check before lengthy work that a folder can be created, or exists and is empty.
 
     Raises:
         OutputError: A file, or a folder that is not empty, exists.
@@ -171,7 +171,7 @@ def _passing_folder(path: Path) -> Iterator[Path]:
     finally:
         _remove(passing)
         for parent in reversed(made):
-            # A folder that holds something by now stays.
+            # A folder that is no longer empty stays.
             with suppress(OSError):
                 parent.rmdir()
 

@@ -1,4 +1,4 @@
-"""Signals that end a process: one list for the process that commands an arm and for those that work for it."""
+"""Signals that end a process: one list for the process that commands an arm and for its helper processes."""
 
 import signal
 import threading
@@ -14,8 +14,8 @@ ENDING: Final = (
 )  # fmt: skip
 """Signals that end a process by default and can be caught.
 
-Not those of a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS), after which no code can be trusted,
-and not SIGPIPE and SIGXFSZ, which Python turns into an OSError.
+Not included: those of a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS), after which no code can be
+trusted; SIGPIPE and SIGXFSZ, which Python turns into an OSError.
 """
 _ALWAYS: Final = (signal.SIGINT, signal.SIGTERM)
 
@@ -32,11 +32,11 @@ class _Handler:
 
 @contextmanager
 def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iterator[None]:
-    """While inside, signals that would end the process call ``act`` with their number instead.
+    """Within the context, signals that would end the process call ``act`` with their number instead.
 
-    Signals that are ignored, as SIGHUP under ``nohup``, and those that another handler serves keep their meaning,
-    except SIGINT and SIGTERM. Python runs handlers in its main thread only: in any other thread this does nothing.
-    With ``always``, they are taken also where they are ignored or another handler serves them.
+    Signals that are ignored, such as SIGHUP under ``nohup``, or have another handler are left alone. With ``always``,
+    SIGINT and SIGTERM are handled even then. Python runs handlers only in its main thread, so in any other thread this
+    does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -50,15 +50,15 @@ def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iter
     try:
         yield
     finally:
-        # Another thread, in which the garbage collector may close its owner, can set no handler.
+        # The garbage collector may close the owner in another thread, which cannot set a handler.
         here = threading.current_thread() is threading.main_thread()
         for number, previous in before.items() if here else ():
-            # Interrupted on its way here, this may come late: a handler that was set since stays.
+            # An interruption may delay this, so a handler that has been set since then stays.
             if signal.getsignal(number) is handler:
                 signal.signal(number, previous)
 
 
 def ignore_ending_signals() -> None:
-    """Leave them to the process that started this one; it ends this process by closing its input."""
+    """Leave these signals to the process that started this one, which ends this process by closing its input."""
     for number in ENDING:
         signal.signal(number, signal.SIG_IGN)

@@ -1,7 +1,7 @@
-"""Parsing of a command line to options and, for commands that run trials, to the configuration of the run.
+"""Parse a command line into options and, for commands that run trials, into the configuration of the run.
 
-tyro parses a command's own options. Settings such as ``--task.step-mm 0.5`` remain: they become a table as in a TOML
-file, and are checked in the same way.
+tyro parses a command's own options. The rest are settings such as ``--task.step-mm 0.5``. They become a table, as in a
+TOML file, and are checked the same way.
 """
 
 import contextlib
@@ -40,11 +40,11 @@ from palpate.core.ports import kinds_of, optional_of, parts_of
 
 
 def _flags() -> dict[str, tuple[Described, bool]]:
-    """Return the setting and the value of each switch by flag; for other settings the value has no meaning."""
+    """Map each flag to its setting and, for a switch, its value; the value is meaningless for other settings."""
     found: dict[str, tuple[Described, bool]] = {}
     for setting in described(RunConfig):
         table, _, last = setting.name.replace("_", "-").rpartition(".")
-        # Presets, arm and seed are options of the commands.
+        # Presets, arm and seed are command options.
         if table:
             found[f"--{table}.{last}"] = setting, True
             if isinstance(setting.default, bool):
@@ -57,7 +57,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings in the words as nested tables, and the first word that is not a setting, or an empty text.
+    """Return the settings in the words as nested tables, and the first word that is not a setting (empty if none).
 
     Raises:
         UsageError: A setting has no value.
@@ -78,7 +78,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:
-    """Return the value as in TOML, and the number of its words; the setting itself checks it."""
+    """Return the value in its TOML form and the number of words it takes; the setting itself checks it."""
     base = parts_of(kind)[0]
     if base is bool:
         return switch, 0
@@ -167,7 +167,7 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
                 prog=f"palpate {command}",
                 args=list(words),
                 return_unknown_args=True,
-                # Help texts are docstrings; looking for them in comments would take longer than all the rest.
+                # Help texts are docstrings; searching the comments for them would take longer than everything else.
                 config=(tyro.conf.HelptextFromCommentsOff,),
             )
     except SystemExit:
@@ -192,7 +192,7 @@ def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: M
     config = configured(
         own.job or None, rig=rig, scenario=own.scenario,
         learner=own.learner or ("belief" if getattr(own, "from_logs", ()) else ""),
-        # That of all policy files, where they agree.
+        # The learner of the policy files, if they agree.
         policy=next(iter(policies.values())) if len(policies) == 1 else "", task=own.task, arm=own.arm,
         settings=table, flags={**given, **({} if own.seed < 0 else {"seed": own.seed})}, measured=not resumed,
     )  # fmt: skip
@@ -213,7 +213,7 @@ def _resumed(own: RunSettings) -> str:
     if not getattr(own, "resume", False):
         return ""
     path = Path(getattr(own, "out", "") or f"runs/{own.scenario or 'paper'}") / "run.toml"
-    # Not Path.exists, which raises where it may not look.
+    # Not Path.exists, which raises an error if access is denied.
     return str(path) if os.path.exists(path) else ""
 
 
@@ -251,7 +251,7 @@ def flags_of(kind: type) -> set[str]:
 def _unknown(kind: type, command: str, word: str) -> UsageError:
     word = word.split("=", 1)[0].replace("_", "-")
     flags, last = sorted(flags_of(kind)), word.rpartition(".")[2]
-    # The same name in another table is nearer than a similar one.
+    # The same name in another table is a closer match than a similar name.
     near = sorted((flag for flag in flags if "." in word and flag.endswith(f".{last}")), key=len)
     near = near or difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
     others = [name for name, found in COMMANDS.items() if found.module and word in flags_of(options_of(name))]

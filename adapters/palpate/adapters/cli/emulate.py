@@ -28,7 +28,7 @@ def emulate(options: EmulateOptions) -> int:
         _require_own(file)
     ended = Event()
     if options.priority:
-        # Before any thread is started: all that serve inherit it.
+        # Done before any thread starts, because the servers' threads inherit it.
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
     counts = str(path.resolve().with_suffix(".counts.json")) if path else ""
     ready = ready_pose(config)

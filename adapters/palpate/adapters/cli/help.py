@@ -42,7 +42,7 @@ def help_text(kind: type, command: str) -> str:
 def options_in(kind: type) -> tuple[list[Described], list[Described], list[Described]]:
     """Return positional arguments, flags, and flags that only ``palpate settings`` describes."""
     shared = {name for base in kind.__mro__[1:] for name in vars(base).get("__annotations__", {})}
-    # What is the command's own comes before what it shares with others.
+    # A command's own options come before those that it shares with others.
     found = sorted(described(kind), key=lambda option: option.name in shared)
     places = [option for option in found if tyro.conf.Positional in _marks(option)]
     flags = [option for option in found if option not in places]
@@ -51,7 +51,7 @@ def options_in(kind: type) -> tuple[list[Described], list[Described], list[Descr
 
 
 def flag_of(option: Described) -> str:
-    """Return the flag of an option; that of a switch which is on by default turns it off."""
+    """Return the flag of an option; for a switch that is on by default, the flag turns it off."""
     table, dot, last = option.name.replace("_", "-").rpartition(".")
     return f"--{table}{dot}{'no-' if option.default is True else ''}{last}"
 

@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     if arguments is None:
-        # Matplotlib and MuJoCo fail on import if these name something absent, although this command may not draw.
+        # Matplotlib and MuJoCo fail on import if these name something absent, even if this command does not draw.
         os.environ.pop("MPLBACKEND", None)
         os.environ[GL_VARIABLE] = os.environ.pop("MUJOCO_GL", "")
     given = sys.argv[1:] if arguments is None else arguments
@@ -96,7 +96,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
     except KeyboardInterrupt:
         return _stopped()
     except BrokenPipeError:
-        # The reader of the output has ended, as with `| head`, so there is nothing to report.
+        # The reader of the output has exited, as with `| head`, so there is nothing to report.
         sys.stderr.close()
         return 1
     except OSError as error:
@@ -119,7 +119,7 @@ def _stopped() -> int:
 
 
 def _unexpected(error: Exception, *, debug: bool) -> int:
-    """Print the place of an error in third-party code; an error in palpate's code keeps its traceback."""
+    """Print the location of an error in third-party code; an error in palpate's code keeps its traceback."""
     if not errors.raised_at(error):
         raise error
     return _fail(errors.PalpateError(f"{errors.describe(error)}; {_DEBUG} prints the traceback"), 1, debug=debug)

@@ -1,4 +1,4 @@
-"""Notices of commands that run trials, and questions to a person at a rig."""
+"""Notices of commands that run trials, and prompts for the operator of a rig."""
 
 import importlib.util
 import shlex
@@ -66,12 +66,12 @@ def run_of(
 
 
 def ask_before_motion(options: RunOptions | TrainOptions) -> None:
-    """Print what will move on a rig and, unless it is emulated, ask a person once.
+    """Print what will move on a rig and, unless it is emulated, ask the operator once.
 
     Raises:
         UsageError: There is no terminal.
         ConfigurationError: ``--confirm`` names another rig.
-        KeyboardInterrupt: The person does not confirm.
+        KeyboardInterrupt: The operator does not confirm.
     """
     file, run = RigFile.load(Path(options.rig)), options.run
     policy, trials = options.policy or run.learner, options.trials
@@ -102,7 +102,7 @@ def trial_line(row: TrialRow) -> str:
 
 @contextmanager
 def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterator[None]:
-    """Print the location of the logs of a rig's trials if an error ends them."""
+    """Print where the logs of a rig's trials are if an error ends the trials."""
     try:
         yield
     except Exception:
@@ -113,12 +113,12 @@ def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterato
 
 
 def validity_note(config: RunConfig, rig: str = "") -> str:
-    """Return the note below a success rate; empty on a rig, and where the simulator is valid."""
+    """Return the note below a success rate; empty on a rig, and if the simulator is valid."""
     return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
 def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return how many trials are flagged for their timing, why, and whether they are learned from; empty for none."""
+    """Return a line on the trials flagged for timing: number, reasons, whether learned from; empty if none are."""
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())
@@ -127,7 +127,7 @@ def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> 
 
 
 def trips_line(summary: Mapping[str, Any]) -> str:
-    """Return the number of trials that ended by a trip, and the reasons; empty if there are none."""
+    """Return the number of trials that a trip ended, and the reasons; empty if there are none."""
     if not summary["trips"]:
         return ""
     reasons = ", ".join(f"{reason} {count}" for reason, count in summary["trips"].items())

@@ -1,4 +1,4 @@
-"""Progress of a command: a bar on a terminal, elsewhere a plain line at every tenth."""
+"""Progress of a command: a bar on a terminal, or a plain line per tenth elsewhere."""
 
 import sys
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ _PARTS = 10
 
 
 class _Lines:
-    """Progress for a file or a pipe, which carriage returns would fill."""
+    """Progress for a file or a pipe, which carriage returns would clutter."""
 
     def __init__(self, total: int, unit: str, label: str, initial: int) -> None:
         self._total, self._unit, self._label = total, unit, f"{label}: " if label else ""
@@ -38,7 +38,7 @@ class _Lines:
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Iterate, and print the progress that ``update`` reports to the error stream."""
+    """Iterate, and print to the error stream the progress that ``update`` reports."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

@@ -51,7 +51,7 @@ class RenderOptions(Settings):
 
 
 def render(options: RenderOptions) -> int:
-    """Draw a log into a file; returns the exit code."""
+    """Render a log to a file, and return the exit code."""
     out, ending = Path(options.to), Path(options.to).suffix.lower()
     options.require("to", ending in ENDINGS, f"a file that ends with {' or '.join(ENDINGS)}")
     is_gif = ending == ".gif"

@@ -25,12 +25,12 @@ class ReportOptions(Settings):
 
 
 def report(options: ReportOptions) -> int:
-    """Make the page of a folder; returns the exit code."""
+    """Create the page of a folder, and return the exit code."""
     folder = Path(options.folder)
     study, run = os.path.exists(folder / "study.toml"), os.path.exists(folder / "run.toml")
     if not study and not (run and os.path.exists(folder / "trials.csv")):
         raise OutputError(str(folder), "is not a folder of palpate train, run or study", "name one of these")
-    # Loaded here, because what draws takes a second to load.
+    # Loaded here, because the drawing libraries take a second to load.
     from palpate.adapters.visualisation.report import PAGE, html_of, require_free, run_page, study_page
 
     require_free(folder / PAGE)

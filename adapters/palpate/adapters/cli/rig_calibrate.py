@@ -128,7 +128,7 @@ def _confirmed(step: str, *, yes: bool) -> bool:
 
 
 def _require_turn(file: RigFile) -> None:
-    """Require the mounting angle of the sensor, because the torque leads to the hole."""
+    """Require the mounting angle of the sensor, because the torque guides the tool to the hole."""
     if file.calibration.mounting_deg is None:
         raise ConfigurationError(f"{_TABLE}.mounting_deg", None, "a number, by the step payload")
 

@@ -23,7 +23,7 @@ class Test{name}({name}):
 
 
 def check(options: CheckOptions) -> int:
-    """Run the clauses of the suite as pytest does; 0 if all that apply are kept, else 1."""
+    """Run the clauses of the suite with pytest; return 0 if all applicable clauses hold, else 1."""
     # As with python -m, modules in the current folder can be named.
     with from_here(), TemporaryDirectory() as folder:
         suite = _suite(options.suite)
@@ -31,7 +31,7 @@ def check(options: CheckOptions) -> int:
         tests = Path(folder) / "test_contract.py"
         text = _MODULE.format(module=module, name=name, may_command=options.moves)
         tests.write_text(text, encoding="utf-8")
-        # Without settings of the current folder.
+        # Ignores pytest settings in the current folder.
         flags = ("-c", os.devnull, f"--rootdir={folder}", "-p", "no:cacheprovider", "--import-mode=importlib")
         shown = ("--capture=no", "--verbose", "--no-header", "--tb=line", "-rs", "--disable-warnings")
         code = pytest.main([str(tests), *flags, *shown])

@@ -13,7 +13,7 @@ from palpate.core.job import ToolConfig
 
 
 class _Terminal(Person):
-    """The person at the terminal. Questions go to the error stream: the report may be kept in a file."""
+    """The operator at the terminal. Questions go to the error stream, because the report may be redirected."""
 
     def ask(self, question: str) -> str | None:
         self.notify(question)
@@ -25,7 +25,7 @@ class _Terminal(Person):
 
 
 def doctor(options: DoctorOptions) -> int:
-    """Examine a rig and print the report; 0 if all is well, 1 if something is wrong, 130 after Ctrl-C."""
+    """Examine a rig and print the report; return 0 if there are no problems, 1 if there are, 130 after Ctrl-C."""
     options.require("rig", bool(options.rig), "a rig file: palpate rig doctor --rig FILE")
     options.require(
         "acknowledge", options.move or not options.acknowledge, "left out without --move, because nothing moves"
@@ -33,7 +33,7 @@ def doctor(options: DoctorOptions) -> int:
     path = Path(options.rig)
     file = RigFile.load(path)
     before_move = FaultFile(path, options.acknowledge).begin if options.move else str
-    # Without --move nothing moves by the model, so it is compared and no more.
+    # Without --move the model moves nothing, so it is only compared.
     context = replace(
         RigContext.of(options.arm or file.arm_model(), MonotonicClock(None, file.real_time_factor)),
         tool=overlay(ToolConfig(), read_job(file.job)["tool"]) if file.job else None,

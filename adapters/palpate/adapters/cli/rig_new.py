@@ -90,7 +90,7 @@ def _device(kind: str, name: str, more: list[str]) -> Iterator[str]:
 
 
 def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Iterator[str]:
-    """Yield a line for each setting of a table, or for those that have values here."""
+    """Yield a line for each setting of a table, or only for those in ``values``."""
     for setting in config.described(table):
         if values is None or setting.name in values:
             yield _line(setting.name, (values or {}).get(setting.name, setting.default), setting.text)

@@ -18,7 +18,7 @@ from palpate.adapters.visualisation import viewed
 
 
 def run(options: RunOptions) -> int:
-    """Run a policy and print the result; returns the exit code."""
+    """Run a policy, print the result, and return the exit code."""
     config, jobs = options.run, options.jobs or os.cpu_count() or 1
     options.require("dry", not options.dry or bool(options.rig), "given with --rig only")
     alone = bool(options.rig or options.live or options.view)
@@ -33,7 +33,7 @@ def run(options: RunOptions) -> int:
         this = notices.run_of(options, opened.enter_context(notices.watched(options)))
         label = this.chosen(options.policy).label
         folder.require_free()
-        # A person is asked, and a viewer opened, before any progress is shown.
+        # The operator is asked, and the viewer opened, before any progress is shown.
         rig = opened.enter_context(this.opened()) if options.view or options.rig else None
         if isinstance(rig, SimulatedRig):
             opened.enter_context(viewed(rig))

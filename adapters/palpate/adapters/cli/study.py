@@ -22,7 +22,7 @@ _MOST_LINES: Final = 20
 
 
 def study(options: StudyOptions) -> int:
-    """Run every condition of a study that is not finished; returns the exit code."""
+    """Run every unfinished condition of a study, and return the exit code."""
     file = Path(options.file)
     requested, folder = Study.read(file), StudyFolder(Path(options.out or f"runs/{file.stem}"))
     conditions = list(requested.conditions())
@@ -63,7 +63,7 @@ def _workers(options: StudyOptions) -> Workers:
 
 
 def _run(workers: Workers, folder: StudyFolder, missing: Sequence[Condition], bar: Any) -> int:
-    """Run conditions and print which failed; returns their number."""
+    """Run conditions, print those that failed, and return their number."""
     failed = 0
     calls: Iterable[tuple[Condition, Path]] = ((condition, folder.conditions) for condition in missing)
     for number, done in completed(workers, make, calls):

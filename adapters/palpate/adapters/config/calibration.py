@@ -1,4 +1,4 @@
-"""Measurements of a rig, and writing them to the rig file without losing its other content."""
+"""Measurements of a rig, and how they are written to the rig file without losing its other content."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class CalibrationTable(Settings):
     """Stiffness of gripper, arm and plate along the tool; replaces tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
-        """Return the measured values as tables of a job; the moving mass of the tool ``drawn`` in it is kept."""
+        """Return the measured values as tables of a job; the tool keeps the moving mass of ``drawn``."""
         place = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
         if self.plate_mm is not None:
             place["z_mm"] = self.plate_mm
@@ -49,9 +49,9 @@ class CalibrationTable(Settings):
 
 
 def write_into(path: Path, name: str, values: Mapping[str, Any]) -> None:
-    """Write values into a table of a TOML file and keep its other content with comments.
+    """Write values into a table of a TOML file and keep its other content, including comments.
 
-    The file is replaced when complete.
+    The old file is replaced only once the new one is complete.
 
     Raises:
         OutputError: The file cannot be written, or is no longer a TOML file with such a table.

@@ -67,7 +67,7 @@ def compose(
 
     Args:
         name: Scenario; ``job`` for a job without one.
-        sensor: Noise of a rig's force sensor; if not given, that of the simulated cell.
+        sensor: Noise of a rig's force sensor; by default, that of the simulated cell.
 
     Raises:
         ConfigurationError: A preset or a field is unknown, or a value is refused.
@@ -110,15 +110,15 @@ def configured(
     """Compose a configuration from files, presets and tables, as the command line does.
 
     Args:
-        job: Job file, or its tables; None for the rig's, or the paper's job.
+        job: Job file, or its tables; None uses the rig's job, or else the paper's.
         rig: Rig file that gives arm, noise and measurements; empty for the simulator.
-        scenario: Preset; if empty, that of the settings, or ``job`` with a job, or ``paper``.
-        learner: Learner; if empty, that of the settings, or that of the policy file, or Q-learning.
+        scenario: Preset; by default, that of the settings, or else ``job`` with a job, or else ``paper``.
+        learner: Learner; by default, that of the settings, or else of the policy file, or else Q-learning.
         policy: Policy file, or anything else.
-        task: Task; if empty, that of the settings, or the insertion.
-        arm: Name of the arm; if empty, that of the settings, the job or the rig.
+        task: Task; by default, that of the settings, or else insertion.
+        arm: Name of the arm; by default, that of the settings, the job or the rig.
         settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings (a ``run.toml`` too).
-        flags: Tables of settings that win over all others.
+        flags: Tables of settings that override all others.
         measured: Whether measurements of the rig replace values of the job.
 
     Raises:
@@ -188,7 +188,7 @@ def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
     """Return the configuration of one trial, with its place and its force limit.
 
     Args:
-        drawn: Whether the trial draws a force limit, if the job says so.
+        drawn: Whether the trial draws a force limit, if the job specifies one.
     """
     place, limits, measured = config.place, config.limits, dict[str, Any]()
     if place.further_mm:
@@ -197,12 +197,12 @@ def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
     if limits.drawn_from_N and drawn:
         force_N = generator(config.seed, Purpose.LIMIT, trial).uniform(limits.drawn_from_N, limits.force_N)
         measured["limits"] = {"force_N": round(force_N, 2), "drawn_from_N": 0.0}
-    # What a learner was made with stays.
+    # The settings with which a learner was created stay in force.
     return replace(remeasured(config, measured, None), learning=config.learning) if measured else config
 
 
 def _changed(config: Any, before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the derived settings that changed, without those that the user has set."""
+    """Return the derived settings that changed, except those that the user has set."""
     result: dict[str, Any] = {}
     for key, value in after.items():
         held = config.get(key) if isinstance(config, Mapping) else getattr(config, key)
@@ -233,7 +233,7 @@ def depth_step_mm(config: RunConfig) -> float:
 
 
 def verdict_on(config: RunConfig, task: str = "") -> Verdict:
-    """Judge the job of a configuration with the simulated noise, for a task, or for the best of palpate's own."""
+    """Judge the job of a configuration with the simulated noise, for a task, or for the best of palpate's own tasks."""
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 

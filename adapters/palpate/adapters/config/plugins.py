@@ -42,7 +42,7 @@ def folder_kept() -> Iterator[None]:
 
 
 def imported(field: str, place: str, accepted: str) -> Any:
-    """Return the object at ``package.module:Name``; ``accepted`` is for the error if the name has another form.
+    """Return the object at ``package.module:Name``; ``accepted`` goes into the error for a malformed name.
 
     Raises:
         ConfigurationError: There is no such object.

@@ -192,7 +192,7 @@ class RigFile(Settings):
         """Return the model of the arm: that of the file, or the given one if the file has none.
 
         Raises:
-            ConfigurationError: Neither is there, or the two differ.
+            ConfigurationError: Neither exists, or the two differ.
         """
         if not self.model and not given:
             accepted = (

@@ -35,7 +35,7 @@ def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
 
 
 def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
-    """Remove the table ``[run]`` from a run's settings and return it; empty for settings that a person wrote.
+    """Remove the table ``[run]`` from a run's settings and return it; empty for hand-written settings.
 
     Raises:
         ConfigurationError: The run folder has a different format.
@@ -116,7 +116,7 @@ def field_value(base: Settings, name: str, value: Any) -> Any:
 
 
 def to_toml(config: Any, prefix: str = "") -> str:
-    """Return a configuration as TOML text; ``overlay`` of it on the defaults restores the configuration."""
+    """Return a configuration as TOML text; overlaying it on the defaults restores the configuration."""
     lines, tables = [], []
     for f in dataclasses.fields(config):
         value = getattr(config, f.name)

@@ -118,7 +118,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         return applied
 
     def test_turned_by_hand_it_stays_where_it_is_activated(self) -> None:
-        """An arm that was turned by hand while it was not active stays there when it is activated."""
+        """An arm turned by hand while inactive stays where it is when it is activated."""
         with self.rig(Life.ACTIVE) as rig:
             turn = parameter(rig.turn_by_hand, "turn_by_hand")
             self.use(rig)

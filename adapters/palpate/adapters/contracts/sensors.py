@@ -31,7 +31,7 @@ _PLAUSIBLE_RAD: Final = 4.0 * pi
 """Maximum plausible joint angle; angles in degrees soon exceed it."""
 _NOTHING: Final = (0.0, 0.0, 0.0)
 _SHARES: Final = (0.5, -0.7, -0.9)
-"""Components of the load as shares, chosen to distinguish every axis and sign."""
+"""Components of the load as fractions, chosen to distinguish every axis and sign."""
 
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
@@ -58,7 +58,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         return rig.device.read()
 
     def work(self, rig: SensorRigT) -> None:
-        """Require a sample that is sound, newer than the last, and equal to it under the same load."""
+        """Require a sample that is sound, newer than the previous one, and equal to it under the same load."""
         self._load(rig)
         rig.advance(rig.settle_ticks)
         sample = rig.device.read()

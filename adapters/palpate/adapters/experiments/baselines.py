@@ -34,7 +34,7 @@ class Baseline(FixedPolicy):
 
 
 class Oracle(Baseline):
-    """Moves straight to the true hole of the current trial, (x, y, ...), task frame, that ``hole_m`` returns."""
+    """Moves straight to the true hole of the current trial, which ``hole_m`` returns: (x, y, ...), task frame."""
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
         super().__init__("oracle", ())
@@ -53,7 +53,7 @@ class OraclePose(Baseline):
 
     Args:
         pose: Returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation vector from
-            the task's axes to the hole's, (3,), rad, and where it was drawn ``heading_deg``.
+            the task's axes to the hole's, (3,), rad, and, if drawn, ``heading_deg``.
         tilt_rad: Tilt of the peg in the grip.
         heading_deg: Heading of that tilt, unless it was drawn.
         step_m: Longest step of an action.
@@ -99,7 +99,7 @@ class OraclePose(Baseline):
 
 
 class TorqueFollowing(Baseline):
-    """The hand-written rule: step in the direction of the hole by the torque; below the torque threshold, at random.
+    """The hand-written rule: step towards the hole as the torque indicates, or at random below the torque threshold.
 
     A peg pressed near the hole is supported only on the side away from it, so the contact force has a lever arm about
     the tip: in the task frame the hole is at heading (-tau_y, tau_x).
@@ -118,7 +118,7 @@ class TorqueFollowing(Baseline):
 
 
 class Spiral(Baseline):
-    """Archimedean spiral from the start of exploration; gaps remain for a pitch above twice the capture width."""
+    """Archimedean spiral from the start of exploration; a pitch above twice the capture width leaves gaps."""
 
     def __init__(self, name: str, pitch_m: float, step_m: float) -> None:
         super().__init__(name, ())

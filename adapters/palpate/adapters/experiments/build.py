@@ -56,7 +56,7 @@ from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskPart
 
 NONE: Final = "none"
 _EDGE_MM: Final = 0.2
-"""Broken edge of a hole without a chamfer; ISO 13715 allows 0.05 to 0.3 mm."""
+"""Broken edge of a hole without a chamfer; ISO 13715 allows 0.05 mm to 0.3 mm."""
 OPTIONS: Final = "options"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
@@ -64,7 +64,7 @@ _ACCEPTED: Final = "none, last-action, last-2, last-3 and so on, or an automaton
 
 
 def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] = ()) -> StateIdentifier:
-    """Return the state identification of that name over these symbols.
+    """Return the named state identification over these symbols.
 
     Args:
         memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
@@ -158,7 +158,7 @@ def ready_pose(config: RunConfig) -> ReadyPose:
 
 
 def clearances_mm(config: RunConfig) -> tuple[float, float]:
-    """Return the play of the peg in the hole, and that of its mouth in addition, from the drawing unless stated."""
+    """Return the play of the peg in the hole, and the additional play of its mouth, from the drawing unless stated."""
     peg, task = config.cell.peg, config.task
     play_mm = task.play_mm or peg.play_mm(config.cell.worn_clearance_mm)
     return play_mm, task.chamfer_mm or max(peg.chamfer_mm, _EDGE_MM)
@@ -188,7 +188,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(
     config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
 ) -> Supervisor:
-    """Return the supervisor between the task and the arm; without a latch, with a new one that no trip has set."""
+    """Return the supervisor between the task and the arm; by default, with a new latch that no trip has set."""
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration
@@ -208,7 +208,7 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
 
 
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
-    """Build a task once, because some settings are refused only then, before a folder is created.
+    """Build a task once before a folder is created, because some settings are refused only then.
 
     The sensor of a rig must be read before :func:`require_limits` can be called.
 

@@ -59,7 +59,7 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
 
     Raises:
         ConfigurationError: A setting or a policy is refused.
-        OutputError: The folder holds a run already.
+        OutputError: The folder already holds a run.
     """
     folder.require_free()
     chosen = [run.chosen(name) for name in (*policies, *baselines_of(run.config))]
@@ -69,7 +69,7 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
         run.begin(kept, folder, "compare", trials=trials, policy=list(policies))
         recording = run.record(kept, opened, folder)
         for number, policy in enumerate(chosen):
-            # Two runs may have folders of the same name, or the name of a baseline.
+            # Two runs may have folders with the same name, or with the name of a baseline.
             taken = policy.label in summaries or (policy.label in BASELINES and policy.name not in BASELINES)
             logs = f"{policy.label}-{number}" if taken else policy.label
             # Each policy has its own rig, so that all start with the same clock.

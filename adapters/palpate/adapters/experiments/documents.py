@@ -57,7 +57,7 @@ def load_examples(
 ) -> tuple[tuple[str, str], ...]:
     """Return pairs of state and action names from a CSV file, such as the ``decisions.csv`` of a run, in its order.
 
-    Other columns are ignored. With ``states`` and ``actions`` given, names are checked.
+    Other columns are ignored. Names are checked if ``states`` and ``actions`` are given.
 
     Raises:
         ConfigurationError: The file cannot be used; the error states the file and the line.

@@ -56,7 +56,7 @@ def dry_run(run: Run, policy: str, folder: RunFolder) -> tuple[ScoredTrial, list
 
     Raises:
         ConfigurationError: A setting or the policy is refused.
-        OutputError: The folder holds a run already.
+        OutputError: The folder already holds a run.
     """
     folder.require_free()
     chosen = run.chosen(policy)

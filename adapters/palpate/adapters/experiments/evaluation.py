@@ -121,7 +121,7 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
 
     Late imports, caches and the interpreter's adaptation then do not delay the first ticks of a real arm.
     """
-    # Version data of each log: found once, which takes up to half a second and blocks other threads.
+    # The version data of all logs are collected once, which takes up to half a second and blocks other threads.
     for stated in (made_with, processor, core_sha256):
         stated()
     with SimulatedRig(config, ready) as rig:

@@ -33,7 +33,7 @@ def run_blocks(
     folder: RunFolder | None,
     on_trial: Callable[[int], object],
 ) -> tuple[list[TrialRow], list[str]]:
-    """Run trials in several processes, until all are finished or Ctrl-C ends them; also return failures of recording.
+    """Run trials in several processes until all are finished or Ctrl-C ends them; return rows and recording failures.
 
     A policy without memory of past trials gives the same trials and files as in one process.
 
@@ -85,7 +85,7 @@ _LEAST_FRICTION: Final = 0.1
 """Lowest friction of dry metal on metal or plastic."""
 _NOISE_SHARES: Final = (0.8, 1.25)
 _STIFFNESS_SHARES: Final = (0.9, 1.1)
-"""Range of the stiffness of a gripper, which is known to about ten per cent."""
+"""Range of the stiffness of a gripper, which is known to within about ten per cent."""
 _SPRINGS: Final = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
 
 
@@ -149,7 +149,7 @@ def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
 def simulate(
     config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
 ) -> Iterator[tuple[list[ScoredTrial], int]]:
-    """Run a job's trials in series, each with its own policy; yield those of a series that count, and how many ran."""
+    """Run a job's trials in series, each with its own policy; yield those that count in a series, and how many ran."""
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
     yield from in_processes(_series, blocks, jobs)
 

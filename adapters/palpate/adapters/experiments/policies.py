@@ -38,7 +38,7 @@ from palpate.core.trial import N_PER_KGF, options_of
 ORACLE_SPEED_M_S: Final = 0.01
 
 _TURN_SHARE: Final = 0.75
-"""Share of the fastest turn: at full speed, a wrist exceeded the supervisor's limit of lag once in 100."""
+"""Fraction of the fastest turn: at full speed, a wrist exceeded the supervisor's lag limit once in 100."""
 
 _NEVER: Final = -1e6
 """Q of an option that cannot start, so that it is never drawn at any temperature."""
@@ -242,9 +242,9 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     # Fitted stages come from the file; stages defined by the configuration must be equal in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
     if configured is not None and not document.reads_states:
-        # Its contact model is a torque over the press: thresholds of another press, so of another force limit, fit.
+        # Its contact model is a torque over the press, so thresholds of another press or force limit also fit.
         own, mine = configured, {**theirs, "signal": {}}
-    # A different tool has its own remedy.
+    # A different tool has its own error message.
     for each, signal in ((mine, _signal_in(document)), (theirs, theirs["signal"])):
         each["signal"] = {name: value for name, value in signal.items() if name != "tool"}
     if mine != theirs:

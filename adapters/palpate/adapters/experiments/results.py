@@ -1,7 +1,7 @@
 """The folder of a run. Files are replaced atomically, so that no error loses their content.
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
-``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
+``summary.json``, ``learning_curve.png``; ``--resume`` continues from ``checkpoint.json``; ``logs`` holds the
 recording of each trial.
 """
 
@@ -29,12 +29,12 @@ from palpate.adapters.log import LOG_FOLDER, TrialRecorder, csv_text
 from palpate.core.errors import LifecycleError, OutputError
 
 LOCK: Final = ".lock"
-"""File that is locked and names the writer; it is removed after a regular end."""
+"""Lock file that names the writer; it is removed after a normal end."""
 
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[str]:
-    """Lock a folder against other writers; yield the previous writer without a regular end, or an empty text."""
+    """Lock a folder against other writers; yield the previous writer if it crashed, or an empty text."""
     path = folder / LOCK
     descriptor = _locked(path)
     try:
@@ -46,7 +46,7 @@ def only_writer(folder: Path) -> Iterator[str]:
         try:
             yield before
         finally:
-            # Removed while locked: a waiting writer then finds another file of this name, or none.
+            # Removed while locked, so that a waiting writer finds another file of this name, or none.
             os.unlink(path)
     finally:
         os.close(descriptor)
@@ -84,8 +84,8 @@ class TrialRow:
     """One line of ``trials.csv``. If the hole is unknown, its columns are empty.
 
     Attributes:
-        trip: Reason of a trip, by name and text; empty without one.
-        drawn: Other values of the trial, each in its own column after the others: its place, see ``GroundTruth.drawn``.
+        trip: Reason for a trip, as name and text; empty without one.
+        drawn: Other values of the trial, each in its own column at the end; for its place, see ``GroundTruth.drawn``.
     """
 
     trial: int
@@ -233,10 +233,10 @@ class RunFolder:
 
     @contextmanager
     def writing(self, *, again: bool = False) -> Iterator[None]:
-        """Create the folder and lock it in the context; report what an earlier writer left after a crash.
+        """Create the folder and lock it for the context; report what an earlier writer left after a crash.
 
         Raises:
-            OutputError: Another process writes here.
+            OutputError: Another process is writing to it.
         """
         if not again:
             self.create()
@@ -249,7 +249,7 @@ class RunFolder:
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
-        """Return a recorder of trials into the folder ``logs``, until ``opened`` closes; None without recording."""
+        """Return a recorder of trials in the folder ``logs``, until ``opened`` closes; None without recording."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 

@@ -50,16 +50,16 @@ class Run:
     opened it.
 
     Args:
-        job: Job file, or its tables; None for the rig's, or the paper's; or a whole configuration.
+        job: Job file, its tables, or a whole configuration; None uses the rig's job, or else the paper's.
         rig: Rig file; empty for the simulator.
         policy: Policy for :meth:`evaluate`: a baseline, a policy file, code ``package.module:Name``, or an object.
         acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
-        accept_kinematics: Whether a person accepts that the arm moves by its nominal model.
+        accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
         live: Live view of the trials.
-        notify: Receives lines for a person; by default they are printed to the error stream on a rig, and dropped in
+        notify: Receives messages for the user; by default they are printed to the error stream on a rig, and dropped in
             the simulator.
-        make_rig: Creates the rig, not entered, instead of :func:`open_rig`.
-        presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as :func:`configured` takes them.
+        make_rig: Creates the rig in place of :func:`open_rig`, without entering it.
+        presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as for :func:`configured`.
 
     Attributes:
         config: The configuration.
@@ -125,7 +125,7 @@ class Run:
         return self._rig
 
     def chosen(self, policy: Named | Policy = "") -> ChosenPolicy:
-        """Check a policy before any rig is opened; if not given, that of the run.
+        """Check a policy, by default the run's own, before any rig is opened.
 
         Raises:
             ConfigurationError: The policy is unknown or does not fit the configuration, or a setting of the trials is
@@ -176,7 +176,7 @@ class Run:
 
         Raises:
             ConfigurationError: A setting or the policy is refused.
-            OutputError: The folder holds a run already.
+            OutputError: The folder already holds a run.
             DeviceError: A device failed, or the supervisor tripped on a rig.
         """
         chosen = self.chosen(policy)
@@ -251,7 +251,7 @@ class Run:
 
         Raises:
             ConfigurationError: A setting is refused, or the policy does not learn.
-            OutputError: The folder holds a run already, or none that can be resumed.
+            OutputError: The folder already holds a run, or none that can be resumed.
             DeviceError: A device failed, or the supervisor tripped on a rig.
         """
         folder, subject = RunFolder(Path(out)), training.Subject.of(self.config, policy)
@@ -289,7 +289,7 @@ class Run:
 
     @contextmanager
     def opened(self) -> Iterator[Rig]:
-        """Yield the rig, which stays open in the context."""
+        """Yield the rig, which stays open for the duration of the context."""
         with self:
             yield self.rig
 
@@ -309,7 +309,7 @@ class Run:
         if folder is not None:
             recorder = folder.recorder(config.recording, opened)
         if recorder is not None:
-            # In any case, together with the error that ended the run.
+            # Reported in any case, together with the error that ended the run.
             kept.callback(self._notify_losses, recorder.losses)
         session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
         for grant in () if session is None else session.request_results:
@@ -331,6 +331,6 @@ class Run:
 
 
 def note(line: str) -> None:
-    """Print a line for a person; does nothing if the stream is closed."""
+    """Print a line for the user; do nothing if the stream is closed."""
     with suppress(OSError):
         sys.stderr.write(f"palpate: {line}\n")

@@ -33,13 +33,13 @@ def window_of(trials: int) -> int:
 
 
 def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:
-    """Return the mean of the last ``window`` values at each index; of fewer values at the beginning."""
+    """Return the mean of the last ``window`` values at each index, and of fewer values at the beginning."""
     sums = np.concatenate(([0.0], np.cumsum(np.asarray(values, dtype=float))))
     return [float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))]
 
 
 def exact_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Return the two-sided Clopper-Pearson interval of a share; from 0 to 1 without trials."""
+    """Return the two-sided Clopper-Pearson interval of a proportion; from 0 to 1 without trials."""
     from scipy.stats import binomtest
 
     if trials == 0:
@@ -50,7 +50,7 @@ def exact_interval(successes: int, trials: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Claim:
-    """A lower bound of the share of successful trials."""
+    """A claimed lower bound on the success rate."""
 
     share: float
 
@@ -68,7 +68,7 @@ class Claim:
         return cls(share)
 
     def verdict(self, successes: int, trials: int) -> str:
-        """Compare the exact 95 % interval of the share of successes with the claim."""
+        """Compare the exact 95 % interval of the success rate with the claim."""
         low, high = exact_interval(successes, trials)
         if low >= self.share:
             return "proved"
@@ -125,7 +125,7 @@ def shown_interval(value: float, low: float | None, high: float | None) -> str:
 
 
 def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Return statistics of a run's trials, failures included; ends of an interval that cannot be stated are None."""
+    """Return statistics of a run's trials, including failures; interval ends that cannot be computed are None."""
     times = [row.exploration_time_s for row in rows]
     successes = sum(row.success for row in rows)
     return {
@@ -161,7 +161,7 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def run_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int, **facts: Any) -> dict[str, Any]:
-    """Return the statistics of a run with this number of requested trials, after further facts."""
+    """Return the statistics of a run with this number of requested trials, preceded by further facts."""
     named = {"scenario": config.scenario, "arm": str(config.arm), "seed": config.seed, "finished": len(rows) >= trials}
     return {**facts, **named, **summary_of(rows)}
 

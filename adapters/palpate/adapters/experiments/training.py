@@ -238,7 +238,7 @@ class Trainer(Trials):
         """Learn the consequences of actions in a tripped trial, which is an episode without an end.
 
         If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
-        exceeded limit is a consequence of the last action. A table of Q charges it with the rest of the time limit,
+        exceeded limit is a consequence of the last action. A Q table charges it with the rest of the time limit,
         because an action without further cost would be tried repeatedly; other learners have no costs and keep the
         finished actions.
         """

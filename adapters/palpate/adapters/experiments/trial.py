@@ -29,9 +29,9 @@ class ScoredTrial:
         report: Report of the core, from port data.
         truth: Ground truth; None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
-            for a trial that ended by a trip.
-        exploration_time_s: Exploration time of the report; the time limit for a trial that ended by a trip.
-        flagged: Why the trial's timing is not admitted; empty for an admitted trial.
+            for a trial that a trip ended.
+        exploration_time_s: Exploration time of the report; the time limit for a trial that a trip ended.
+        flagged: Why the trial's timing was not accepted; empty for an accepted trial.
         stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
         trip_source: Device whose samples or lateness ended the trial; empty if there is none.
         own: Values in which its job differs from that of the run, by column of trials.csv.
@@ -54,7 +54,7 @@ class ScoredTrial:
 
     @property
     def trip(self) -> str:
-        """Reason of a trip, see :func:`trip_of`."""
+        """Reason for a trip; see :func:`trip_of`."""
         return trip_of(self.report)
 
     @property
@@ -113,7 +113,7 @@ def run_scored_trial(
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
     """
     require_whole("trial", trial, 0, _MOST_TRIALS)
-    # The preparation moves an arm, too.
+    # The preparation also moves an arm.
     rig.latch.require_free()
     rig.prepare(trial)
     witness = _Witness(rig)
@@ -237,7 +237,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
     """Within the context, a signal that ends the process requests an orderly end; a second SIGINT acts as before.
 
-    Signals reach a program's main thread only: in any other one this does nothing.
+    Signals reach only a program's main thread; in any other, this does nothing.
     """
 
     def act(number: int) -> None:

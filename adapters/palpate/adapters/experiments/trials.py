@@ -26,7 +26,7 @@ from palpate.core.trial import Outcome, ReadyPose
 
 
 class TrialsObserver(LoopObserver):
-    """An observer of trial after trial, such as a live view."""
+    """An observer of successive trials, such as a live view."""
 
     def of(self, trials: Trials) -> None:
         """Receive the trials that run next."""
@@ -34,7 +34,7 @@ class TrialsObserver(LoopObserver):
 
 @dataclass(frozen=True)
 class Recording:
-    """The recorder of a run, the timing of its loop on a rig, and its live view; None for none."""
+    """The recorder of a run, the timing of its loop on a rig, and its live view; None if absent."""
 
     recorder: TrialRecorder | None = None
     session: RealTimeSession | None = None
@@ -59,8 +59,8 @@ class Trials:
 
     Args:
         name: Name of a policy without a policy file; otherwise empty.
-        subfolder: Folder for the logs in that of the recorder.
-        first: Number of the trial that logs and tables count as 0.
+        subfolder: Folder for the logs within the recorder's folder.
+        first: Number of the trial that logs and tables number as 0.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).
@@ -135,7 +135,7 @@ class Trials:
         return replace(scored, own=own) if own else scored
 
     def run_all(self, numbers: Iterable[int], done: Callable[[ScoredTrial], object]) -> None:
-        """Run trials until all are finished or a signal ends them; an interrupted trial is not among the finished.
+        """Run trials until all are finished or a signal ends them; an interrupted trial does not count as finished.
 
         Raises:
             DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped on a rig of devices.

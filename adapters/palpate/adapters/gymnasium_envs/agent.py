@@ -1,7 +1,7 @@
 """Exchange between two threads: the control loop, and an agent that chooses its actions.
 
-On a rig the loop never waits long. If a decision is late, the loop inserts a pause: the peg is pressed on the plate in
-place, under the same compliant control, supervised and recorded as an action. The decision is used when the next one is
+On a rig the loop never waits long. If a decision is late, the loop inserts a pause, which is supervised and recorded as
+an action: the peg stays pressed in place under the same compliant control. The decision is used when the next one is
 due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the simulator time stops
 until the agent has decided.
 """
@@ -69,12 +69,12 @@ class Agent(FixedPolicy, LoopObserver):
         self._given.put(decision)
 
     def leave(self) -> None:
-        """End the waiting: in the simulator the trial ends; on a rig it pauses until the arm is stopped."""
+        """End the wait: in the simulator the trial ends; on a rig it pauses until the arm is stopped."""
         self.left = True
         self._given.put(PAUSE)
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the agent's decision, or a pause if there is none in time."""
+        """Return the agent's decision, or a pause if none arrives in time."""
         if self._requested_ns is None:
             self._requested_ns = self._time_ns
             self.shown.put(self.look())

@@ -1,6 +1,6 @@
 """Trials of the insertion task, decision by decision, with external actions.
 
-Everything except the choice is that of the core, as in any other run: control loop, perception, controllers,
+Everything but the choice of actions belongs to the core, as in any other run: control loop, perception, controllers,
 supervisor, reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the errors
 depend on Gymnasium.
 """
@@ -45,7 +45,7 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
 
 
 MOST_SKIPPED: Final = 20
-"""Largest number of consecutive trials without a decision; more indicate a wrong set-up of the cell."""
+"""Largest number of consecutive trials without a decision; more indicate an incorrect set-up of the cell."""
 _TIMEOUT_S: Final = 5.0
 
 
@@ -57,7 +57,7 @@ class Episodes:
 
     Args:
         out: On a rig, the folder for the recording; empty takes the next free one below ``runs``.
-        limit_s: On a rig, time limit of a decision, after which the arm is stopped and the rig latched.
+        limit_s: On a rig, time limit for a decision, after which the arm is stopped and the rig latched.
 
     Attributes:
         running: True if a trial waits for a decision.
@@ -145,7 +145,7 @@ class Episodes:
         for skipped in range(MOST_SKIPPED):
             self.trial, self.skipped = trial + skipped, skipped
             if not self.on_rig and isinstance(self.rig, SimulatedRig):
-                # Reset the clock too, so that an episode does not depend on earlier ones in any bit.
+                # Reset the clock too, so that an episode is independent of earlier ones, bit for bit.
                 self.rig.latch.release()
                 self.rig.seed = seed
                 self.rig.set_clock_ticks(0)
@@ -162,8 +162,8 @@ class Episodes:
     def decide(self, decision: Decision) -> float:
         """Execute an action, run to the next decision or the end of the trial, and return the action's reinforcement.
 
-        It is as a learner of the core receives it. If the core gives none, because a supervisor or a fault ended the
-        trial, it is that of an action without excess effort.
+        A learner of the core receives the same reinforcement. If the core gives none, because a supervisor or a fault
+        ended the trial, it is that of an action without excess effort.
 
         Raises:
             NotRunningError: No trial runs.
@@ -244,7 +244,7 @@ class Episodes:
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
         # The cost of earlier pauses is charged to the agent.
         new, self._settled = report.decisions[self._settled :], len(report.decisions)
-        # There is no reinforcement within an option; for a trial that ended within an action, nothing was settled.
+        # There is no reinforcement within an option; for a trial that ended within an action, none was determined.
         earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
         earned += self.plain_reinforcement if new and new[-1].reinforcement is None else 0.0
         trip = experiments.trip_of(report)

@@ -74,8 +74,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         rig: A rig file: the trials run on that rig, in real time, supervised and recorded; empty is the simulator. The
             simulated cell of the configuration is then ignored.
         out: On a rig, the folder for the recording; empty uses the next free one, ``runs/paper-environment-001``.
-        decision_limit_s: On a rig, time limit of a decision, 0.01 s to 60 s. A late decision is replaced by a pause and
-            counted; after this time the arm is stopped and the rig latched.
+        decision_limit_s: On a rig, time limit for a decision, 0.01 s to 60 s. A late decision is replaced by a pause
+            and counted; after this time the arm is stopped and the rig latched.
         task: The kind of insertion; empty uses that of ``config``, or steps in the plane.
         acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
         accept_kinematics: On a rig, move the arm by its nominal model.
@@ -135,7 +135,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             rig=rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics,
         )  # fmt: skip
         self._episodes = Episodes(run, out, decision_limit_s)
-        # At any end of the program: an environment without references leaves the arm stopped.
+        # Runs at any exit of the program, too; an environment without references leaves the arm stopped.
         weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3

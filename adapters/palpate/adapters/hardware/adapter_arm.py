@@ -54,7 +54,7 @@ class AdapterArm(ServedArm):
             applied = None if setpoint_rad is None else self._adapter.arm.send(JointCommand(setpoint_rad))
             return self._adapter.encoder.read(), applied
         finally:
-            # The fault tells more than a refusal caused by it.
+            # The fault is more informative than a refusal that it causes.
             self._require_sound()
 
     def _require_sound(self) -> None:

@@ -16,13 +16,13 @@ from palpate.core.supervision import WITHDRAWAL_SHARE, SampleMonitor
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
-"""Speed of withdrawing a peg that was left in its hole: that of free motion near the plate."""
+"""Speed for withdrawing a peg that was left in its hole: that of free motion near the plate."""
 _ALONG: Final = 0.98
 """Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
 _THERE_RAD: Final = 2e-3
 """Tolerance of each joint at a pose, which must hold in several consecutive samples."""
 _STAYS_SAMPLES: Final = 5
-"""Number of those samples: an arm that catches up may pass the pose, with up to 5 mrad between two samples."""
+"""Number of those samples: an arm that catches up may pass the pose at up to 5 mrad per sample."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
 """Ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
 
@@ -37,7 +37,7 @@ class ReadyPosePath:
     """Path of an arm to the ready pose from any pose.
 
     Attributes:
-        clear_m: Height of the tip over the plate from which the arm may move freely.
+        clear_m: Height of the tip above the plate from which the arm may move freely.
         poses_rad: Joint poses, (n,) each, to pass in order.
     """
 
@@ -53,11 +53,11 @@ def move_to_ready(
 ) -> None:
     """Withdraw the tool straight from a hole that it may be in, then pass the poses of an approach.
 
-    At the end and after any error the arm is unchanged: it holds its last set-point, or was stopped.
+    At the end, and after any error, the arm holds its last set-point or is stopped.
 
     Args:
-        limit_N: Change of force that stops the arm, from that at the start or after the withdrawal; doubled during the
-            withdrawal, because an arm that was left pressing releases that force.
+        limit_N: Change of force, relative to the start or the end of the withdrawal, that stops the arm; doubled during
+            the withdrawal, because an arm that was left pressing releases that force.
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back, meets something, or a

@@ -38,9 +38,8 @@ _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
-"""A process that is inactive for longer than the set-point time-out by this much counts as hanging, because a cycle
-on a
-line that does not answer takes time."""
+"""A process that is inactive for this much longer than the set-point time-out counts as hanging: a cycle on a line that
+does not answer takes time."""
 _LATE_NS: Final = 40_000_000
 """Time of inactivity after which a process is late or dead; an arm without its own stop is then held."""
 _LEFT: Final = "only the drives' own time-outs stop the arm now; switch it off if it moves"
@@ -50,7 +49,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm that another process owns; ``notify`` receives its messages when it is opened.
 
     Attributes:
-        listens: Whether only angles are read, without power and commands. Set it before :meth:`activate`.
+        listens: Whether only angles are read, without power or commands. Set it before :meth:`activate`.
     """
 
     def __init__(
@@ -224,7 +223,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         except DeviceError:
             if self._host is not None:
                 raise
-            # The process is gone, and has been reported before.
+            # The process is gone, as reported before.
         finally:
             self._host = None
             host.end()

@@ -18,7 +18,7 @@ _END_S: Final = 12.0
 
 
 class ArmProcess:
-    """The new process. It works after it has received its assignment."""
+    """The new process. It starts work once it has received its assignment."""
 
     def __init__(self, assignment: Assignment) -> None:
         self.line, theirs = multiprocessing.Pipe()

@@ -1,4 +1,4 @@
-"""The process that owns an arm: reads the latest set-point, cycles the arm, and stops it without set-points."""
+"""The process that owns an arm: reads the latest set-point, cycles the arm, and stops it when set-points cease."""
 
 import mmap
 import os
@@ -22,7 +22,7 @@ from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample
 
 PACE_NS: Final = 1_000_000
-"""Period of checking for a stop, for a set-point, and whether the loop is alive."""
+"""Period of checks for a stop, for a set-point, and for a live loop."""
 _NS: Final = 1_000_000_000
 _FIRST_NS: Final = 3 * _NS
 """Longest wait for a first sample."""
@@ -30,7 +30,7 @@ _SWING_NS: Final = _NS // 2
 """Longest time for which an arm swings after a stop at full speed."""
 _SWITCH_S: Final = 0.0001
 _LONGEST: Final = 2000
-"""Characters of a message; a note has a fixed size."""
+"""Maximum length of a message; a note has a fixed size."""
 
 
 _PLAIN: Final = (str, int, float, tuple, list, type(None))
@@ -71,7 +71,7 @@ class ArmLoop:
     def serve(self) -> bool:
         """Serve until the loop closes the arm, or is gone; return True if it was gone."""
         try:
-            # On a clock with turns of threads, this thread waits for its turn.
+            # On a clock on which threads take turns, this thread waits for its turn.
             self._clock.now_ns()
             while not self._closed:
                 self._look()
@@ -231,7 +231,7 @@ class ArmLoop:
         """Stop and close the arm if the loop is gone without closing it."""
         if not self._closed:
             self._stop()
-            # Some arms get no more commands and store their position, which must not be one while swinging.
+            # Some arms get no more commands and store their position, so they must not be swinging.
             end_ns = self._clock.now_ns() + _SWING_NS
             while (now_ns := self._clock.now_ns()) < end_ns:
                 if self._cycles:
@@ -244,7 +244,7 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """Assignment of the process, the first message on its line; ``path`` is the loop's search path of modules."""
+    """Assignment of the process, the first message on its line; ``path`` is the loop's module search path."""
 
     entry: DeviceEntry
     context: RigContext

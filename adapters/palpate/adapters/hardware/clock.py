@@ -9,10 +9,10 @@ from palpate.core.ports import Clock
 
 
 class MonotonicClock(Clock):
-    """Real time. Sleeps to absolute deadlines, so that lateness never adds up.
+    """Real time. Sleeps to absolute deadlines, so that delays never add up.
 
     Args:
-        origin_ns: Reading of the system's monotonic clock at time 0 of this clock; None for now.
+        origin_ns: Reading of the system's monotonic clock at time 0 of this clock; None for the present time.
         real_time_factor: Seconds of this clock per second; below 1 for emulated devices with an equally slow clock.
     """
 

@@ -26,7 +26,7 @@ def translated(error: DriverError, device: str) -> PalpateError:
 
 @contextmanager
 def translating(device: str) -> Iterator[None]:
-    """Translate driver errors in the context to errors of the core."""
+    """Translate driver errors raised in the context to errors of the core."""
     try:
         yield
     except DriverError as error:

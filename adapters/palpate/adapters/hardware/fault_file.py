@@ -50,7 +50,7 @@ class FaultFile(FaultLatch):
 
     Args:
         rig_file: The latch is the file next to it; None keeps the latch in memory only.
-        words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; used up by :meth:`begin`.
+        words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; consumed by :meth:`begin`.
 
     Raises:
         OutputError: The file cannot be read.

@@ -1,4 +1,4 @@
-"""Slow motion tick by tick, which stops at the first irregularity."""
+"""Slow motion, tick by tick, that stops at the first irregularity."""
 
 from collections.abc import Callable
 from math import dist
@@ -28,8 +28,8 @@ class GuardedTicks:
 
     Args:
         monitor: Check of the samples, as in a run.
-        limit_N: Accepted difference from the force at :meth:`mark`.
-        motion: Words for the motion, in errors.
+        limit_N: Accepted difference from the force at the last :meth:`mark`.
+        motion: Name of the motion in errors.
         stopped_by: Returns the cause of a stop; empty if unknown.
     """
 

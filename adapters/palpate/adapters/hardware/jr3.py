@@ -1,4 +1,4 @@
-"""Force sensor adapter for the JR3 driver: connection and marks."""
+"""Force sensor adapter for the JR3 driver: connection and validity marks."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Final

@@ -1,4 +1,4 @@
-"""Compares the model of an arm with the tool pose that its controller reports, and the tool with what is entered there.
+"""Compares the model of an arm with the tool pose that its controller reports, and the tool with the one entered there.
 
 A wrong or uncalibrated model moves the arm to wrong poses.
 """
@@ -34,7 +34,7 @@ class ReportedPose:
 
     Attributes:
         tool_in_base: Tool centre point in the controller's base, at these joint angles.
-        tool_on_flange: The offset of the tool centre point that is entered.
+        tool_on_flange: The offset entered for the tool centre point.
         payload_centre_m: Centre of mass of the payload from the flange, (3,).
     """
 

@@ -1,4 +1,4 @@
-"""Stop by a person, with a key in the terminal or SIGUSR1; the arm stays stopped until acknowledged."""
+"""Operator stop, by a key in the terminal or SIGUSR1; the arm stays stopped until it is acknowledged."""
 
 import os
 import select
@@ -23,9 +23,9 @@ _WAKE: Final = b"\0"
 class OperatorStop:
     """The operator's stop. It latches until it is acknowledged.
 
-    A context manager that belongs to the main thread, because of the signal. While the main thread is busy in C the
-    signal waits; an arm that gets no set-points meanwhile is stopped by its own process.
-    The signal handler also stops the arm and reports once what tripped.
+    A context manager for the main thread, because of the signal. While the main thread is busy in C code, the signal
+    waits; an arm that gets no set-points meanwhile is stopped by its own process. The signal handler also stops the
+    arm, and reports the cause once.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class OperatorStop:
                 raise ConfigurationError(
                     "operator stop", SIGNAL.name, f"opened in the main thread ({error})"
                 ) from error
-            # None: somebody's handler that is not Python's, which nobody could put back.
+            # None: a handler not installed by Python, which cannot be restored.
             opened.callback(signal.signal, SIGNAL, signal.SIG_DFL if before is None else before)
             self._opened = opened.pop_all()
         return self
@@ -86,7 +86,7 @@ class OperatorStop:
         # Keys are read one by one, without Enter; Ctrl-C keeps its meaning.
         before = termios.tcgetattr(self._fd)
         tty.setcbreak(self._fd, termios.TCSANOW)
-        # Released last to first: the thread before what it looks at.
+        # Released in reverse order: the thread before the resources that it uses.
         opened.callback(_restore, self._fd, before)
         wake, waker = os.pipe()
         for fd in (wake, waker):
@@ -108,19 +108,19 @@ class OperatorStop:
 
 
 def _is_ours(fd: int) -> bool:
-    """Whether it is a terminal with this process in the foreground; a background process that changes it is stopped."""
+    """Whether it is a terminal with this process in the foreground; in the background, changing it would stop us."""
     if not os.isatty(fd):
         return False
     try:
         return os.tcgetpgrp(fd) == os.getpgrp()
     except OSError:
-        # A terminal, but not the one that controls us: it has no background.
+        # A terminal other than the controlling one, which has no background processes.
         return True
 
 
 def _restore(fd: int, before: list[Any]) -> None:
     with suppress(termios.error):
-        # Gone terminals need no restoring.
+        # A terminal that is gone need not be restored.
         termios.tcsetattr(fd, termios.TCSANOW, before)
 
 
@@ -133,13 +133,13 @@ class GuardedArm(DeviceDecorator, ArmCommand):
 
     def activate(self) -> None:
         """Activate the arm, unless the operator has stopped it."""
-        # A request that is wrong anyway is refused by the arm, with the reason.
+        # The arm itself refuses an invalid request, with the reason.
         if self._operator.tripped and self._arm.life is Life.CONFIGURED:
             raise FaultLatchedError("arm", self._operator.tripped)
         super().activate()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a command; while a stop is latched, the arm stays stopped and reports so."""
+        """Send a command; while a stop is latched, the arm stays stopped and reports it."""
         if self._operator.tripped:
             # It may have been activated from elsewhere since it was stopped.
             stop_surely(self._arm)

@@ -49,8 +49,8 @@ class RigContext:
     Attributes:
         tool: Tool on the flange according to the job; None without a job.
         accept_kinematics: Whether a person has accepted a nominal model of the arm, or the rig is emulated.
-        set_priority: Sets the real-time class and the CPU that the run requests; each thread that keeps the arm's
-            cycles calls it first.
+        set_priority: Sets the real-time class and the CPU that the run requests; each thread that runs the arm's cycles
+            calls it first.
         notify: Receives the messages of an adapter when it opens its device.
     """
 
@@ -118,7 +118,7 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
     Raises:
         ConfigurationError: There is none, or it cannot be loaded.
     """
-    # mypy takes a class for one only if it is no protocol.
+    # mypy accepts a class as a type only if it is not a protocol.
     kind: Any = ForceSensor
     return partial(_made, "force_sensor.adapter", name, kind, load_maker("force", name))
 

@@ -15,11 +15,11 @@ from palpate.drivers.errors import DriverError, SilentError
 
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
-"""Delay by line and system, beyond the sensor's period, after which a reading counts as missing."""
+"""Delay of line and system, beyond the sensor's period, after which a reading counts as missing."""
 
 
 _DRAIN_NS: Final = 1_000_000_000
-"""Longest time for emptying a line of waiting data."""
+"""Longest time to clear a line of waiting data."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         """Wait for a new, settled reading, because a filter settles after a start. Earlier silence is not a fault."""
         device, begin_ns = self.opened(), self._clock.now_ns()
         deadline_ns = begin_ns + round(self._start_timeout_s * 1e9)
-        # What waits in the line may be old, and a poll takes a part of it; a slow computer finds news each time.
+        # Data waiting in the line may be old, and a poll takes only part; a slow computer finds new data each time.
         while device.poll(self._clock.now_ns()) and self._clock.now_ns() < min(deadline_ns, begin_ns + _DRAIN_NS):
             pass
         before = device.latest

@@ -93,7 +93,7 @@ class DeviceRig(Rig):
     @override
     def device_behind(self, sample: str) -> str:
         device: object = self._arm if sample == "joint" else self._sensor
-        # What came instead of samples; adapters may leave this out, and a name too.
+        # What arrived instead of samples; adapters may lack this, and a name too.
         name, account = str(getattr(device, "name", "")), getattr(device, "account", str)()
         return f"{name}: {account}" if account else name
 
@@ -140,7 +140,7 @@ class HardwareRig(DeviceRig):
         self._at_ready, self._left = False, list[ReadyPosePath]()
         self.latch: FaultFile = FaultFile(None) if latch is None else latch
         self.latch.still = self._reported
-        # For the way alone; whoever runs trials asks for more, and tells what was granted.
+        # For the approach only; the caller that runs trials requests more, and reports what was granted.
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
 
     def prepare(self, trial: int) -> None:
@@ -166,7 +166,7 @@ class HardwareRig(DeviceRig):
     @override
     def move(self, config: RunConfig, ready: ReadyPose) -> None:
         if self._at_ready:
-            # Up from the place that the arm leaves.
+            # Moves up first from the place that the arm leaves.
             self._left.append(replace(self._approach, poses_rad=self._approach.poses_rad[:1]))
         self._approach, self._at_ready = find_approach(config, ready), False
 
@@ -241,5 +241,5 @@ class DryRig(DeviceRig):
 
 def _notify(trip: str) -> None:
     with suppress(OSError):
-        # A signal handler comes this way: no buffer.
+        # Unbuffered, because signal handlers call this.
         os.write(2, f"\npalpate: the arm was stopped, {trip}\n".encode())

@@ -136,7 +136,7 @@ def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], R
 
 
 class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
-    """Force sensor, measured or estimated, that publishes over ROS 2."""
+    """Force sensor whose wrenches, measured or estimated, are published over ROS 2."""
 
     REMEDY = "check that the robot's driver publishes, and that its clock and this computer's are synchronised"
 
@@ -150,7 +150,7 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
         return round(1e9 / self._table.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the stated rate; messages do not contain range and noise."""
+        """Return the stated rate; messages contain neither range nor noise."""
         return SensorFactsTable(rate_Hz=self._table.rate_Hz, frame="sensor")
 
     def _connect(self) -> None:

@@ -47,7 +47,7 @@ class CountsFile(CountsStore):
 
     @override
     def save(self, counts: SixCounts) -> None:
-        # A stop must not fail for a full disk; without the file the next run begins from the home pose.
+        # A stop must not fail because of a full disk; without the file, the next run begins from the home pose.
         with suppress(OSError):
             write_whole(self.path, json.dumps(counts))
 
@@ -85,7 +85,7 @@ class ZebraTable(ArmTable):
 
 
 def make_zebra_nmc(table: ZebraTable, context: RigContext) -> DriverArm:
-    """The Zebra Zero on its own serial bus."""
+    """Return a Zebra Zero on its own serial bus."""
     if len(context.lower_rad) != _JOINTS or context.arm.name in _OTHERS:
         raise ConfigurationError("arm", context.arm.name, f"zebra-zero, or the URDF of this arm, with {_JOINTS} joints")
     with translating("arm"):

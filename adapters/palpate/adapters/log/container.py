@@ -72,7 +72,7 @@ def bytes_of(path: str | Path) -> bytes:
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
-    """Read the messages of a log, up to the first damage, of which a description is returned, too.
+    """Return the messages of a log up to the first damage, and a description of the damage.
 
     They are sorted by sequence number if the file is undamaged, otherwise in file order.
 

@@ -17,14 +17,14 @@ from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSampl
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001
-"""A tick whose clock was read later than its due time by more than this counts as late."""
+"""A tick whose clock was read more than this long after its due time counts as late."""
 
 
 def info_of(log: TrialLog) -> dict[str, Any]:
     """Return the content of ``palpate log info`` as JSON values; None if the log does not contain a value.
 
     Rates are tick numbers, or new samples, per second of the clock or of the device's own time; missing ticks do not
-    lower them. The age of a sample is the clock reading of its tick less its source time.
+    lower them. The age of a sample is the clock reading of its tick minus its source time.
 
     Raises:
         LogError: A part of the log is invalid.

@@ -22,7 +22,7 @@ def encode(record: Any) -> bytes:
     """Encode a record as protobuf bytes. Default values of optional texts, flags and integers are omitted.
 
     Raises:
-        ValueError: A value does not fit the message; TypeError and OverflowError are possible too.
+        ValueError: A value does not fit the message; TypeError and OverflowError are also possible.
     """
     message = _tick_message(record) if isinstance(record, TickRecord) else _message(record)
     return bytes(message.SerializeToString(deterministic=True))

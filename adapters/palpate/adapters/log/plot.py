@@ -24,7 +24,7 @@ _EVENTS: Final = {
 """Events to draw, with their labels."""
 _WIDTH_IN: Final = 13.0
 _LABEL_SHARE: Final = 0.015
-"""Width of an inclined label as a share of the time axis."""
+"""Width of a slanted label as a fraction of the time axis."""
 
 
 def timeline(log: TrialLog, kind: str = "png") -> bytes:

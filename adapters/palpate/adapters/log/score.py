@@ -19,7 +19,7 @@ _INSERTED: Final = 75.0
 _PARTIAL: Final = (38.0, 50.0)
 """Points in the mouth of the hole, and almost at full depth."""
 _NEAR: Final = 25.0
-"""Points at the mouth of the hole; none from half the initial distance."""
+"""Points at the mouth of the hole; none beyond half the initial distance."""
 _ASIDE_M: Final = 5e-3
 _SMOOTH: Final = 6.0
 _MOST_JERK_M_S3: Final = 50.0
@@ -59,7 +59,7 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score, on the ``truth`` of the simulator or the ``outcome`` with encoders."""
+    """A trial's score, based on the ``truth`` of the simulator or the ``outcome`` by encoders."""
 
     path: str
     basis: str

@@ -19,7 +19,7 @@ from palpate.adapters.log.schema import BY_RECORD, RECORDER
 TIMEOUT_S: Final = 60.0
 """Time-out for writing the end of a log."""
 _CHUNK: Final = 35
-"""Messages per chunk, a quarter of a second of ticks, the loss after a kill. Smaller chunks cost more time."""
+"""Messages per chunk: a quarter of a second of ticks, which a kill may lose. Smaller chunks cost more time."""
 _LOOK_S: Final = 0.01
 """Time after which the thread looks for messages of an open log."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
@@ -119,7 +119,7 @@ class FileSink(Sink):
 
     @override
     def put(self, message: LogMessage) -> None:
-        # The thread finds it by itself: waking it would cost the loop more time than all the rest.
+        # The thread finds it by itself: waking it would cost the loop more time than everything else.
         self._jobs.append(message)
 
     def close(self) -> None:

@@ -30,7 +30,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records trial after trial into a folder until the context ends; ``losses`` are the losses with reasons."""
+    """Records successive trials into a folder until the context ends; ``losses`` are the losses with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"
@@ -42,7 +42,7 @@ class TrialRecorder:
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
-        """Create a recorder into files, as configured; None if recording is off."""
+        """Create a recorder that writes files, as configured; None if recording is off."""
         return cls(FileSink(), folder, config) if config.enabled else None
 
     def __enter__(self) -> Self:

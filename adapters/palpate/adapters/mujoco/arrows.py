@@ -14,7 +14,7 @@ FORCE: Final = (196, 22, 42)
 ACTION: Final = (18, 92, 190)
 _HALO: Final = (255, 255, 255)
 _LONGEST: Final = 0.5
-"""The longest arrow, as a share of the picture's height."""
+"""The longest arrow, as a fraction of the picture's height."""
 _LEAST_N: Final = 1.0
 """Forces below this are noise and must not fill the picture."""
 

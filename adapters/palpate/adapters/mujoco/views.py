@@ -13,7 +13,7 @@ CAMERAS: Final = ("both", "close-up", "arm")
 FIELD_OF_VIEW_DEG: Final = 20.0
 """Vertical; narrow, so that near and far lengths are comparable."""
 _PEGS_HIGH: Final = 3.1
-"""Height of the close-up in diameters of the peg."""
+"""Height of the close-up in peg diameters."""
 _MARGIN: Final = 1.3
 
 

@@ -153,7 +153,7 @@ def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
 
 
 def ending_note(tape: Tape) -> str:
-    """Return the remark on an equal trial that would continue where the recorded samples end."""
+    """Return the remark on an equal trial that would continue beyond the recorded samples."""
     end, last = tape.log.end, len(tape.log.ticks) - 1
     if end is None:
         return f"the log ends at tick {last}, before the trial did"

@@ -48,7 +48,7 @@ class Replay:
     Attributes:
         counterfactual_from: Tick of the first command that differs from the recording; the recorded samples after it do
             not result from the core's commands. None if all commands are equal.
-        other_code: Whether different code of the core recorded the log; False if the log does not tell.
+        other_code: Whether different code of the core recorded the log; False if unknown.
         recorded_decisions: Why the decisions were taken from the log; empty if the policy made them again.
     """
 
@@ -194,5 +194,5 @@ def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def _other_processor(log: TrialLog) -> bool:
-    """Return whether the recording processor may compute other last bits than this one."""
+    """Return whether the recording processor may compute last bits that differ from this one's."""
     return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())

@@ -1,4 +1,4 @@
-"""``pytest --palpate-logs DIR``: every log in DIR is a test that passes when the trial replays equal, bit for bit.
+"""``pytest --palpate-logs DIR``: every log in DIR is a test that passes if the trial replays bit for bit.
 
 A laboratory can test its repository on its own trials. Imports are few, because pytest loads this module in every run.
 """
@@ -45,7 +45,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 
 
 class ReplayDiffersError(Exception):
-    """A recorded trial does not replay equally; the message holds the full explanation."""
+    """A recorded trial does not replay identically; the message holds the full explanation."""
 
 
 class LogItem(pytest.Item):

@@ -63,7 +63,7 @@ class Rebuilt:
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes of a replay to the recording: ``name=value`` of settings, and another policy."""
+    """Changes of a replay from the recording: settings as ``name=value``, and another policy."""
 
     settings: tuple[str, ...] = ()
     policy: PolicyDocument | ThirdPartyEntry | str | None = None

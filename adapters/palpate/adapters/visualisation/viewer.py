@@ -45,7 +45,7 @@ class _ViewedClock(Clock):
             signal.raise_signal(signal.SIGINT)
             return
         if self._cell.data is not self._data:
-            # The cell has another model by now; the window keeps the one that it was opened with.
+            # The cell has another model by now; the window keeps the one with which it was opened.
             self._cell.pose(self._model, self._data)
         self._window.sync()
 
@@ -55,7 +55,7 @@ class _ViewedClock(Clock):
 
 @contextmanager
 def viewed(rig: SimulatedRig) -> Iterator[None]:
-    """Show the rig in a window while inside.
+    """Show the rig in a window for the duration of the context.
 
     Raises:
         UsageError: There is no display.
@@ -77,6 +77,6 @@ def viewed(rig: SimulatedRig) -> Iterator[None]:
     finally:
         rig.ports = ports
         window.close()
-        # Until the window is gone its thread reads the model.
+        # The window's thread reads the model until the window is closed.
         for thread in drawing:
             thread.join(10.0)

@@ -31,7 +31,7 @@ _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Course of a trial, with the readings in order from that of the start; there is none at the goal."""
+    """Course of a trial, with the readings in order from the start; the goal has none."""
 
     start: int
     symbols: tuple[int, ...]
@@ -171,13 +171,13 @@ def walks_from_all_cells(
 
 
 def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT) -> Strings:
-    """Return the readings of random walks that ended at the goal, from that of the start; the goal itself has none.
+    """Return the readings of random walks that ended at the goal, beginning with the start's; the goal has none.
 
     The walks are trials 0, 1, 2, ... of :func:`run_trial` with a random policy. A trial that has not reached the goal
     after ``longest`` steps is replaced by the next. :mod:`palpate.core.automata.strings` describes the strings.
 
     Args:
-        longest: Largest number of symbols of a string, and of steps of a walk.
+        longest: Maximum number of symbols in a string, and of steps in a walk.
 
     Raises:
         ConfigurationError: A number is out of range, or the walks contain only a single symbol.

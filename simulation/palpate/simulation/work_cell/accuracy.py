@@ -11,7 +11,7 @@ from palpate.simulation.work_cell.contact_impedance import VALID_SHARE, give_mm
 from palpate.simulation.work_cell.contour import FLAT
 
 _IDEAL_MM: Final = 0.0008
-"""Largest roughness Ra of a ground pin by ISO 8734, which ideal circles neglect."""
+"""Largest roughness Ra of a ground pin to ISO 8734, which ideal circles neglect."""
 
 
 def play_error_mm(cell: CellConfig) -> float:
@@ -36,7 +36,7 @@ def valid(cell: CellConfig) -> bool:
 
 
 def validity_lines(cell: CellConfig) -> list[str]:
-    """Return a caveat for every rate from the cell; empty if the cell is valid."""
+    """Return a caveat on every rate from the cell; empty if the cell is valid."""
     error = f"{play_error_mm(cell) * 1e3:.1f} um of a radial clearance of {cell.peg.clearance_mm * 1e3:g} um"
     line = f"outside the simulator's valid range: its play error is {error} (limit {VALID_SHARE:.0%})"
     return [] if valid(cell) else [line]

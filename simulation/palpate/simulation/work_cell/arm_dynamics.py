@@ -9,13 +9,13 @@ import pinocchio as pin
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 
 _DENSITY_KG_M3: Final = 1200.0
-"""Mass of published arms over the volume of such capsules: castings, motors and gears in half a shell."""
+"""Mass of published arms per volume of such capsules: castings, motors and gears in half a shell."""
 _RADIUS_M: Final = 0.04
 _SLENDER: Final = 7.0
 """Length over radius of a body; the radius is never less than a wrist's."""
 _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
-"""Servos and motors of an arm of up to 30 kg at the joint; the second value is for the last three joints. Assumed."""
+"""Armature at the joint for arms of up to 30 kg; the second value is for the last three joints. Assumed."""
 _SUPPORTED: Final = 3.0
 """Largest inertia over armature that a servo moves without oscillation; of palpate's arms only ur20 has more."""
 

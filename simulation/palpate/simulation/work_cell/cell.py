@@ -47,10 +47,10 @@ class WorkCell:
 
     Attributes:
         model: MuJoCo's model, rebuilt for a trial with another grip or clearance.
-        contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts in every step.
+        contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts at every step.
         ticks: Control ticks since construction; not reset between trials.
         time_ns: Time of that tick, exact and rounded down to nanoseconds.
-        before_errors: The newest measured wrench without noise, bias and zero shift, negated, (6,).
+        before_errors: The newest measured wrench without noise, bias or zero shift, negated, (6,).
     """
 
     def __init__(

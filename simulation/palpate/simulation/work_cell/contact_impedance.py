@@ -1,8 +1,8 @@
 """Contact impedance, hard enough for a tight hole.
 
-A contact of MuJoCo with impedance d and time constant T yields by at most (1 - d) / d T^2 F / m under a force F on a
-mass m. The walls of a tight hole must yield less. With contacts that are hard from the surface, a wedged peg would
-bounce from wall to wall and slip, so these contacts harden over a skin.
+A MuJoCo contact with impedance d and time constant T yields by at most (1 - d) / d T^2 F / m under a force F on a
+mass m. The walls of a tight hole must yield less. With contacts that are hard at the surface, a wedged peg would bounce
+from wall to wall and slip, so these contacts harden over a skin.
 """
 
 from math import pi, sqrt

@@ -31,8 +31,8 @@ class HiddenValues:
         mounting_deg: Turn of the sensor about the tool's axis, from x towards y.
         plate_mm: Height of the plate above its nominal height.
         hole_mm: Largest distance of the hole from the nominal goal.
-        axial_share: Axial stiffness of the gripper over the configured one.
-        springs_share: Stiffness of all springs of the gripper over the configured one.
+        axial_share: Axial stiffness of the gripper, relative to the configured one.
+        springs_share: Stiffness of all springs of the gripper, relative to the configured one.
         friction: Friction between peg and plate; None for the configured one.
         latency_ms: Latency of wrenches.
     """

@@ -89,7 +89,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 def _batch(trial: int, trials: int) -> int:
     """Return the index of a trial's batch, with ``trials`` trials per batch, for random streams; 0 for a single batch.
 
-    No two series share a batch: a policy is not evaluated on grips of its training.
+    No two series share a batch: a policy is not evaluated on grips from its training.
     """
     if not trials:
         return 0

@@ -1,4 +1,4 @@
-"""Commissioning: measurements of a new rig by slow motions and contact."""
+"""Commissioning: measure a new rig with slow motions and contact."""
 
 import lazy_loader
 

@@ -39,7 +39,7 @@ class Estimate:
     sd: float
 
     def text(self, unit: str, scale: float = 1.0) -> str:
-        """Return the value with two standard deviations, to two digits of the latter."""
+        """Return the value with two standard deviations, rounded to two digits of the latter."""
         spread = 2.0 * self.sd * scale
         places = max(0, 1 - floor(log10(spread))) if 0.0 < spread < inf else 3
         return f"{self.value * scale:.{places}f} ± {spread:.{places}f} {unit}"
@@ -77,7 +77,7 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
         down_in_tool: Downward unit vectors, (n, 3), frame of the tool from the encoders.
 
     Raises:
-        UndeterminedError: The poses do not determine the values, or other forces than a rigid tool's weight act.
+        UndeterminedError: The poses do not determine the values, or forces other than a rigid tool's weight act.
     """
     start = _linear_load(down_in_tool, means)
     spread = np.maximum(sds, (1e-4,) * 3 + (1e-5,) * 3)

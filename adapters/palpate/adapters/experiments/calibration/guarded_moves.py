@@ -1,4 +1,4 @@
-"""Slow motion of an arm with a person close by, which stops at the first irregularity."""
+"""Slow motion of an arm with a person nearby; it stops at the first irregularity."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -33,7 +33,7 @@ class Sample(NamedTuple):
 
 
 class GuardedMoves:
-    """An arm that is moved slowly by the ports."""
+    """An arm that is moved slowly through its ports."""
 
     def __init__(
         self,

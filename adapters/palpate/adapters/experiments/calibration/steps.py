@@ -23,7 +23,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
 _TILTS_DEG: Final = (25.0, 20.0, 15.0)
-"""Tilts of the tool. Larger ones give better estimates, but arms near their limits reach them to few sides."""
+"""Tilts of the tool. Larger ones give better estimates, but arms near their limits reach them in few directions."""
 _HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 _LEAST_TILTED: Final = 3
 _NEAR_RAD: Final = 1.5
@@ -75,7 +75,7 @@ class Commissioning:
         self._approach = find_approach(config, self._ready)
 
     def plan_payload(self) -> list[estimates.Array]:
-        """Find the poses for :meth:`payload` in advance, because this may exceed the time-outs of devices."""
+        """Find the poses for :meth:`payload` in advance, because the search may outlast the time-outs of devices."""
         above = np.array(self._approach.poses_rad[0])
         self._poses = [above, *self._tilted(above), above]
         return self._poses
@@ -194,7 +194,7 @@ class Commissioning:
         raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
     def _press_at(self, x_m: float, y_m: float, height_m: float) -> estimates.Array:
-        """Touch the plate at a place in the task frame, press, lift; return depth m, force N, +1 in -1 out, (3, n)."""
+        """Press the plate at a place in the task frame; return depth (m), force (N), +1 (in) or -1 (out), (3, n)."""
         arm, rotation = self.arm, self._ready.tip_rotation
 
         def at(depth_m: float) -> pin.SE3:

@@ -75,8 +75,8 @@ def states_named(name: str, grid: GridMap) -> StateIdentifier:
     try:
         return identifier(NONE if name == "symbols" else name, grid.symbols)
     except ConfigurationError as error:
-        # In a grid the state without memory has another name than in the configuration of the insertion task, and an
-        # action leaves no state.
+        # In a grid, the state without memory has a different name from that in the configuration of the insertion task,
+        # and the state does not depend on the last action.
         accepted = error.accepted.replace(f"{NONE}, last-action,", "symbols,")
         raise ConfigurationError("state", name, accepted) from error
 
@@ -84,7 +84,7 @@ def states_named(name: str, grid: GridMap) -> StateIdentifier:
 def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> StateIdentifier:
     """Return the states of an automaton inferred from random walks in a map, as in the paper (section 4).
 
-    Walks of more symbols than ``longest`` are left out; the seed determines the walks and the initial weights of the
+    Walks with more than ``longest`` symbols are omitted; the seed determines the walks and the initial weights of the
     networks.
 
     Raises:
@@ -147,7 +147,7 @@ def learn(
     """
     learner = new_grid_learner(learning, identifier)
     walks, temperatures = [], []
-    # One thread, because sums depend on how they are split, and threads do not pay for such small products.
+    # One thread, because sums depend on how they are split, and threads do not pay off for such small products.
     with threadpool_limits(limits=1):
         for trial in range(trials):
             walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)

@@ -75,7 +75,7 @@ class DaskWorkers(Workers):
     @override
     def count(self) -> int:
         try:
-            # Without workers a call waits for one.
+            # Without workers, a call waits for one.
             return max(1, len(self._client.nthreads()))
         except OSError as error:
             raise self._ended() from error

@@ -36,7 +36,7 @@ SUMMARY: Final = "summary.json"
 
 @dataclass(frozen=True)
 class Condition:
-    """One run of a study, with the settings that the study varies and the absolute path of a policy file, or empty."""
+    """One run of a study, with the varied settings and the absolute path of a policy file (empty if none)."""
 
     name: str
     fields: Mapping[str, Any]

@@ -35,7 +35,7 @@ class StudyFolder:
         """Create and lock the folder, write the study file, and yield the unfinished conditions.
 
         Raises:
-            OutputError: The folder contains something else, or another process writes to it.
+            OutputError: The folder contains something else, or another process is writing to it.
         """
         names = [name for name in os.listdir(self.path) if name != LOCK] if os.path.lexists(self.path) else []
         if names and STUDY_FILE not in names:

@@ -1,4 +1,4 @@
-"""Examination of a rig device by device; each is always closed."""
+"""Examination of a rig, device by device; each device is closed in any case."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Examination:
     """Examination of one rig.
 
     Args:
-        seconds: Time of reading each device.
-        person: The person who pushes the tool; None skips that.
+        seconds: Duration of reading each device.
+        person: The person who pushes the tool; None skips this check.
         move: Whether joints are moved.
         before_move: Called before the first motion, which it may refuse by raising an error.
 

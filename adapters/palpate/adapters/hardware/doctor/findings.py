@@ -55,7 +55,7 @@ class DeviceReport:
         self.findings.append(Finding(level, topic, f"{text}: {remedy}" if remedy else text))
 
     def judge(self, topic: Topic, good: bool, text: str, remedy: str, ill: Level = Level.WRONG) -> None:
-        """Add a finding that is ok, or ill with its remedy."""
+        """Add an ok finding if ``good``, otherwise one of level ``ill`` with its remedy."""
         self.add(Level.OK if good else ill, topic, text, "" if good else remedy)
 
     def error(self, error: Exception) -> None:

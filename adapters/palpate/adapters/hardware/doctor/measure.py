@@ -32,7 +32,7 @@ _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
 """A computer that wakes later than this in more than 1 % of ticks is too slow for ticks of 7 ms."""
 _LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
-"""Limits of a run, without that on the time between ticks, which :func:`report_clock` judges."""
+"""Limits of a run, except that on the time between ticks, which :func:`report_clock` judges."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
@@ -98,7 +98,7 @@ def report_samples(
     """Judge the samples as the supervisor of a run does; ``frame`` is that of a force sensor."""
     marks = Counter(sample.validity for _, sample in series.reads)
     counts = ", ".join(f"{marks[mark]} {mark.value}" for mark in Validity if mark is not Validity.VALID)
-    # A sensor that shows no noise at all is judged, too.
+    # A sensor that shows no noise at all is also judged.
     trip = _first_trip(series, SensorFacts(*(noise[:2] if noise else (1e-9, 1e-9)), frame=frame))
     text = f"{len(series.reads)} reads, {counts}{f'; a run would end, because {trip.text}' if trip else ''}"
     remedy = "check load, cable, power and the adapter's settings, then switch the device off and on"

@@ -29,7 +29,7 @@ _MEMORY_REMEDY: Final = (
 
 
 class RealTimeResult(NamedTuple):
-    """The result of one request; a refusal has a reason and is no error."""
+    """The result of one request; a refusal has a reason and is not an error."""
 
     wish: str
     reason: str = ""
@@ -47,7 +47,7 @@ class RealTime:
     """Real-time resources of a run. A context manager around the run; :meth:`loop` is the context of each trial.
 
     Locked memory and frozen objects belong to the process and last as long as the run. Priority and CPU belong to the
-    loop's thread and last as long as :meth:`loop`: a process that is started outside of it inherits neither. A thread
+    loop's thread and last as long as :meth:`loop`: a process started outside it inherits neither. A thread
     of a bus requests both with :func:`join_loop`.
     """
 
@@ -97,7 +97,7 @@ class RealTime:
             yield
 
     def _try(self, take: _Taking) -> None:
-        """Take it and give it back; :meth:`loop` takes what was granted."""
+        """Take a resource and give it back; :meth:`loop` takes those that were granted."""
         with take():
             self._of_loop.append(take)
 
@@ -137,8 +137,8 @@ def _attempt(wish: str, remedy: str, take: Callable[[], object]) -> RealTimeResu
 @contextmanager
 def _fifo(priority: int) -> Iterator[None]:
     policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
-    # With the flag, a process that is started meanwhile does not compete with the loop. Without privileges it cannot be
-    # taken off again; it does no harm.
+    # With the flag, a process started meanwhile does not compete with the loop. Without privileges the flag cannot be
+    # removed, but it does no harm.
     os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     try:
         yield
@@ -163,7 +163,7 @@ def _locked_memory() -> Iterator[None]:
     if resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] != unlimited:
         resource.setrlimit(resource.RLIMIT_MEMLOCK, (unlimited, unlimited))
     libc = ctypes.CDLL(None, use_errno=True)
-    # On fault: pages stay once they were touched. Otherwise every reserved range would be filled at once.
+    # On fault: pages stay locked once they have been touched. Otherwise every reserved range would be filled at once.
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT):
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
     try:

@@ -13,7 +13,7 @@ from palpate.core.control_loop import LoopObserver
 from palpate.core.trial import TrialReport
 
 _EDGES_ms: Final = np.array([0.0, *np.geomspace(1e-3, 1e3, 181)])
-"""Bins of the histogram of lateness: 30 to a decade."""
+"""Bins of the histogram of lateness: 30 per decade."""
 
 
 def _ends(section: str) -> Any:

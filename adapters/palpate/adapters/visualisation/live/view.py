@@ -112,7 +112,7 @@ class LiveView(TrialsObserver):
             self._stream.flush(timeout_sec=_FLUSH_S)
         except (RuntimeError, ValueError):
             sys.stderr.write("palpate: live view: Rerun's server did not take the last data\n")
-        # First the server: disconnecting waits for it without a limit.
+        # The server is stopped first, because disconnecting waits for it without a limit.
         if self._server is not None:
             self._server.kill()
             self._server.wait()

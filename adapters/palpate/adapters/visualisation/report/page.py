@@ -35,7 +35,7 @@ class PageTable(NamedTuple):
 
 
 class PageSection(NamedTuple):
-    """A section of the page; ``listing`` is a text that is shown folded."""
+    """A section of the page; ``listing`` is text that is initially collapsed."""
 
     title: str
     text: str = ""
@@ -70,7 +70,7 @@ def html_of(page: Page, version: str) -> str:
 
 
 def require_free(path: Path) -> None:
-    """Check that the page would not replace a file of another origin.
+    """Check that the page would not replace a file from another source.
 
     Raises:
         OutputError: Such a file exists.
@@ -82,7 +82,7 @@ def require_free(path: Path) -> None:
 
 
 def success_of(rows: Sequence[TrialRow]) -> str:
-    """Return the share of successes with its exact 95 % interval."""
+    """Return the success rate with its exact 95 % interval."""
     wins = sum(row.success for row in rows)
     low, high = exact_interval(wins, len(rows))
     return f"{wins / len(rows):.1%} [{low:.1%}, {high:.1%}]"

@@ -89,7 +89,7 @@ def run_page(folder: Path, *, logs: bool) -> Page:
 
 
 def settings_section(path: Path) -> PageSection:
-    """Return a settings file, folded."""
+    """Return a section with a settings file, initially collapsed."""
     return PageSection("Settings", listing=read_text(path, "file"))
 
 

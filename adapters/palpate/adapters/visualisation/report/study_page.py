@@ -30,7 +30,7 @@ class ReportedCondition(NamedTuple):
 
 
 def study_page(folder: Path) -> Page:
-    """Put together the page of a study."""
+    """Assemble the page of a study."""
     study, places = Study.read(folder / STUDY_FILE), StudyFolder(folder).conditions
     runs = [
         ReportedCondition(

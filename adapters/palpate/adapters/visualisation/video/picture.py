@@ -29,13 +29,13 @@ from palpate.adapters.visualisation.video.trajectory import Trajectory
 from palpate.core.policy import compass_actions
 
 _INSET: Final = 0.42
-"""Width and height of the inset, as a share of the picture's height."""
+"""Width and height of the inset, as a fraction of the picture's height."""
 _RING: Final = (0, 110, 120)
 _CORNERS: Final = 64
 """Points of the visible half of the hole's rim; every other line between them is drawn."""
 _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
-"""Start of the arrow that shows the scale, as shares of width and height."""
+"""Start of the arrow that shows the scale, as fractions of width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
 """Arrow of each action, in diameters of the peg; at true scale the steps would be too small to see."""
 _FINE: Final = 2
@@ -165,7 +165,7 @@ def outcome_of(log: TrialLog) -> str:
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
-    """Write lines on a light background; ``place`` in shares of width and height, ``anchor`` as in Pillow."""
+    """Write lines on a light background; ``place`` in fractions of width and height, ``anchor`` as in Pillow."""
     width, height = picture.size
     size_px = max(round(min(height, width * 0.75) / _LINES), _SMALLEST_PX)
     corner, pad, draw = (place[0] * width, place[1] * height), size_px * 0.4, ImageDraw.Draw(picture, "RGBA")

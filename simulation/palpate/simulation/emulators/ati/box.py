@@ -72,7 +72,7 @@ class EmulatedBox:
 
 
 class NetFtServer:
-    """A thread that serves a box on this computer; as a real box, it sends to the client of the last request."""
+    """A thread that serves a box on this computer; like a real box, it sends to the client of the last request."""
 
     host = "127.0.0.1"
 
@@ -100,7 +100,7 @@ class NetFtServer:
         while not self._ended.is_set():
             wait_s = (self._box.next_event_ns() - self._clock_ns()) * 1e-9
             ready, _, _ = select.select([self._rdt, self._web], [], [], max(0.0, min(wait_s, _LOOK_S)))
-            # A client that has gone causes an error in the next call; the box continues.
+            # A client that is gone causes an error in the next call; the box continues.
             with suppress(OSError):
                 if self._web in ready:
                     self._answer()

@@ -136,7 +136,7 @@ class CanopenDrive(CanNode):
 
     def _fault(self) -> None:
         if self.machine.state not in POWERED:
-            # The motor already stands, so the target is its present position.
+            # The motor is already stationary, so the target is its present position.
             self._servo.engage()
         self.machine.fail()
 

@@ -116,7 +116,7 @@ class DriveServo:
     """Position demand of one axis over time.
 
     The demand moves linearly to a new target over the interpolation period (object 0x60C2), as in real drives. A quick
-    stop decelerates from the present speed. Without a mode of operation the demand stays.
+    stop decelerates from the present speed. Without a mode of operation the demand stays constant.
     """
 
     def __init__(self, motors: JointPlant, axis: int, objects: ObjectDictionary) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 _NS: Final = 1_000_000_000
 _BITS_PER_BYTE: Final = 10  # 8N1
 _RX_GRAIN_NS: Final = 500_000
-_LONGEST_BYTE: Final = 12  # a slow byte covers no more fast ones than 230400 baud has in one of 19200
+_LONGEST_BYTE: Final = 12  # a slow byte covers at most as many fast ones as a byte at 19200 baud covers at 230400
 _POLL_NS: Final = 1_000_000
 """Longest time between two calls of `advance`."""
 _RATE_TOLERANCE: Final = 0.04  # half a bit in ten is 5 %, shared by both ends (assumed)

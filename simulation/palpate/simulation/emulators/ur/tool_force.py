@@ -9,7 +9,7 @@ PRECISION: Final = (3.5, 0.2)
 """Spread of the readings of a constant load, (force in N, torque in N m).
 
 UR5e, technical specification, "Force sensing, tool flange": range 50 N, precision 3.5 N; range 10 N m, precision 0.2
-N m. Quoted from memory, not checked with the data sheet.
+N m. Quoted from memory, not checked against the data sheet.
 """
 
 
