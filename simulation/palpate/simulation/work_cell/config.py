@@ -132,7 +132,7 @@ class ComplianceConfig(Settings):
     centre_above_tip_mm: Annotated[float, Range(-50.0, 140.0)] = 0.0
     """Height of the centre of compliance above the peg tip; 0 as in a remote-centre-compliance device."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
-    """Damping of each spring, as a share of critical damping."""
+    """Damping of each spring, as a fraction of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
     """Mass of gripper and peg, measured by the sensor as weight."""
     centre_of_mass_above_tip_mm: Annotated[float, Range(5.0, 500.0)] = 50.0
