@@ -123,9 +123,9 @@ def run_trial(
     supervisor: Supervisor | None = None,
     observers: Sequence[LoopObserver] = (),
 ) -> TrialReport:
-    """Run one trial from the arm's present pose.
+    """Run one trial from the arm's current pose.
 
-    The first tick runs at once. The arm is stopped however the trial ends.
+    The first tick runs immediately. The arm is stopped however the trial ends.
 
     Args:
         observers: Called in this order at each event.

@@ -5,12 +5,12 @@
     PalpateError
     ├── ConfigurationError          a setting is wrong; the operator fixes it
     │   ├── AssetError              a robot description or mesh is missing
-    │   └── UnreachableError        a pose that the arm cannot take
+    │   └── UnreachableError        a pose that the arm cannot reach
     ├── UsageError                  a command line is invalid; the operator fixes it
     ├── OutputError                 writing would overwrite existing results
     ├── LogError                    a recorded trial cannot be read or replayed
-    ├── LifecycleError              a port was used in the wrong order; the caller is wrong
-    ├── CommandError                a command that no arm may execute; the caller is wrong
+    ├── LifecycleError              a port was used in the wrong order; the caller is at fault
+    ├── CommandError                a command that no arm may execute; the caller is at fault
     ├── UndeterminedError           the measurements do not determine a quantity; measure more
     ├── PolicyError                 a third-party policy failed; its author fixes it
     └── DeviceError                 a device failed
@@ -87,7 +87,7 @@ class LogError(PalpateError):
 
 
 class LifecycleError(PalpateError, RuntimeError):
-    """A request is not allowed in the present state of a port."""
+    """A request is not allowed in the current state of a port."""
 
     def __init__(self, who: str, state: str, request: str, accepted: str) -> None:
         self.state, self.request = state, request

@@ -175,7 +175,7 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
     """Return the cross-entropy of an automaton on held-out strings, in nats per symbol.
 
     Its probabilities come from the training strings. A :class:`AutomatonState` follows the strings, as in a trial. Half
-    a count is added for each outcome, so that unseen outcomes keep a probability (Krichevsky and Trofimov, 1981). These
+    a count is added for each outcome, so that unseen outcomes stay possible (Krichevsky and Trofimov, 1981). These
     counts are uniform for a symbol; for a state they are proportional to the outcomes that follow its last symbol.
     """
     follower = AutomatonState.of(machine, training)
@@ -190,7 +190,7 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
 
 
 def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
-    """Return how often each symbol and the end followed each state, (states, symbols + 1)."""
+    """Return how often each symbol, or the end, followed each state, (states, symbols + 1)."""
     counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
     np.add.at(counts, np.minimum(tree.states(follower.table(), start), follower.lost), tree.counts)
     return counts

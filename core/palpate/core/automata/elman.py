@@ -26,7 +26,7 @@ MOST_HIDDEN: Final = 128
 
 
 class Readout(enum.Enum):
-    """Quantity that is computed from the hidden state."""
+    """Quantity computed from the hidden state."""
 
     PREDICTION = "prediction"
     """Probabilities of the next symbol and of the end of the string, which comes last."""
@@ -43,7 +43,7 @@ class Architecture(Settings):
     alphabet: tuple[str, ...]
     """Names of the symbols, in order."""
     reading: Readout
-    """Quantity that is computed from the hidden state."""
+    """Quantity computed from the hidden state."""
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
     """Number of hidden units; the paper has 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"

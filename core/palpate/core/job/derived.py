@@ -198,7 +198,7 @@ class Derived:
 
 
 def sliding_N(friction: float, press_N: float) -> float:
-    """Return the largest sideways force of a peg that slides under a press with its dither and noise."""
+    """Return the largest sideways force of a peg sliding under a press with its dither and noise."""
     return (_FRICTION_PEAK * friction + _NOISE_SHARE) * press_N
 
 

@@ -18,7 +18,7 @@ _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0
-"""Tilt that the known arms reach on all sides; small pegs need it."""
+"""Tilt that the known arms reach in every direction; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
 """Tilt beyond the hole's at which a corner is the lowest point of the peg."""
 _TWO_WALLS: Final = 1.27
@@ -176,7 +176,7 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
     part, tool, place = job.part, job.tool, job.place
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
     flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
-    # Height of a tilted corner's neighbours above it, over its height below the tip.
+    # Height of a tilted corner's neighbours above it, divided by its height below the tip.
     neighbour_height = min(1.0 - cos(2.0 * pi / sides), 1.0) if sides else 1.0
     least_deg = degrees(place.tilt_uncertainty_mrad * 1e-3) + _OVER_TILT_DEG
     most_deg = _USUAL_TILT_DEG if part.shape == ROUND else _MOST_TILT_DEG

@@ -22,7 +22,7 @@ _NM: Final = 6
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
-"""Largest depth of a flat over the radius; less than half the peg remains at larger values."""
+"""Largest depth of a flat divided by the radius; at larger values, less than half the peg remains."""
 _LEAST_MM: Final = 1.0
 _LEAST_TIP_MM: Final = 5.0
 _MOST_BENT_DEG: Final = 80.0
@@ -123,7 +123,7 @@ class ToolConfig(Settings):
     mass_kg: Annotated[float, Range(0.06, 20.0)] = 0.35
     """Mass of everything on the force sensor, as palpate rig calibrate measures it."""
     rigid_mass_kg: Annotated[float, Range(0.0, 20.0)] = 0.05
-    """Part of the mass that is fixed to the sensor; the rest moves on the gripper's compliance."""
+    """Part of the mass fixed to the sensor; the rest moves on the gripper's compliance."""
     centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)
     """Centre of mass in the sensor's frame."""
     axial_N_per_mm: Annotated[float, Range(0.5, 1000.0)] = 5.0

@@ -100,7 +100,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
         press_N: Pressing force of that task.
 
     Raises:
-        ConfigurationError: Either condition applies.
+        ConfigurationError: One of these conditions holds.
     """
     quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
     if short := _short_depth(quantities, depth_parts_m(quantities, step_mm * 1e-3, Constants())):
@@ -223,7 +223,7 @@ def _caution(job: Job, choice: Choice, regime: Regime) -> str:
             f"a play of {play_mrad:.2g} mrad is little for what a push shows of the turn: about {tries:.0f} attempts,"
             f" and a time limit to match; a radial clearance of {enough_mm:.2g} mm helps"
         )
-    # A corner that is pushed along its bisector slides into place only outside the friction cones of its walls.
+    # A corner pushed along its bisector slides into place only outside the friction cones of its walls.
     most = _SLIDES_SHARE * tan(pi / sides) if sides else inf
     if part.friction_max <= most or part.clearance_mm >= _TIGHT_MM:
         return ""

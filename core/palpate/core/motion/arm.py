@@ -48,9 +48,9 @@ class ArmDescription(Settings):
     lower_rad: tuple[float, ...] = ()
     """Lower joint limits in place of the URDF's; required if it has none, as for a continuous joint."""
     upper_rad: tuple[float, ...] = ()
-    """Upper joint limits, with the same rule."""
+    """Upper joint limits, under the same rule."""
     velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
-    """Joint velocity limits, with the same rule."""
+    """Joint velocity limits, under the same rule."""
     calibration: str = ""
     """Path of the controller's kinematics as saved by the ROS 2 driver of Universal Robots, relative to the file that
     names it; empty uses the nominal kinematics of the URDF."""
@@ -156,7 +156,7 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """Convert a table ``[arm]`` to a setting: the name if it has no other key; other keys modify that arm.
+    """Convert a table ``[arm]`` to a setting: the name if there is no other key; other keys modify that arm.
 
     Raises:
         ConfigurationError: No arm has that name.

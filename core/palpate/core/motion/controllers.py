@@ -99,7 +99,7 @@ class DampingControl(Controller):
         self._mobility, self._nominal, self._speed = 1.0 / damping_N_s_per_m, nominal_force_N, speed_limit_m_s
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the velocity of the protocol; positions are ignored."""
+        """Return the tip velocity; positions are ignored."""
         m, (fx, fy, fz), (x, y, z) = self._mobility, force_N, self._nominal
         return limited((m * (fx - x), m * (fy - y), m * (fz - z)), self._speed)
 
@@ -121,7 +121,7 @@ class PositionControl(Controller):
         self._gain, self._speed = gain_per_s, speed_limit_m_s
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the velocity as in the protocol; forces are ignored."""
+        """Return the tip velocity; forces are ignored."""
         k, (tx, ty, tz), (x, y, z) = self._gain, target_m, reference_m
         return limited((k * (tx - x), k * (ty - y), k * (tz - z)), self._speed)
 
@@ -168,7 +168,7 @@ class ForceControl(Controller):
         self._last: Vector3 | None = None
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the velocity of the protocol; positions are ignored."""
+        """Return the tip velocity; positions are ignored."""
         (fx, fy, fz), (tx, ty, tz) = force_N, self._target
         x, y, z = error = fx - tx, fy - ty, fz - tz
         u, v, w = error if self._last is None else self._last

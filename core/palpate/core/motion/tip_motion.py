@@ -123,7 +123,7 @@ class TipMotion:
         self.look_at_joints()
 
     def look_at_joints(self) -> None:
-        """Compute the joint speeds of turns at the present pose."""
+        """Compute the joint speeds of turns at the current pose."""
         self._kinematics.update(self._q_rad)
         to_tip = self._kinematics.tip_rotation.T.tolist()
         axes = [rotated(to_tip, self._task.axis_in_base(axis)) for axis in range(3)]

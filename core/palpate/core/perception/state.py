@@ -116,7 +116,7 @@ class LastSymbols(Settings):
         length: Number of remembered symbols, at least 1.
 
     Raises:
-        ConfigurationError: There are no names, a duplicate, or too many states to learn.
+        ConfigurationError: Names are missing or repeated, or there are too many states to learn.
     """
 
     TABLE: ClassVar[str] = _TABLE
@@ -191,7 +191,7 @@ class LastAction(_Memoryless):
         kinds: Kinds of the actions.
 
     Raises:
-        ConfigurationError: There are no names, a duplicate, or too many states to learn.
+        ConfigurationError: Names are missing or repeated, or there are too many states to learn.
     """
 
     symbols: Names

@@ -133,7 +133,7 @@ PERSON: Final = "person"
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Inputs to the choice of an action; lengths and wrenches in the task frame.
+    """Inputs to the choice of an action; lengths and wrenches are in the task frame.
 
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.

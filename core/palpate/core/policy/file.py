@@ -1,6 +1,6 @@
 """The policy file: the content of a policy, human-readable and exact to the last bit.
 
-JSON with schema id ``palpate.policy/4``. It states for each state whether a programmed action, an example, or the
+It is JSON with schema id ``palpate.policy/4``. It states for each state whether a programmed action, an example, or the
 learner acts, and holds the learner's settings and state.
 """
 

@@ -28,7 +28,7 @@ class TaskBounds:
 
 
 ANY_BOUNDS: Final = TaskBounds(1e-3, 0.1)
-"""Bounds for a learner that is only created to read its state."""
+"""Bounds for a learner created only to read its state."""
 
 
 class Learner(Policy):
@@ -46,9 +46,8 @@ class Learner(Policy):
     def get_state(self) -> dict[str, Any]:
         """Return everything that learning has changed, as plain JSON values that keep every bit.
 
-        It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner that is set to this
-        state and begins the same trial continues identically. The random generator belongs to the caller and is not
-        included.
+        It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner set to this state and
+        begins the same trial continues identically. The random generator belongs to the caller and is not included.
         """
 
     @abstractmethod

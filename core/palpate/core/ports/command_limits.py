@@ -60,7 +60,7 @@ class CommandLimiter:
     """Limits commands that arrive at any time: the elapsed time counts, not the number of commands.
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
-    is longer than one period allows. If several commands have the same time, the newest replaces the others.
+    is longer than one period allows. If several commands have the same time, the latest replaces the others.
 
     Args:
         lower_rad: Lower joint limits, (n,).

@@ -7,7 +7,7 @@ contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pa
 * A sample carries source time, receive time, sequence number and validity. Silence is never hidden: an old sample is
   marked ``STALE``, and a dead device raises ``DeviceError``.
 * Observations at tick *t* do not depend on the command of tick *t*.
-* The newest command wins; there is no queue. ``send`` returns the applied command.
+* The latest command wins; there is no queue. ``send`` returns the applied command.
 * ``stop`` works at any time, even repeatedly. A fault latches until a person acknowledges it.
 """
 
@@ -60,7 +60,7 @@ class ForceSensor(Device, Protocol):
 
     @abstractmethod
     def read(self) -> WrenchSample:
-        """Return the newest wrench of the environment on the tool, in the sensor frame.
+        """Return the latest wrench of the environment on the tool, in the sensor frame.
 
         Raises:
             LifecycleError: The sensor is not active.
@@ -74,7 +74,7 @@ class JointEncoder(Device, Protocol):
 
     @abstractmethod
     def read(self) -> JointSample:
-        """Return the newest joint angles.
+        """Return the latest joint angles.
 
         Raises:
             LifecycleError: The encoder is not active.
@@ -98,7 +98,7 @@ class ArmCommand(Device, Protocol):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop the arm at its present pose; works in every state and from any thread, even when the loop is late.
+        """Stop the arm at its current pose; works in every state and from any thread, even when the loop is late.
 
         It may interrupt ``send``, for example from a signal handler; the rest of that ``send`` moves nothing.
 
@@ -113,11 +113,11 @@ class Clock(Protocol):
 
     @abstractmethod
     def now_ns(self) -> int:
-        """Return the present time."""
+        """Return the current time."""
 
     @abstractmethod
     def sleep_until(self, deadline_ns: int) -> None:
-        """Return once ``now_ns() >= deadline_ns``; at once if that time has passed."""
+        """Return once ``now_ns() >= deadline_ns``, immediately if that time has passed."""
 
 
 @dataclass(frozen=True, slots=True)

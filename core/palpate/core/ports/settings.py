@@ -10,7 +10,7 @@
         # below it, as a docstring, the help text
 
 The annotation is the type and range, the assignment the default, the docstring the help text. Every field is checked
-whenever the class is constructed. :meth:`Settings.check` checks conditions over several fields.
+whenever an instance is constructed. :meth:`Settings.check` checks conditions over several fields.
 """
 
 import operator

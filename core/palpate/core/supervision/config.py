@@ -37,7 +37,7 @@ class SupervisionConfig(Settings):
     max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0
-    """Change of the force between two samples, divided by that of their source times."""
+    """Change of the force between two samples, divided by the difference of their source times."""
     unexpected_contact_N: Annotated[float, Limit(0.05, 500.0, "N")] = 3.0
     """Force in phases without permitted contact; before taring, its change since the phase began."""
     max_force_age_ms: Annotated[float, Limit(8.0, 1000.0, "ms")] = 50.0
@@ -81,8 +81,7 @@ class SupervisionConfig(Settings):
     retract_speed_mm_s: Annotated[float, Motion(0.1, 1000.0, "mm/s")] = 20.0
     """Speed of the retraction."""
     weakened: tuple[str, ...] = ()
-    """Names of all limits that are weaker than their defaults, including on_trip and retract_; each must be listed
-    here."""
+    """Names of all limits weaker than their defaults, including on_trip and retract_; each must be listed here."""
 
     @override
     def check(self) -> None:
@@ -119,7 +118,7 @@ _ON_TRIP: Final = "on_trip"
 
 
 def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of the settings that are weaker than their defaults.
+    """Return the names of the settings weaker than their defaults.
 
     Args:
         values: Some or all settings of supervision by name; values of another type are checked elsewhere.

@@ -37,7 +37,7 @@ def require_fitting(
         raise ConfigurationError("force_sensor.facts.frame", sensor.frame, accepted)
     press_N = task.press_kgf * N_PER_KGF
     noise_N, noise_Nm = _NOISE * sensor.noise_N, _NOISE * sensor.noise_Nm
-    # Along its weakest axis a sensor measures no more than the range of that axis.
+    # Along its weakest axis, a sensor measures no more than the range of that axis.
     range_N, range_Nm = min(sensor.range_N), min(sensor.range_Nm)
     _between(config, "max_force_N", press_N, "the pressing force", range_N)
     _between(config, "max_force_N", noise_N, "what noise alone shows", range_N)
@@ -84,7 +84,7 @@ def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready
 
 
 def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
-    """Return the limits of the force in the order in which they stop the arm, shown when a run on a rig starts."""
+    """Return the limits of the force in the order in which they stop the arm, printed when a run on a rig starts."""
     limits = [
         (supervision.unexpected_contact_N, "supervision.unexpected_contact_N"),
         (task.max_force_N, "task.max_force_N"),

@@ -89,7 +89,7 @@ class Supervisor:
 
     @property
     def trip(self) -> Trip | None:
-        """Return the cause that ended the newest trial; None if there is none."""
+        """Return the cause that ended the latest trial; None if there is none."""
         return self._trip
 
     def begin(self) -> None:

@@ -57,7 +57,7 @@ class Trip:
 
 @dataclass(frozen=True, slots=True)
 class PhaseConstraints:
-    """Constraints on contact and position in the present phase of the task; one object serves a whole phase.
+    """Constraints on contact and position in the current phase of the task; one object serves a whole phase.
 
     Attributes:
         bias: Wrench at zero load, (6,), N and N m, as the sensor reads it; None before taring.

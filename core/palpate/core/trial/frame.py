@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from palpate.core.trial.config import GoalConfig, TaskConfig
 
-_TASK_IN_BASE: Final = np.diag([1.0, -1.0, -1.0])  # x with the base's x, z straight down into the hole
+_TASK_IN_BASE: Final = np.diag([1.0, -1.0, -1.0])  # x along the base's x, z straight down into the hole
 
 
 def goal_in_base(goal: GoalConfig) -> pin.SE3:

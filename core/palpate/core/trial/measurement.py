@@ -16,11 +16,11 @@ _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 _KEPT: Final = 16
 """Number of depths and bends kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
-"""Times in ns and values in m; the newest last."""
+"""Times in ns and values in m; the latest last."""
 
 
 class Measurement:
-    """The first stage of every tick. Attributes hold the newest tick in SI units and the task frame.
+    """The first stage of every tick. Attributes hold the latest tick in SI units and the task frame.
 
     Args:
         signal: Tares, scales and filters the six wrench channels.
@@ -32,7 +32,7 @@ class Measurement:
         tip_lever_m: Distance of the tip from the sensor's origin.
         position_m: Tip from the encoders, (3,); excludes the deflection of the gripper.
         tip_depth_m: Depth of the tip below the nominal plane, from the encoders and the deflection of spring and
-            damper, at the newest time for which both force and joint angles are known.
+            damper, at the latest time for which both force and joint angles are known.
         turned_rad: Tilt and yaw of the tool, (2,); zero unless weight compensation is on, as it is for tools that turn.
         force_N: Tared, scaled, unfiltered force, (3,).
         force_norm_N: Its norm.
@@ -52,7 +52,7 @@ class Measurement:
         damping_s: float = 0.0,
     ) -> None:
         self._kinematics, self._signal = kinematics, signal
-        # Fraction of the spring's deflection that is covered in a tick; the damper takes the rest of the force.
+        # Fraction of the spring's deflection covered in a tick; the damper takes the rest of the force.
         self._eased = min(PERIOD_S / (damping_s + 0.5 * PERIOD_S), 1.0)
         self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
@@ -194,7 +194,7 @@ def require_place(joints: JointSample, count: int) -> None:
 
 
 def _value_at(time_ns: int, history: History) -> float:
-    """Interpolate the value at a time within the history; after its end return the newest value."""
+    """Interpolate the value at a time within the history; after its end, return the latest value."""
     after_ns, after_m = newest = history[-1]
     if time_ns >= after_ns:
         return after_m

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    # It needs kinematics; an observer should not load them.
+    # It needs kinematics, which an observer should not load.
     from palpate.core.trial.constraints import Trip
 
 
@@ -26,7 +26,7 @@ class Phase(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """End of a trial according to port data; a completed task other than an insertion is DONE."""
+    """How a trial ended, according to port data; a completed task other than an insertion is DONE."""
 
     INSERTED = "inserted"
     DONE = "done"

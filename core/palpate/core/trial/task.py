@@ -16,7 +16,7 @@ class Task(Protocol):
     replayed. It is reused for every trial; :meth:`begin` resets it.
 
     Attributes:
-        constraints: Present constraints on contact and position, for the supervisor.
+        constraints: Current constraints on contact and position, for the supervisor.
         tip_m: Tip from the encoders at the last tick, (3,), task frame.
         turned_rad: Tilt of the tool and turn about its axis from the encoders, (2,).
     """
@@ -34,7 +34,7 @@ class Task(Protocol):
         """Process a snapshot, the first half of a tick; :meth:`act` is the second.
 
         Returns:
-            The observation for a policy's choice in the second half; None in ticks without a choice.
+            The observation for a policy's choice in the second half; None at ticks without a choice.
 
         Raises:
             DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
@@ -50,7 +50,7 @@ class Task(Protocol):
 
     @abstractmethod
     def interrupt(self) -> None:
-        """End the trial as soon as possible, and any later one at once. Safe to call from a signal handler.
+        """End the trial as soon as possible, and any later trial at once. Safe to call from a signal handler.
 
         The first tick that notices it records an event :data:`~palpate.core.trial.report.INTERRUPT`, at which a replay
         interrupts the trial.

@@ -66,7 +66,7 @@ class NetFt(PolledSensor):
         self._sequence = 0
 
     def start(self, now_ns: int) -> None:
-        """Request the stream, and drop waiting records of an earlier one."""
+        """Request the stream, and drop waiting records from an earlier one."""
         self._number = self._count = None
         self._requested_ns = now_ns
         self._receive()

@@ -1,4 +1,4 @@
-"""CAN buses: how to open one, and frames on it."""
+"""CAN buses and their frames."""
 
 import lazy_loader
 

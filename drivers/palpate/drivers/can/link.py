@@ -86,7 +86,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
         bitrate: In bit/s. python-can sets it where it can; for socketcan, the operating system does.
 
     Raises:
-        WiringError: There is no such bus, or no permission.
+        WiringError: The bus does not exist, or permission is denied.
     """
     try:
         if interface == "slcan":

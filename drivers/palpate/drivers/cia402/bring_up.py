@@ -86,7 +86,7 @@ class BringUp:
             views = self._exchange.views
             last = [self._word(view, goal, word, by_operator) for view, word in zip(views, last, strict=True)]
             views = self._run(last)
-            # Only a drive with power can deviate; without power, a person may be moving the joints by hand.
+            # Only a powered drive can deviate; without power, a person may be moving the joints by hand.
             powered = goal is codec.DriveState.ENABLED
             error = fault_of(views, self._settings, self._now_ns(), allowed if powered else None)
             if error is not None:

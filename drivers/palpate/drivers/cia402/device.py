@@ -98,7 +98,7 @@ class Cia402Arm(LatchingArm):
         with self._latching():
             self._bring_up.watchdogs(on=True)
             self._bring_up.walk(DriveState.ENABLED)
-        # The set-point is exactly the drives' present target, not a newer measurement, so that nothing moves.
+        # The set-point is exactly the drives' current target, not a newer measurement, so that nothing moves.
         self.setpoint_rad = self._bring_up.held_rad
         self._stepped_ns = self._now_ns() - self.settings.period_ns
         self._state = ArmState.ENABLED

@@ -70,7 +70,7 @@ class ArmSettings:
         host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops on its own.
         quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
             (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
-        transition_timeout_s: Time limit for a change of state of all drives.
+        transition_timeout_s: Time limit for all drives to change state.
 
     Raises:
         SettingError: A value is invalid.

@@ -112,14 +112,14 @@ class ArmDriver(Protocol):
 
     @abstractmethod
     def enable(self) -> None:
-        """Let the servos hold the arm in its present pose."""
+        """Let the servos hold the arm in its current pose."""
 
     @abstractmethod
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """Run one bus cycle; None holds the pose. Set-points are limited; a stopped arm ignores them."""
 
     def diagnostics(self) -> dict[str, str]:
-        """Return identity, state and error counters by name; ``fault`` is the present fault."""
+        """Return identity, state and error counters by name; ``fault`` is the current fault."""
         return {}
 
     @abstractmethod

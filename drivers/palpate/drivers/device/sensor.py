@@ -22,7 +22,7 @@ class ForceSample:
         torque_Nm: Torque about its origin, (3,).
         sequence: Number of the reading; always increases, even across streams and restarts.
         receive_time_ns: Time of the poll that received it; the reading is older by the wait for that poll, the
-            transmission and the delay of the sensor's filter.
+            transmission and the sensor's filter delay.
         saturated: Whether it is at or near the limit of the sensor's range, or the sensor reports that it is.
     """
 
@@ -66,7 +66,7 @@ class PolledSensor(ABC):
         return SilentError(self.name, f"nothing new {since}{f', but {came}' if came else ''}", self._remedy)
 
     def diagnostics(self) -> dict[str, str]:
-        """Return identity, settings and error counters by name; ``fault`` is the present fault."""
+        """Return identity, settings and error counters by name; ``fault`` is the current fault."""
         return {"fault": "" if self.failure is None else str(self.failure), "errors": listed(self.errors) or "none"}
 
     @abstractmethod
@@ -78,7 +78,7 @@ class PolledSensor(ABC):
         """
 
     def check(self) -> None:
-        """Raise the present error, if there is one.
+        """Raise the current error, if any.
 
         Raises:
             SilentError: The sensor is silent; a new sample ends this error.

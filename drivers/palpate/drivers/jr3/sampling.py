@@ -51,7 +51,7 @@ class Sampler:
             self._errors[REPEATED] += 1
             return None
         if ahead >= _WRAP // 2:
-            # The counter starts at 0 again. After a long silence it may also have wrapped, which does no harm.
+            # The counter starts at 0 again. After several seconds of silence it may also have wrapped, harmlessly.
             self._errors[RESTARTED] += 1
             self._settled_at_ns = now_ns + self._settling_ns
         self._counter, self.last_new_ns = reading.counter, now_ns

@@ -16,22 +16,22 @@ HARD_RESET: Final = NmcCommand(Code.HARD_RESET)
 
 
 def set_addr(address: int) -> NmcCommand:
-    """Assigns an individual address, 1 to 127, in the group of all modules."""
+    """Assign an individual address, 1 to 127, in the group of all modules."""
     return NmcCommand(Code.SET_ADDR, bytes((address, EVERYBODY)))
 
 
 def def_stat(mask: StatusItem) -> NmcCommand:
-    """Defines the items of every reply, starting with the reply to this command."""
+    """Define the items of every reply, starting with the reply to this command."""
     return NmcCommand(Code.DEF_STAT, bytes((mask,)))
 
 
 def read_stat(mask: StatusItem) -> NmcCommand:
-    """Requests these items once."""
+    """Request these items once."""
     return NmcCommand(Code.READ_STAT, bytes((mask,)))
 
 
 def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> NmcCommand:
-    """Loads a motion to a position, s32.
+    """Load a motion to a position, s32.
 
     Args:
         control: Optional bits SERVO and START_NOW.
@@ -44,18 +44,18 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
 
 
 def set_gain(*values: int) -> NmcCommand:
-    """Sets kp, kd and ki; limits of integral, output, current and position error; servo rate divisor; and deadband."""
+    """Set kp, kd and ki; limits of integral, output, current and position error; servo rate divisor; and deadband."""
     return NmcCommand(Code.SET_GAIN, struct.pack("<4h2Bh2B", *values))
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
-    """Stops the motor as ``control`` states; only ``StopControl.HERE`` has a position, s32."""
+    """Stop the motor as ``control`` states; only ``StopControl.HERE`` has a position, s32."""
     position = b"" if position_counts is None else struct.pack("<i", position_counts)
     return NmcCommand(Code.STOP_MOTOR, bytes((control,)) + position)
 
 
 def set_baud(divisor: int) -> NmcCommand:
-    """Changes the baud rate of every module that receives it; only sent to groups. No reply."""
+    """Change the baud rate of every module that receives it; sent only to groups. No reply."""
     return NmcCommand(Code.SET_BAUD, bytes((divisor,)))
 
 

@@ -188,7 +188,7 @@ class NmcBus:
         Only for commands that may be executed twice without harm.
 
         Raises:
-            SilentError, GarbledError, WiringError: As :meth:`exchange`.
+            SilentError, GarbledError, WiringError: As for :meth:`exchange`.
         """
         while (reply := self.exchange(address, command)) is None:
             continue
@@ -204,7 +204,7 @@ class NmcBus:
         """Clear the sticky fault bits of a module, which the bus never does by itself.
 
         Raises:
-            SilentError, GarbledError, WiringError: As :meth:`exchange`.
+            SilentError, GarbledError, WiringError: As for :meth:`exchange`.
         """
         return self.require(address, CLEAR_BITS)
 

@@ -130,7 +130,7 @@ def _address_chain(bus: NmcBus) -> range:
 
 
 def _answers(bus: NmcBus, address: int) -> bool:
-    # READ_STAT and not NOP: the mask of a module that was taken over is unknown.
+    # READ_STAT, not NOP: the mask of a module that was taken over is unknown.
     return any(isinstance(bus.attempt(address, read_stat(StatusItem(0))), Reply) for _ in range(_TRIES))
 
 

@@ -16,7 +16,7 @@ class Ros2Network:
     Attributes:
         domain: The robot's ROS_DOMAIN_ID.
         address: This computer's address on the robot's network; if empty, the system chooses.
-        peers: Addresses of computers to contact; if empty, they are found by multicast.
+        peers: Addresses of computers to contact; if empty, multicast finds them.
     """
 
     domain: int

@@ -48,7 +48,7 @@ class Transmission:
     """Transmission between motors and joints.
 
     Attributes:
-        joint_1_sign: 1, or -1 for a motor that is mounted upside down. FACT: client 1, newest version of the port -1.
+        joint_1_sign: 1, or -1 for a motor mounted upside down. FACT: client 1, newest version of the port -1.
         wrist_factor: 1.0, or ``ALTERNATIVE_WRIST_FACTOR``.
     """
 

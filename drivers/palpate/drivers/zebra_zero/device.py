@@ -28,7 +28,7 @@ class CountsStore(Protocol):
         """
 
     def save(self, counts: SixCounts) -> None:
-        """Keep the counters; never raises."""
+        """Store the counters; never raises."""
 
 
 class ZebraZero(LatchingArm):
@@ -95,7 +95,7 @@ class ZebraZero(LatchingArm):
         self._tracking.begin_at((0, 0, 0, 0, 0, 0))
 
     def enable(self) -> None:
-        """Let every servo hold its motor in its present position."""
+        """Let every servo hold its motor in its current position."""
         self._require("enable()", ArmState.CONFIGURED)
         self.stopped = None
         with self._latching():

@@ -194,9 +194,9 @@ class Servos:
         return tuple(counts), fault
 
     def enable(self, axis: int) -> ArmFaultError | None:
-        """Let one servo hold its motor in its present position; return a fault, if any.
+        """Let one servo hold its motor in its current position; return a fault, if any.
 
-        The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
+        The abrupt stop makes the current position the one to be held, and the trapezoid that loads velocity and
         acceleration for later goes to that same position, so nothing moves.
         """
         was_on = axis in self.on

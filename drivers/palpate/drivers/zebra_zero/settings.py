@@ -19,7 +19,7 @@ class JointLimits:
             the client says that its limits are still to be fixed).
         upper_rad: Upper ends, (6,); likewise.
         velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
-        acceleration_rad_per_s2: Highest joint acceleration, limited by firmware with trapezoids. CALC from the port's
+        acceleration_rad_per_s2: Highest joint acceleration, enforced by firmware with trapezoids. CALC from the port's
             servo default of 10 000 on joints 1 to 3. (One configuration of it has 0.2, another software cap.)
     """
 
@@ -61,7 +61,7 @@ RESERVE: Final = 0.1
 LIMIT_TOLERANCE_RAD: Final = 0.02
 """Distance of a measured pose beyond the limits that counts as a fault."""
 STORED_TOLERANCE_COUNTS: Final = 200
-"""Largest difference from the stored counters for resuming them."""
+"""Largest difference from the stored counters at which they are resumed."""
 PROFILE_MARGIN: Final = 1.25
 """Ratio of the firmware's own velocity and acceleration limits to those of the joints, so that a profile can catch up
 with its set-points."""

@@ -125,7 +125,7 @@ class Rounds:
                     self._tracking.take(axis, reply, self._clock_ns(), is_driven=axis in self._servos.on)
 
     def beyond_limits(self) -> ArmFaultError | None:
-        """Return the fault if the newest pose is outside the limits, or None."""
+        """Return the fault if the latest pose is outside the limits, or None."""
         position = self._tracking.position_rad
         joint = self._settings.limits.outside(position, LIMIT_TOLERANCE_RAD)
         if joint is None:

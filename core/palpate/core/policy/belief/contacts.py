@@ -25,7 +25,7 @@ _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MAX_CONTACTS: Final = 120
-"""Number of contacts stored per trial, starting with the last; a blind search has many similar ones."""
+"""Number of contacts stored per trial, the latest ones; a blind search has many similar ones."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:

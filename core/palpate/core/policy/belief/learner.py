@@ -1,4 +1,4 @@
-"""Learns the position of the hole from the end of each trial, and acts on a belief over it."""
+"""Learns the position of the hole from the end of each trial, and acts on a belief over that position."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._searched = 0
 
     def _restart(self) -> None:
-        """Reset the evidence of the present trial."""
+        """Reset the evidence of the current trial."""
         table, forgetting_factor = self._table, self.parameters.forgetting_factor
         self._belief = None if table is None else PlaceBelief(table, self._log_prior, forgetting_factor)
         self._search, self._steps = None, 0

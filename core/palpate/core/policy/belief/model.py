@@ -9,7 +9,7 @@ The load is the pressing force divided by 4.9 N. No relation between torque and 
 learned and shared over all headings, as for a round peg; the residual contains what breaks that symmetry. All
 quantities are given at a few rings of distance and interpolated linearly.
 
-A tool that is tilted in its grip touches with an edge, which adds a torque to every contact, the trial's bias; if the
+A tool tilted in its grip makes contact with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
 symmetry the torque is linear in that bias, with different gains along and across the heading. Therefore observations at
 one heading of the tilt apply to all. After a regrip only two numbers are unknown, which the belief integrates out. A

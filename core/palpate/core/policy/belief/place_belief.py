@@ -12,15 +12,15 @@ from palpate.core.policy.belief.model import ContactModel, Directions
 from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places
 
 MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
-"""Weights of cells that were passed without a drop, by distance from the path in capture widths; nearer cells get lower
-ones. In `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
+"""Weights of cells passed without a drop, by distance from the path in capture widths; nearer cells get lower ones. In
+`blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
 
 
 class ContactTable:
     """A contact model tabulated over all displacements between two cells, for fast lookup.
 
     Args:
-        places: Possible positions of the hole; the tip is within them too.
+        places: Possible positions of the hole; the tip is also within them.
         regrip_share: Probability that the tilt differs from the last trials.
     """
 
@@ -63,7 +63,7 @@ class PlaceBelief:
     """Evidence of one trial's torques for each position.
 
     The torque of the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
-    distributions, near that of the last trials or arbitrary. So the evidence has a closed form in six running sums.
+    distributions, near that of the last trials or arbitrary. The evidence thus has a closed form in six running sums.
 
     Args:
         log_prior: Logarithm of the belief at the start of the trial, (size, size).

@@ -20,7 +20,7 @@ _UNLIKELY: Final = 1e-4
 
 
 class Planner:
-    """Plans one step ahead: it minimises the expected time from the step's end to the hole, if the step misses it.
+    """Plans one step ahead: it minimises the expected time from the step's end to the hole if the step misses.
 
     Attributes:
         moves: The possible steps, (dx, dy) in m.

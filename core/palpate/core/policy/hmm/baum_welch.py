@@ -1,4 +1,4 @@
-"""Expectation step of Baum-Welch over a batch of trials, for hidden states that are shifted by actions.
+"""Expectation step of Baum-Welch over a batch of trials, for hidden states shifted by actions.
 
 Forward and backward messages are scaled, and trials may differ in length. BLAS is not used, so that sums have the same
 order on every processor.

@@ -91,11 +91,11 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     @property
     def trials(self) -> tuple[RecordedTrial, ...]:
-        """Readings and actions of every trial that it learned from."""
+        """Readings and actions of every trial from which it learned."""
         return tuple(self._trials)
 
     def use(self, model: DisplacementHmm, trials: Sequence[RecordedTrial]) -> None:
-        """Use a model that was fitted to these trials; the plan is computed at the next trial."""
+        """Use a model fitted to these trials; the plan is computed at the next trial."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(len(trials))
         self.model, self._plan = model, None
@@ -166,7 +166,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
     def end_trial(self, episode: EpisodeOutcome) -> None:
         if self.frozen or not self._actions:
             return
-        # The result of an action that was interrupted by the end of the trial is unknown.
+        # The result of an action interrupted by the end of the trial is unknown.
         symbols = self._symbols[: len(self._actions)] + ([] if self._next is None else [self._next])
         self._remember(RecordedTrial(tuple(symbols), tuple(self._actions), self._next is None))
 

@@ -1,4 +1,4 @@
-"""Base class of tasks with contact: path to the start, tare, force limit, and all early ends."""
+"""Base class of tasks with contact: path to the start, taring, force limit, and early ends."""
 
 from abc import abstractmethod
 from enum import Enum
@@ -91,7 +91,7 @@ class ContactTask(Task):
         """Process a snapshot, the first half of a tick; :meth:`act` is the second.
 
         Returns:
-            The observation for the policy's choice in the second half; None in most ticks, which have no choice.
+            The observation for the policy's choice in the second half; None at most ticks, which have no choice.
 
         Raises:
             DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command; or the
@@ -169,7 +169,7 @@ class ContactTask(Task):
         self._state.enter(phase, PhaseConstraints(contact, self._settle.bias, area))
 
     def interrupt(self) -> None:
-        """End the trial after the running action, and any later one at once.
+        """End the trial after the running action, and any later trial at once.
 
         Safe to call from a signal handler.
         """
@@ -205,12 +205,12 @@ class ContactTask(Task):
 
     @property
     def phase(self) -> Enum:
-        """Return the present phase."""
+        """Return the current phase."""
         return self._state.phase
 
     @property
     def snapshot(self) -> Snapshot:
-        """Return the newest snapshot with valid samples."""
+        """Return the latest snapshot with valid samples."""
         return self._state.snapshot
 
     @property

@@ -59,7 +59,7 @@ class Monitor:
 
     Attributes:
         axial: Response along the tool axis.
-        air: Response of a tool without contact, by its inertia; only for tools that dither in air.
+        air: Response of a tool without contact, from its inertia; only for tools that dither in air.
         loose: Response of a tool with intermittent contact; only for the same tools.
         across: Response along a push.
         direction: Direction of the push, (2,); None without a push.
@@ -230,7 +230,7 @@ class Monitor:
         """Return a trip if several consecutive samples show a wrench that no contact at the tip can cause."""
         x, y, z = measured.force_N
         torque_Nm = measured.torque_across_at_tip_Nm
-        # The forces of two walls that pinch a tilted peg cancel; the torque remains.
+        # The forces of two walls that pinch a tilted peg cancel out; the torque remains.
         walls_N = hypot(x, y) + 2.0 * torque_Nm / self._lever_m
         pull_N = _PULL_SHARE * self.press_N + self.pull_N + self._friction * walls_N
         self._pulls = self._pulls + 1 if z > pull_N else 0
@@ -265,7 +265,7 @@ class Monitor:
                 the flange, because the arm's servos yield to a stiff gripper.
         """
         budget_m, dither = self.budget_N / self.lateral_N_per_m, self._push_dither
-        # A flange that suddenly follows in full then bends the gripper by no more than the budget.
+        # If the flange then suddenly follows in full, it bends the gripper by no more than the budget.
         if met and self.across.swing_m < PUSH_SHARE * budget_m and dither.amplitude_m < budget_m:
             dither.amplitude_m *= _GROWTH
         return self._push_dither.velocity_m_s()

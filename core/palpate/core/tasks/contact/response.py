@@ -44,7 +44,7 @@ class Response:
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Attributes:
-        share: Measured stiffness divided by the gripper's in the newest window; None without a window.
+        share: Measured stiffness divided by the gripper's in the latest window; None without a window.
         half_width: Half-width of its confidence interval.
         lag: Ticks by which the force is older than its time stamp; None until the responses determine it.
         window: Number of samples in a window.
@@ -86,7 +86,7 @@ class Response:
             self._places.append((time_ns * _NS, place_m))
 
     def add_force(self, time_ns: int, force_N: float) -> None:
-        """Add a new force sample and update the newest window."""
+        """Add a new force sample and update the latest window."""
         self._forces.append((time_ns * _NS, force_N))
         # A later position makes the velocity a central difference.
         while self._forces and len(self._places) >= 3 and self._places[-1][0] > self._forces[0][0] + 0.5 * PERIOD_S:
@@ -106,12 +106,12 @@ class Response:
 
     @property
     def swing_m(self) -> float:
-        """Return the amplitude of the newest positions, half their range in three half-periods of the dither."""
+        """Return the amplitude of the latest positions, half their range in three half-periods of the dither."""
         places_m = [place_m for _, place_m in self._places]
         return 0.5 * (max(places_m) - min(places_m)) if places_m else 0.0
 
     def widen(self, samples: int) -> None:
-        """Fit the newest n samples if that is more than a window; the tool must be stationary."""
+        """Fit the latest n samples if that is more than a window; the tool must be stationary."""
         samples = min(samples, self._end - self._first, MOST_SAMPLES)
         if samples > self.window:
             self._fit_last(samples)
@@ -124,7 +124,7 @@ class Response:
         return self.verdict(NARROW) is Verdict.VERIFIED
 
     def verdict(self, half_width: float = FAIR) -> Verdict:
-        """Return the verdict of the newest window; a smaller half-width requires more certainty."""
+        """Return the verdict of the latest window; a smaller half-width requires more certainty."""
         if self.share is None:
             return Verdict.UNKNOWN
         lowest, highest = self.spring.lowest, self.spring.highest
@@ -166,7 +166,7 @@ class Response:
                 self.lag = int(likely.argmax())
 
     def _fitted(self, expected: Array, measured: Array) -> tuple[Any, Any]:
-        """Return share and half-width for each column of expected forces; outliers get less weight in a second pass."""
+        """Return share and half-width for each column of expected forces; a second pass weights outliers less."""
         total, count = np.add.reduce, len(measured)
         x, y = expected - total(expected) / count, measured - total(measured) / count
         # A stationary flange measures nothing.
@@ -187,10 +187,10 @@ class Response:
 
 
 def _repetition(x: Array, rest: Array) -> Any:
-    """Return samples per independent sample, for each column of two series that are correlated in time.
+    """Return samples per independent sample, for each column of two series correlated in time.
 
-    A late or recorded force swings as the dither does, and few samples of it match the dither by chance. The variance
-    of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
+    A late or recorded force swings as the dither does, and a few samples of it can match the dither by chance. The
+    variance of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """
     (count, columns), lags = x.shape, HALF_PERIOD_TICKS[1] - 1

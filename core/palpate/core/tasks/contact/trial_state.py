@@ -14,9 +14,9 @@ class TrialState:
     """State that the phases of a trial share.
 
     Attributes:
-        phase: The present phase; a task may define its own phases in another enumeration.
+        phase: The current phase; a task may define its own phases in another enumeration.
         noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
-        observation: Observation for the choice of an action at this tick; None in ticks without a choice.
+        observation: Observation for the choice of an action at this tick; None at ticks without a choice.
     """
 
     def __init__(self) -> None:

@@ -71,7 +71,7 @@ class Agent:
         return state
 
     def choose(self) -> Decision:
-        """Choose the next action from the newest observation.
+        """Choose the next action from the latest observation.
 
         Raises:
             LifecycleError: Nothing was perceived since the last choice.
@@ -112,7 +112,7 @@ class Agent:
         self._settle(next_state=None)
 
     def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
-        """Record that the trial ended without reaching the goal; the running action leads to the present state."""
+        """Record that the trial ended without reaching the goal; the running action leads to the current state."""
         if self._pending is not None:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
 

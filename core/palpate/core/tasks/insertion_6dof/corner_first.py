@@ -14,10 +14,10 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 NAME: Final = "corner-first"
 QUIET_ACTIONS: Final = 2
-"""Consecutive actions in which both walls must carry load without a torque."""
+"""Consecutive actions in which both walls must carry load without torque."""
 DRIVEN_ACTIONS: Final = 7
 LONGEST_WITHDRAWAL: Final = 20
-"""Actions after which a tool that is still in the hole is inserted again."""
+"""Actions after which a tool still in the hole is inserted again."""
 STAND_SHARE: Final = 0.2
 """Turn towards upright per action, as a fraction of the tilt."""
 _STUCK_SHARE: Final = 0.62
@@ -34,7 +34,7 @@ class _Act(Enum):
 
 
 class CornerFirst(FixedPolicy):
-    """Pushes a corner against both walls until no torque remains, turns upright and inserts; or tries the next.
+    """Pushes a corner against both walls until no torque remains, turns upright and inserts, or tries the next one.
 
     A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole, pushed against both walls,
     does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it, and the

@@ -35,7 +35,7 @@ _WALL_N: Final = 1.0
 _RAISED_M: Final = 4e-4
 """Lift that frees a waiting tool: more than the dither, and 2 N of gripper force if it is held."""
 _RAISED_AFTER: Final = 0.25
-"""Fraction of the time-out after which it is raised."""
+"""Fraction of the time-out after which the tool is raised."""
 _ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(ControllerKind.LIFT)
@@ -87,7 +87,7 @@ class SpatialExplore(Explore):
     @override
     def resume(self) -> None:
         super().resume()
-        # The hole was a false detection, or held the peg: stop and choose at once.
+        # The hole was a false detection, or held the peg: stop and choose immediately.
         self._spatial, self._rate_rad_s, self.countdown = _HOLD, ZERO_VELOCITY, 1
         self._wedged_m: Vector3 | None = None
 

@@ -23,7 +23,7 @@ class Approach(RunningPhase):
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 
     def enter(self) -> None:
-        """Begin, straight down from the present position."""
+        """Begin, straight down from the current position."""
         self.over = self.touched = False
         self._target_m = self._motion.reference_m
 

@@ -67,7 +67,7 @@ class Equipment:
     """Objects that the phases share.
 
     Attributes:
-        measurement: The newest tick in the task frame.
+        measurement: The latest tick in the task frame.
         motion: The commanded tip.
     """
 

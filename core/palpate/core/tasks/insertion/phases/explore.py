@@ -75,8 +75,8 @@ class Explore(RunningPhase):
         x, y, z = measured.force_N
         self._agent.effort_N.append(measured.force_norm_N)
         lost = z > -self._contact_N
-        # Friction on the hole's wall can maintain the reaction while the peg sinks, so depth is checked too. Before the
-        # first action the surface is not known well: encoders on a slow bus lag behind the force.
+        # Friction on the hole's wall can maintain the reaction while the peg sinks, so depth is also checked. Before
+        # the first action the surface is not known well: encoders on a slow bus lag behind the force.
         drop_m = self._equipment.drop_m if self._agent.decisions else PAST_PLATE_M
         deep = self._depth_m > drop_m
         self._deep_ticks = self._deep_ticks + 1 if deep else 0
@@ -164,7 +164,7 @@ class Explore(RunningPhase):
         )
 
     def _refine_surface(self) -> None:
-        """Correct the height of the surface, from which depth counts, while the peg presses steadily on it."""
+        """Correct the height of the surface, from which depth is measured, while the peg presses steadily on it."""
         measured, state, (x, y, _) = self._measurement, self._state, self._motion.reference_m
         rise = measured.tip_depth_m - state.surface_m
         if measured.force_N[2] > -0.5 * self._press_N or (self._rests_m and rise > _SURFACE_M):

@@ -156,7 +156,7 @@ class Insert(RunningPhase):
             if self._depth_m > self._chamfer_m:
                 monitor.play_m = self._play_m
         due = not self._walled or monitor.spent or monitor.spent_N > _DUE_SHARE * monitor.budget_N
-        # Contact that is lost with the budget spent leaves nothing to press on: only a wall can respond.
+        # Contact lost with the budget spent leaves nothing to press on: only a wall can respond.
         lost = monitor.spent and not self._pressed
         vx, vy, vz = self._pressing(push=due and (lost or self._depth_m > self._wall_m))
         if monitor.spent:
