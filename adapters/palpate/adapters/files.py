@@ -58,7 +58,7 @@ def require_no_file(path: Path, flag: str = "--out") -> None:
     """Check before lengthy work that a file can be created without overwriting anything.
 
     Raises:
-        OutputError: A file or folder of that name exists.
+        OutputError: A file or folder with that name exists.
         OSError: Nothing can be written there.
     """
     _require_free(path, flag)
@@ -78,7 +78,7 @@ def require_free_folder(path: Path) -> None:
     """Check before lengthy work that a folder can be created, or exists and is empty.
 
     Raises:
-        OutputError: A file, or a folder that is not empty, exists.
+        OutputError: A file or a non-empty folder with that name exists.
         OSError: Nothing can be written there.
     """
     _require_empty(path)
@@ -112,7 +112,7 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Yield a temporary name for a file; on success it is renamed to ``path``, on an error removed.
 
     Raises:
-        OutputError: A file or folder of that name exists.
+        OutputError: A file or folder with that name exists.
         OSError: The file cannot be written.
     """
     _require_free(path, flag)
@@ -146,7 +146,7 @@ def new_folder(path: Path) -> Iterator[Path]:
     Missing parent folders are created, and removed again on an error.
 
     Raises:
-        OutputError: A file, or a folder that is not empty, exists.
+        OutputError: A file or a non-empty folder with that name exists.
         OSError: The folder cannot be written.
     """
     _require_empty(path)
@@ -177,7 +177,7 @@ def _passing_folder(path: Path) -> Iterator[Path]:
 
 
 def _sync(path: Path) -> None:
-    """Wait until a file, or a folder's list of names, is written to the disk."""
+    """Wait until a file, or a folder's list of entries, is written to the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

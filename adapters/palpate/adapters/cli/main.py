@@ -53,7 +53,7 @@ class Interrupts:
 
 
 _LEFT_OUT: Final = ("torch", "pytest")
-"""Packages missing in a slim installation, which are imported where they are needed."""
+"""Packages that a slim installation lacks; they are imported where needed."""
 _DEBUG: Final = "--debug"
 """Option of every command that prints the traceback of an error."""
 

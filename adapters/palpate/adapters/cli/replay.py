@@ -61,7 +61,7 @@ def replay(options: ReplayOptions) -> int:
 
 
 def read_changes(options: ReplayOptions) -> Changes:
-    """Return the changes of the options relative to the recording."""
+    """Return the changes that the options make to the recording."""
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
     policy: PolicyDocument | ThirdPartyEntry | str | None = None

@@ -58,7 +58,7 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
             default = field.default_factory()
         name = f"{prefix}{field.name}"
         if isinstance(default, Settings) and table_or(kind) is None:
-            # Marked so, the parser of the command line puts the fields of a table among those around it.
+            # With this mark, the command-line parser merges the fields of a table with those of the enclosing one.
             flat = any(getattr(mark, "name", None) == "" for mark in getattr(kind, "__metadata__", ()))
             yield from described(type(default), prefix if flat else f"{name}.")
         else:

@@ -123,7 +123,7 @@ class RealTimeConfig(Settings):
 
 @dataclass(frozen=True)
 class RunConfig(Settings):
-    """All settings on which a run depends; its results depend on package versions, too."""
+    """All settings on which a run depends; its results also depend on package versions."""
 
     scenario: Annotated[str, OneOf(*SCENARIOS)] = "paper"
     """Preset that the other settings start from. job: none, only the job; paper: the hole is at the nominal goal;

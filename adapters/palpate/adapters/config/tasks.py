@@ -32,7 +32,7 @@ _OWN: Final[Mapping[str, str]] = {
 
 @cache
 def task_kind(name: str) -> TaskKind:
-    """Return the kind of task of that name, or at ``package.module:Name``.
+    """Return the named kind of task, or the one at ``package.module:Name``.
 
     Raises:
         ConfigurationError: There is no such object, or it is not a kind of task.

@@ -31,10 +31,10 @@ _MANY_STEPS: Final = 1500
 
 
 class ArmCommandContract(DeviceContract[ArmCommandRig]):
-    """Clauses for every arm; a subclass makes the rig. All commands go through :meth:`_send`."""
+    """Clauses for every arm; a subclass supplies the rig. All commands go through :meth:`_send`."""
 
     _rest_rad: JointVector = ()
-    """Expected pose of the stationary arm; empty if it is not known yet."""
+    """Expected pose of the stationary arm; empty if not yet known."""
     _poses: int = 0
     """Number of poses sent."""
     _halted: bool = True

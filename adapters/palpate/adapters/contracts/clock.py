@@ -30,7 +30,7 @@ class ClockRig:
 
 
 class ClockContract(ABC):
-    """Clauses for every clock; a subclass makes the rig."""
+    """Clauses for every clock; a subclass supplies the rig."""
 
     @abstractmethod
     def make(self) -> ClockRig:

@@ -154,7 +154,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:
-    """Bring the adapter of a new rig to a state; an active adapter gets time for a first sample."""
+    """Bring the adapter of a new rig to a state; an active adapter is given time for a first sample."""
     provoke = parameter(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
     if life is not Life.CONSTRUCTED:
         rig.device.configure()

@@ -102,7 +102,7 @@ class Practice:
 
 
 class PolicyContract(ABC):
-    """Clauses for every policy; a subclass makes the policy."""
+    """Clauses for every policy; a subclass supplies the policy."""
 
     context: ClassVar[PolicyContext] = CONTEXT
     practice_trials: ClassVar[int] = 4
@@ -133,7 +133,7 @@ class PolicyContract(ABC):
 
 
 class LearnerContract(PolicyContract):
-    """Clauses for every learner, in addition to those of a policy; a subclass makes the learner."""
+    """Clauses for every learner, in addition to those of a policy; a subclass supplies the learner."""
 
     @abstractmethod
     def make(self, *, frozen: bool = False) -> Learner:

@@ -137,7 +137,7 @@ class SampleContract(DeviceContract[SensorRigT]):
 
 
 class ForceSensorContract(SampleContract[ForceSensorRig]):
-    """Clauses for every force/torque sensor; a subclass makes the rig."""
+    """Clauses for every force/torque sensor; a subclass supplies the rig."""
 
     sample_type = WrenchSample
 
@@ -202,7 +202,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
 
 
 class JointEncoderContract(SampleContract[JointEncoderRig]):
-    """Clauses for every joint encoder; a subclass makes the rig."""
+    """Clauses for every joint encoder; a subclass supplies the rig."""
 
     sample_type = JointSample
 

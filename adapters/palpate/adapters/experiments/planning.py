@@ -62,7 +62,7 @@ def run_blocks(
 def _run_block(
     config: RunConfig, policy: str, folder: Path | None, first: int, trials: int
 ) -> tuple[list[ScoredTrial], list[str], str]:
-    """Return the trials, failures of recording, and the text of a final error, because not all errors can be sent."""
+    """Return the trials, recording failures, and the text of a final error, because not every error can be sent."""
     problem, done = "", list[ScoredTrial]()
     chosen, ready, begin = ChosenPolicy(policy, config), ready_pose(config), FIRST_EVALUATION_TRIAL + first
     with ExitStack() as opened:
@@ -141,7 +141,7 @@ def run_series(
 
 
 def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
-    """Return whether a trial was reported as inserted but was not."""
+    """Return whether a trial was falsely reported as inserted."""
     truth = scored.truth
     return truth is not None and task_kind(config.task.name).untrue(config.task, scored.report, truth, fit_of(config))
 

@@ -54,7 +54,7 @@ def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[s
 
 
 OUTSIDE: Final = "environment"
-"""Source of decisions of an external agent, which chooses through an environment."""
+"""Source of decisions that an external agent makes through an environment."""
 
 BASELINES: Final = ("oracle", "torque", "spiral-10", "spiral-5", "random", "corner-first", "oracle-pose")
 
@@ -90,7 +90,7 @@ def policy_for(config: RunConfig, name: str) -> str:
 
 
 def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
-    """Return the baseline of that name, one of ``BASELINES``; only the oracles use the true hole.
+    """Return the named baseline, one of ``BASELINES``; only the oracles use the true hole.
 
     Raises:
         ConfigurationError: The name is unknown.
@@ -202,7 +202,7 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
     """Return the policy file or the third-party policy with this name; ``accepted`` lists the valid names in the error.
 
     Raises:
-        ConfigurationError: There is neither, or the file cannot be read.
+        ConfigurationError: There is no such file or policy, or the file cannot be read.
     """
     if os.path.isdir(name):
         raise ConfigurationError("policy", name, f"a policy file, such as {os.path.join(name, 'policy.json')}")

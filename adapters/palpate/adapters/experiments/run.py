@@ -148,7 +148,7 @@ class Run:
         """Run one trial without recording it.
 
         Args:
-            number: Number of the trial, which determines its random streams with the seed.
+            number: Number of the trial, which with the seed determines its random streams.
         """
         chosen = self.chosen(policy)
         with self:
@@ -167,7 +167,7 @@ class Run:
         """Run a policy that does not learn; Ctrl-C ends it early.
 
         Args:
-            policy: Policy instead of the run's own.
+            policy: Policy to use instead of the run's own.
             out: Folder for logs, tables and summary. Without one, simulated trials are not recorded, and trials on a
                 rig are recorded in the next free folder below ``runs``.
             jobs: Number of processes in the simulator. With several, every 10 trials start with a new policy object.
@@ -240,7 +240,7 @@ class Run:
         on_begin: Callable[[RunFolder, int], object] = lambda folder, first: None,
         on_trial: Callable[[ScoredTrial], object] = ignore,
     ) -> RunResult:
-        """Train up to a number of trials; Ctrl-C ends it early. :meth:`evaluate` then runs the learned policy.
+        """Train up to this number of trials; Ctrl-C ends it early. :meth:`evaluate` then runs the learned policy.
 
         Args:
             out: Folder for the policy, its logs, tables and learning curve.

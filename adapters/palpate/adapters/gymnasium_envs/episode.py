@@ -112,7 +112,7 @@ class Episodes:
 
     @property
     def task(self) -> InsertionTask:
-        """Return the task of the trial; places of the job have different tasks."""
+        """Return the task of the trial; each place of the job has its own task."""
         return _insertion(self._trials)
 
     @property
@@ -240,7 +240,7 @@ class Episodes:
         self._agent.shown.put(shown)
 
     def _look(self, *, success: bool = False) -> tuple[Any, dict[str, Any]]:
-        """Return the observation, and information for users and scoring, from which no agent must learn."""
+        """Return the observation, and information for users and scoring, which an agent must not learn from."""
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
         # The cost of earlier pauses is charged to the agent.
         new, self._settled = report.decisions[self._settled :], len(report.decisions)

@@ -129,7 +129,7 @@ class NumberedActions:
 
 
 class FreeSteps:
-    """Steps in any direction, (2,) from -1 to 1: x and y as shares of the longest step.
+    """Steps in any direction, (2,) from -1 to 1: x and y as fractions of the longest step.
 
     The tip moves at constant speed during the first 80 % of an action, so a step is also a velocity. Longer steps, in
     the corners of the square, are shortened to the longest step in the same direction.
@@ -149,7 +149,7 @@ class FreeSteps:
 class Twists:
     """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, tilt about x and y, and yaw, task frame.
 
-    x, y and z are shares of the longest step, the others shares of the turn that one action makes at 11 degrees/s.
+    x, y and z are fractions of the longest step, the others of the turn that one action makes at 11 degrees/s.
     With z below 0 the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing
     (``step``), and an upright tool enters the hole where it loses contact. The lengths of steps and turns are limited
     as for free steps.

@@ -51,7 +51,7 @@ class ReadyPosePath:
 def move_to_ready(
     approach: ReadyPosePath, ports: Ports, speed_rad_s: float, limit_N: float, monitor: SampleMonitor
 ) -> None:
-    """Withdraw the tool straight from a hole that it may be in, then pass the poses of an approach.
+    """Withdraw the tool straight from a hole that it may be in, then move through the poses of an approach.
 
     At the end, and after any error, the arm holds its last set-point or is stopped.
 
@@ -60,7 +60,7 @@ def move_to_ready(
             the withdrawal, because an arm that was left pressing releases that force.
 
     Raises:
-        DeviceError: An encoder may have lost a turn, the arm does not follow, is held back, meets something, or a
+        DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or meets something, or a
             sensor fails or gives wrenches of another frame or kind.
     """
     begin = ports.joint_encoder.read().position_rad
@@ -83,7 +83,7 @@ def move_to_ready(
 
 
 def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
-    """Refuse a joint more than half a turn from the ready pose whose true angle may be one turn closer."""
+    """Refuse a joint more than half a turn from the ready pose if its true angle may be one turn closer."""
     limits = Kinematics(approach.arm, approach.tool)
     joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
     for number, (q, ready, low, high) in enumerate(joints, start=1):

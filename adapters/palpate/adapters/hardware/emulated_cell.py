@@ -33,7 +33,7 @@ class EmulatedCell:
 
     Args:
         config: The simulated cell; trial 0 of its seed determines hole and sensor errors.
-        counts_file: Name of the file, for the rig file, that keeps the arm's counters between runs.
+        counts_file: Name, for the rig file, of the file that keeps the arm's counters between runs.
     """
 
     def __init__(

@@ -27,7 +27,7 @@ _NAME, _WHY = "NAME", "why"
 
 @dataclass(frozen=True)
 class Fault(Settings):
-    """A trip, or a device fault. All but the last one are acknowledged, so that ``by`` is not empty."""
+    """A trip, or a device fault. All but the last are acknowledged, so their ``by`` is not empty."""
 
     TABLE: ClassVar[str] = "fault"
 
@@ -84,7 +84,7 @@ class FaultFile(FaultLatch):
         """Acknowledge the fault named in the words, before the first motion and with all devices open.
 
         Raises:
-            FaultLatchedError: A fault is open, perhaps since another program ran.
+            FaultLatchedError: A fault is open, perhaps one from another program.
             DeviceError: A device still reports a fault.
             OutputError, OSError: The file cannot be read or written: a fault would be lost, so nothing moves.
         """

@@ -66,7 +66,7 @@ class RigContext:
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:
-        """Return the context of an arm, or of the arm of that name, with the limits of its kinematic model."""
+        """Return the context of an arm, given as an object or by name, with the limits of its kinematic model."""
         description = arm_named(arm)
         kinematics = Kinematics(description, ToolGeometry())
         lower, upper, velocity = (
@@ -107,16 +107,16 @@ ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor
 
 
 def arm_maker(name: str) -> ArmMaker:
-    """Return the function that makes the arm adapter of that name; raises as :func:`force_sensor_maker`."""
+    """Return the function that makes the named arm adapter; raises the errors of :func:`force_sensor_maker`."""
     kinds: Any = ArmAdapter | ServedArm
     return partial(_made, "arm.adapter", name, kinds, load_maker("arm", name))
 
 
 def force_sensor_maker(name: str) -> ForceSensorMaker:
-    """Return the function that makes the force sensor adapter of that name.
+    """Return the function that makes the named force sensor adapter.
 
     Raises:
-        ConfigurationError: There is none, or it cannot be loaded.
+        ConfigurationError: There is no such adapter, or it cannot be loaded.
     """
     # mypy accepts a class as a type only if it is not a protocol.
     kind: Any = ForceSensor
@@ -157,7 +157,7 @@ def load_maker(kind: str, name: str) -> Any:
     """Return the function of an adapter, as its package has it.
 
     Raises:
-        ConfigurationError: There is none, or it cannot be loaded.
+        ConfigurationError: There is no such adapter, or it cannot be loaded.
     """
     found = entries(GROUP)
     field = "force_sensor.adapter" if kind == "force" else "arm.adapter"

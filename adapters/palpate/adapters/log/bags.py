@@ -1,6 +1,6 @@
 """Import and export of ROS 2 bags (rosbag2, MCAP or SQLite) with joint states, wrenches and commands.
 
-It uses the library rosbags of the extra ``ros2``. Joints are found by name in each message.
+It uses the rosbags library from the ``ros2`` extra. Joints are found by name in each message.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def joint_names(config: RunConfig) -> tuple[str, ...]:
 
 
 def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perception, topics: BagTopics) -> bytes:
-    """Return a log with the bag's samples at the control rate, the newest of each in every tick.
+    """Return a log with the bag's samples at the control rate, the newest of each at every tick.
 
     Commands are the measured joint angles, because a bag does not state the cause of a motion. The policy is the torque
     rule, so that a replay with a policy shows its perception and choices.

@@ -2,7 +2,7 @@
 
 Source: intrinsic-dev/aic, docs/scoring.md, March 2026.
 
-The sheet is for cable plugs: here the port is the hole, the plug the peg. The penalty for off-limit contacts is
+The sheet is for cable plugs: here the port is the hole and the plug is the peg. The penalty for off-limit contacts is
 omitted, because no log contains such contacts.
 """
 

@@ -47,7 +47,7 @@ _ARM: Final = (0.76, 0.77, 0.80, 1.0)
 _SENSOR: Final = (0.16, 0.40, 0.68, 1.0)
 _PEG: Final = (0.90, 0.72, 0.38, 1.0)
 _WRIST_M: Final = 0.024
-"""Radius of the link to the sensor, which the physical model does not have."""
+"""Radius of the link to the sensor, which the physical model lacks."""
 _TURNED_DEG: Final = 25.0
 # Angle of the camera about pegs with corners.
 _SPRINGS: Final = ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")

@@ -84,7 +84,7 @@ class ReplayedTrial:
 
 
 class _Interrupts(LoopObserver):
-    """Interrupts the task in the recorded ticks."""
+    """Interrupts the task at the recorded ticks."""
 
     def __init__(self, tape: Tape, task: Task) -> None:
         self._task = task

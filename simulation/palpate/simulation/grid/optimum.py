@@ -1,4 +1,4 @@
-"""Baselines: mean steps of the random walk, and fewest steps with the position known and with the map alone known.
+"""Baselines: mean steps of the random walk, and fewest steps with the position known and with only the map known.
 
 Moves and readings are deterministic, so a belief is the set of possible cells with their multiplicities: walls may move
 two possible positions into the same cell. The number of such beliefs is finite, and no optimal plan visits one twice,

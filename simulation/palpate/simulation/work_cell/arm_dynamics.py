@@ -17,7 +17,7 @@ _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
 """Armature at the joint for arms of up to 30 kg; the second value is for the last three joints. Assumed."""
 _SUPPORTED: Final = 3.0
-"""Largest inertia over armature that a servo moves without oscillation; of palpate's arms only ur20 has more."""
+"""Largest ratio of inertia to armature without servo oscillation; of palpate's arms, only ur20 exceeds it."""
 
 
 def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]:

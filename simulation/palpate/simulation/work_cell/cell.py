@@ -46,7 +46,7 @@ class WorkCell:
             part.
 
     Attributes:
-        model: MuJoCo's model, rebuilt for a trial with another grip or clearance.
+        model: MuJoCo's model, rebuilt for a trial with a different grip or clearance.
         contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts at every step.
         ticks: Control ticks since construction; not reset between trials.
         time_ns: Time of that tick, exact and rounded down to nanoseconds.
@@ -210,7 +210,7 @@ class WorkCell:
         )
 
     def _build(self, cell: CellConfig) -> None:
-        """Build the model of a cell with another grip or clearance; takes some milliseconds."""
+        """Build the model of a cell with a different grip or clearance; takes some milliseconds."""
         self.model = self._model_of(cell)
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None

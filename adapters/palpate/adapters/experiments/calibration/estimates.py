@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""A deviation from a rigid tool's wrench by more than this share of its weight has another cause."""
+"""A deviation from a rigid tool's wrench by more than this fraction of its weight has another cause."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
         columns = columns[:, :2]
     found, *_ = np.linalg.lstsq(columns, force_N, rcond=None)
     rest = force_N - columns @ found
-    # Neighbouring samples are correlated here, too: one independent sample per ten.
+    # Neighbouring samples are also correlated here: one in ten counts as independent.
     covariance = np.linalg.inv(columns.T @ columns) * float(rest @ rest) / (len(rest) - 3) * _BATCHES
     slope, level = float(found[0]), float(found[1])
     sd_slope = sqrt(covariance[0, 0])

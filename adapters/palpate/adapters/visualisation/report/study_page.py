@@ -114,6 +114,6 @@ def _distinct(values: Any) -> list[str]:
 
 
 def _rank(value: Any) -> tuple[bool, float, str]:
-    """Sort numbers by size, before anything else by name."""
+    """Rank numbers by size, ahead of other values, which are ranked by name."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return (False, float(value), "") if number else (True, 0.0, _shown(value))

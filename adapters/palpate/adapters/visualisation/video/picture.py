@@ -37,7 +37,7 @@ _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
 """Start of the arrow that shows the scale, as fractions of width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
-"""Arrow of each action, in diameters of the peg; at true scale the steps would be too small to see."""
+"""Arrow of each action, in peg diameters; at true scale the steps would be too small to see."""
 _FINE: Final = 2
 """Factor by which arrows and lines are drawn larger and then reduced, to smooth them."""
 _LINES: Final = 30
