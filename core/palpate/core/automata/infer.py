@@ -79,7 +79,7 @@ class Inference:
 
     @property
     def consistent(self) -> bool | None:
-        """Whether the automaton labels every training string correctly; None for prediction."""
+        """Return whether the automaton labels every training string correctly; None for prediction."""
         return None if self.chosen.wrong is None else not self.chosen.wrong
 
     @property

@@ -61,7 +61,7 @@ class Machine:
 
     @property
     def complete(self) -> bool:
-        """Whether every state has a transition for every symbol."""
+        """Return whether every state has a transition for every symbol."""
         return all(target is not None for row in self.transitions for target in row)
 
     @property

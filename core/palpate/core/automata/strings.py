@@ -59,7 +59,7 @@ class Strings:
 
     @property
     def labelled(self) -> bool:
-        """Whether the strings have labels."""
+        """Return whether the strings have labels."""
         return bool(self.labels)
 
     @property

@@ -44,7 +44,7 @@ class Situations(Settings):
         air: A corner at least this far above the plate is in the air.
         plate: A tilted corner that is no deeper is on the plate.
         upright: An upright tool that is no deeper is on the plate.
-        seated: A tilted tool whose tip is less deep is held only by its walls.
+        seated: A tilted tool with a shallower tip is held only by its walls.
         wall: Force from which a wall carries load.
         quiet: A smaller torque does not turn the tool.
     """

@@ -26,7 +26,7 @@ class Phase(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """How a trial ended, according to port data; a completed task other than an insertion is DONE."""
+    """End of a trial, according to port data; a completed task other than an insertion is DONE."""
 
     INSERTED = "inserted"
     DONE = "done"

@@ -103,7 +103,7 @@ class ArmDriver(Protocol):
 
     @property
     def is_faulted(self) -> bool:
-        """Whether a fault must be acknowledged."""
+        """Return whether a fault must be acknowledged."""
         return False
 
     @abstractmethod

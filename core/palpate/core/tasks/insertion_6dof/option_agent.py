@@ -108,7 +108,7 @@ class OptionRunner:
         corner, tilt_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
         self._done += 1
         if kind == _INSERT or self._done >= corner.longest_push:
-            # Also after as many actions as the longest push, without success.
+            # It also terminates without success after as many actions as the longest push.
             return True
         if kind == _TILT:
             return corner.over(observation)

@@ -63,7 +63,7 @@ class Stage(Enum):
 
 
 class Insert(RunningPhase):
-    """Sinks until the peg is inserted, on an edge, or wedged. The trial ends here, unless the drop was on an edge."""
+    """Sinks until the peg is inserted, on an edge, or wedged. The trial ends here unless the peg dropped on an edge."""
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
