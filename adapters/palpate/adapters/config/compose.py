@@ -111,7 +111,7 @@ def configured(
 
     Args:
         job: Job file, or its tables; None uses the rig's job, or else the paper's.
-        rig: Rig file that gives arm, noise and measurements; empty for the simulator.
+        rig: Rig file that gives arm, noise and measurements; empty uses the simulator.
         scenario: Preset; by default, that of the settings, or else ``job`` with a job, or else ``paper``.
         learner: Learner; by default, that of the settings, or else of the policy file, or else Q-learning.
         policy: Policy file, or anything else.

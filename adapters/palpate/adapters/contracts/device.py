@@ -35,7 +35,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Return a new rig with an adapter that is only constructed."""
 
     def may_use(self) -> bool:
-        """Whether the device may be used at all."""
+        """True if the device may be used at all."""
         return True
 
     @abstractmethod

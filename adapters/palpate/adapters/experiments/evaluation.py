@@ -65,7 +65,7 @@ class ChosenPolicy:
 
     @property
     def is_object(self) -> bool:
-        """Whether the policy was given as an object."""
+        """True if the policy was given as an object."""
         return self._policy is not None
 
     @property

@@ -51,7 +51,7 @@ class Run:
 
     Args:
         job: Job file, its tables, or a whole configuration; None uses the rig's job, or else the paper's.
-        rig: Rig file; empty for the simulator.
+        rig: Rig file; empty uses the simulator.
         policy: Policy for :meth:`evaluate`: a baseline, a policy file, code ``package.module:Name``, or an object.
         acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.

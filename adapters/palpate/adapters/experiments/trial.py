@@ -81,7 +81,7 @@ OVERLOADS: Final = (
     TripReason.FORCE_LIMIT, TripReason.TORQUE_LIMIT, TripReason.FORCE_RATE, TripReason.WORKSPACE,
     TripReason.EXPLORATION_AREA,
 )  # fmt: skip
-"""Reasons of trips in which valid samples show that the last action exceeded a limit. Other reasons may be faults."""
+"""Reasons for trips in which valid samples show that the last action exceeded a limit. Other reasons may be faults."""
 _OF_THE_ARM: Final = (
     TripReason.JOINT_POSITION, TripReason.JOINT_VELOCITY, TripReason.TRACKING_ERROR, TripReason.WORKSPACE,
     TripReason.EXPLORATION_AREA, TripReason.PLATE_NOT_FOUND,
@@ -227,7 +227,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
     """Refuse to continue after a trip on a rig with devices; ``first`` is the index of the trial that is number 0.
 
     Raises:
-        DeviceError: With the trial's number, as tables have it.
+        DeviceError: With the trial's number as in the tables.
     """
     if scored.trip and not rig.simulated:
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.cause}")

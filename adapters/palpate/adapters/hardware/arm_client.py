@@ -112,7 +112,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
     @property
     def listens_unpowered(self) -> bool:
-        """Whether the arm reports angles without power."""
+        """True if the arm reports angles without power."""
         return self._arm.listens_unpowered
 
     def send(self, command: JointCommand) -> AppliedCommand:
@@ -307,7 +307,7 @@ def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeC
     clock = context.clock
     if not isinstance(clock, MonotonicClock):
         raise TypeError("another process needs real time")
-    # Also created here, without opening it, so that a wrong rig file is refused before anything starts.
+    # Also created here, without opening it, so that an invalid rig file is refused before anything starts.
     arm = served(arm_maker(entry.adapter)(entry.settings, context), context)
     assignment = Assignment(entry, context.portable(), clock, real_time, timeout_ns, tuple(sys.path))
     return ArmClient(arm, lambda: ArmProcess(assignment), clock, timeout_ns, context.notify)

@@ -15,7 +15,7 @@ EVENTS: Final = {
     "sensor-silent": "the force sensor stops sending",
     "sensor-cable": "the cable between the force sensor and its electronics is pulled",
 }
-"""All events; a rig supports those that its devices can show."""
+"""All events; a rig supports those that its devices can produce."""
 _EVENT: Final = re.compile(r"(start\+)?(\d+(?:\.\d+)?)s:([a-z-]+)")
 _NS: Final = 1_000_000_000
 

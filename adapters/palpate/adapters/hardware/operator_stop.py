@@ -108,7 +108,7 @@ class OperatorStop:
 
 
 def _is_ours(fd: int) -> bool:
-    """Whether it is a terminal with this process in the foreground; in the background, changing it would stop us."""
+    """Return whether this process is in the terminal's foreground; in the background, changing it would stop us."""
     if not os.isatty(fd):
         return False
     try:

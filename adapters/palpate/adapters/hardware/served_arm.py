@@ -47,7 +47,7 @@ class ServedArm(ABC):
     @property
     @abstractmethod
     def is_faulted(self) -> bool:
-        """Whether a fault of the arm must be acknowledged."""
+        """True if a fault of the arm must be acknowledged."""
 
     @abstractmethod
     def open(self) -> Sequence[str]:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def dump_json(value: Any) -> str:
-    """Return JSON in one line; floats keep every bit."""
+    """Return JSON on one line; floats keep every bit."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
 
 

@@ -59,7 +59,7 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score, based on the ``truth`` of the simulator or the ``outcome`` by encoders."""
+    """A trial's score, based on the ``truth`` of the simulator or the ``outcome`` from the encoders."""
 
     path: str
     basis: str

@@ -95,7 +95,7 @@ class PackedLog:
 
 
 class FileSink(Sink):
-    """Writes each log into a file, with a time-out for its end. An error in one log does not affect the next ones."""
+    """Writes each log into a file, with a time-out for its end. An error in one log does not affect later ones."""
 
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
         self.losses = []

@@ -71,7 +71,7 @@ class Changes:
 
     @property
     def any(self) -> bool:
-        """Whether there is a change."""
+        """True if there is a change."""
         return bool(self.settings) or self.policy is not None
 
 
@@ -156,7 +156,7 @@ class Rebuilder:
 
     @property
     def what_if(self) -> bool:
-        """Whether there is a change."""
+        """True if there is a change."""
         return self._changes.any
 
     def rebuild(self, log: TrialLog) -> Rebuilt:

@@ -60,7 +60,7 @@ class Track(Generic[T]):
 
     @property
     def left(self) -> bool:
-        """Whether results remain."""
+        """True if results remain."""
         while not self._items:
             if not self._load():
                 return False

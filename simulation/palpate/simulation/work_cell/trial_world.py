@@ -28,7 +28,7 @@ class TrialWorld:
         zero_shift: Shift of the sensor's zero under load, (6,), N and N m, sensor frame.
         zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, sensor frame.
         hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
-        drawn: Quantities that vary from trial to trial in this configuration, without the hole, by names with units.
+        drawn: Quantities other than the hole that vary between trials in this configuration, by names with units.
     """
 
     cell: CellConfig

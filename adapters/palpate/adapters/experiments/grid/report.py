@@ -80,7 +80,7 @@ def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
     return csv_text(rows)
 
 
-# Colours that differ for any colour vision (Okabe and Ito).
+# Colours that are distinguishable with any colour vision (Okabe and Ito).
 _RUNS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
 

@@ -52,7 +52,7 @@ class Condition:
 
     @property
     def learns(self) -> bool:
-        """Whether the policy is trained."""
+        """True if the policy is trained."""
         if self.policy in LEARNERS or self.file or not (code := third_party_code(self.policy)):
             return self.policy in LEARNERS
         perception = plain_perception(self.config)

@@ -36,7 +36,7 @@ class RealTimeResult(NamedTuple):
 
     @property
     def granted(self) -> bool:
-        """Whether the system has granted it."""
+        """True if the system has granted it."""
         return not self.reason
 
     def __str__(self) -> str:

@@ -10,7 +10,7 @@ from palpate.adapters import experiments
 from palpate.adapters.log import Canvas, drawing
 from palpate.adapters.visualisation.report.page import Picture
 
-# Colours that differ for any colour vision (Okabe and Ito).
+# Colours that are distinguishable with any colour vision (Okabe and Ito).
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")
 GREY: Final = "#6b7280"
 WIDTH_IN: Final = 6.2

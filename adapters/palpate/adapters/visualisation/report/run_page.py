@@ -45,7 +45,7 @@ class RunSource:
 
     @property
     def learns(self) -> bool:
-        """Whether the policy learns during the run."""
+        """True if the policy learns during the run."""
         return bool(self.facts.get("command") == "train")
 
     @property

@@ -127,7 +127,7 @@ class DriveServo:
 
     @property
     def stationary(self) -> bool:
-        """Whether a stop has been completed."""
+        """True if a stop has been completed."""
         return self._speed == 0.0
 
     @property

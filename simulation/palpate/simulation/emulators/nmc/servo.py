@@ -36,7 +36,7 @@ class GainParameters:
 
     @property
     def follow(self) -> bool:
-        """Whether a motor with these gains follows its set-point."""
+        """True if a motor with these gains follows its set-point."""
         return self.kp != 0 and self.output_limit > 0
 
     @classmethod
