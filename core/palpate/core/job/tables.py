@@ -198,11 +198,11 @@ class PlaceConfig(Settings):
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
     """Largest sideways distance of the hole from its nominal position."""
     height_uncertainty_mm: Annotated[float, _none_or(0.01, 5.0)] = 0.5
-    """Largest error of the plate's height."""
+    """Largest error in the plate's height."""
     tilt_uncertainty_mrad: Annotated[float, _none_or(0.05, 100.0)] = 0.0
     """Largest angle between the axes of peg and hole."""
     yaw_uncertainty_deg: Annotated[float, _none_or(0.1, 45.0)] = 0.0
-    """Largest turn of the hole about its axis relative to the peg."""
+    """Largest rotation of the hole about its axis relative to the peg."""
     start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
     """Largest distance of a trial's start from the nominal hole; drawn for each trial."""
 
@@ -221,7 +221,7 @@ class LimitsConfig(Settings):
     force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """Highest force on the part."""
     drawn_from_N: Annotated[float, _none_or(1.0, 500.0)] = 0.0
-    """Lowest force limit in training, where each simulated trial draws its own up to force_N; 0 draws none."""
+    """Lowest force limit in training, where each simulated trial draws its own up to force_N; 0 disables it."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Highest speed of the tip in free space."""
     lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0
