@@ -33,7 +33,7 @@ class NoiseMonitor:
     even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
     that of the sensor's facts, or that measured during taring if it is smaller.
 
-    Noise: nothing moves during taring, so much more noise than declared means a wrong scale or a broken wire.
+    Noise: nothing moves during taring, so noise far above the declared value means a wrong scale or a broken wire.
 
     Recurrence: samples that repeat earlier ones in order, with any gain and offset, are a recording.
 

@@ -25,7 +25,7 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier, with the payload's real length, whatever the interface claims."""
+    """A data frame with an 11-bit identifier, with the payload's real length, even if the interface claims another one."""
 
     can_id: int
     data: bytes = b""

@@ -81,7 +81,7 @@ def reply_size_bytes(mask: StatusItem) -> int:
 
 
 def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
-    """Return the reply in the bytes, or the reason for discarding it; never raises, whatever the bytes."""
+    """Return the reply in the bytes, or the reason for discarding it; never raises for any bytes."""
     size = reply_size_bytes(mask)
     if not raw:
         return Discarded.MISSING

@@ -44,7 +44,7 @@ _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
 """Time without a reply after which a stop treats the line as dead."""
 _DEAD_TRIES: Final = 3
-"""Smallest number of requests without a reply by then, whatever the time-outs of the bus."""
+"""Smallest number of requests without a reply by then, for any time-outs of the bus."""
 
 
 class StopOutcome(enum.Enum):

@@ -332,7 +332,7 @@ class Insert(RunningPhase):
             chance_N = _DEVIATIONS * sqrt(2.0 / _HALF_TICKS) * self._state.noise[2]
             if drift_N > max(self._drift_N, chance_N):
                 rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
-                self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool stands still")
+                self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool is stationary")
             self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
             if self._found:
                 self._begin_look()
