@@ -25,7 +25,7 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier, with the payload's real length, even if the interface claims another one."""
+    """A data frame with an 11-bit identifier and the real length of its payload, which an interface may misstate."""
 
     can_id: int
     data: bytes = b""
