@@ -177,7 +177,7 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
 
 
 def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFacts | None) -> RunConfig:
-    """Return the configuration with other values of its job, and settings that follow from them and the noise."""
+    """Return a copy with new values of the job, and with the settings derived from them and from the noise."""
     noise, task = sensor or simulated_noise(config), config.task.name
     other = overlay(config, measured)
     before, after = (derived_settings(job_of(each), noise, task) for each in (config, other))

@@ -38,7 +38,7 @@ class ReadyPosePath:
 
     Attributes:
         clear_m: Height of the tip above the plate from which the arm may move freely.
-        poses_rad: Joint poses, (n,) each, to pass in order.
+        poses_rad: Joint poses, (n,) each, to pass through in order.
     """
 
     arm: ArmDescription

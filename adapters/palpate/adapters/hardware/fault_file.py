@@ -27,7 +27,7 @@ _NAME, _WHY = "NAME", "why"
 
 @dataclass(frozen=True)
 class Fault(Settings):
-    """A trip, or a device fault. All but the last are acknowledged, so their ``by`` is not empty."""
+    """A trip or a device fault. In a file, all but the latest are acknowledged: their ``by`` is not empty."""
 
     TABLE: ClassVar[str] = "fault"
 

@@ -154,7 +154,7 @@ def adapter_names(kind: str) -> list[str]:
 
 
 def load_maker(kind: str, name: str) -> Any:
-    """Return the function of an adapter, as its package has it.
+    """Return the factory function of an adapter, as defined in its package.
 
     Raises:
         ConfigurationError: There is no such adapter, or it cannot be loaded.

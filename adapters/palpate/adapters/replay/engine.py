@@ -124,7 +124,7 @@ def replay(
 
 
 def _torn(tape: Tape) -> bool:
-    """Return whether an outside cause, such as a second Ctrl-C, ended the trial within a tick of unknown extent."""
+    """Return whether an outside cause, such as a second Ctrl-C, ended the trial partway through a tick."""
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
     return by_others and last is not None and last.joints is not None and last.requested_rad is None
@@ -194,5 +194,5 @@ def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def _other_processor(log: TrialLog) -> bool:
-    """Return whether the recording processor may compute last bits that differ from this one's."""
+    """Return whether results of the recording processor may differ from this one's in the last bits."""
     return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())

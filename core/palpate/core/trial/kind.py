@@ -89,7 +89,7 @@ class TaskKind(Protocol):
         return compass_actions(task.step_mm * 1e-3, task.directions)
 
     def learner_options(self, task: TaskConfig) -> tuple[Action, ...]:
-        """Return programmed options for policies, each until its termination; none by default."""
+        """Return the programmed options for policies, each of which runs until it terminates; none by default."""
         return ()
 
     def can_start(self, option: str, state: str) -> bool:

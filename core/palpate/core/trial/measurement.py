@@ -67,7 +67,7 @@ class Measurement:
         self.reset()
 
     def take_off_weight(self, weight_N: float, above_tip_m: float) -> None:
-        """Compensate the change of load that a tool of this weight causes when it tilts.
+        """Compensate for the change in load that a tool of this weight causes when it tilts.
 
         Args:
             weight_N: Weight of everything on the sensor.

@@ -1,4 +1,4 @@
-"""A curved surface, and the ball that follows it, both of shapes that MuJoCo collides exactly."""
+"""A curved surface and the ball that follows it, made of shapes whose contacts MuJoCo computes exactly."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Outlines of pegs and holes: a circle, a regular polygon, one with round corners, or a circle with a flat.
+"""Outlines of pegs and holes: a circle, a regular polygon, one with rounded corners, or a circle with a flat.
 
-Outlines are convex and in the plane across the tool axis. They are given by the radius of the inscribed circle (the
-apothem), so that a hole is the same outline grown by the clearance, with that gap on every side.
+Outlines are convex and lie in the plane perpendicular to the tool axis. They are given by the radius of the inscribed
+circle (the apothem), so that a hole is the same outline grown by the clearance, with that gap on every side.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def require_video() -> Any:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """Write at least one RGB picture, all of one size with even sides, as H.264, which every player decodes.
+    """Write RGB images of one size, with even width and height, as H.264, which every player decodes.
 
     Equal pictures give equal bytes with the same version of PyAV.
 

@@ -51,7 +51,7 @@ class Planner:
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
-        """Return the number of actions to a position at this displacement."""
+        """Return the number of actions needed to reach a position at this displacement."""
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
 

@@ -271,7 +271,7 @@ class Monitor:
         return self._push_dither.velocity_m_s()
 
     def push(self, direction: tuple[float, float] | None) -> None:
-        """Start a push in a unit direction, (2,), or end it with None; a similar push keeps its response."""
+        """Start a push in a unit direction, (2,), or end it with None; one in nearly the same direction continues."""
         (ux, uy), (vx, vy) = direction or (0.0, 0.0), self.direction or (0.0, 0.0)
         if ux * vx + uy * vy > _SIMILAR:
             return
