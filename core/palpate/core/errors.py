@@ -140,8 +140,8 @@ class FaultLatchedError(DeviceError):
 
 def one_line(said: object) -> str:
     """Return the text of an object on one line, with unprintable characters escaped."""
-    describe = " ".join(str(said).split())
-    return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in describe)
+    text = " ".join(str(said).split())
+    return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
 
 
 def describe(error: BaseException) -> str:
