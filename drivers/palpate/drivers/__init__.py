@@ -1,1 +1,1 @@
-"""Device protocols: codecs, conversations and transports. Drivers and core do not import each other."""
+"""Device drivers: codecs, communication and transports. The drivers and the core do not import each other."""

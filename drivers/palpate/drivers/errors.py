@@ -25,7 +25,7 @@ class DriverError(Exception):
 
 
 class SettingError(DriverError, ValueError):
-    """A setting that cannot work."""
+    """A setting is invalid or cannot be used."""
 
 
 class WiringError(DriverError):
@@ -33,11 +33,11 @@ class WiringError(DriverError):
 
 
 class RefusedError(DriverError, ValueError):
-    """A command that may not be sent to any device."""
+    """The command must not be sent to any device."""
 
 
 class StateError(DriverError):
-    """A request in the wrong state."""
+    """The request was made in the wrong state."""
 
 
 class SilentError(DriverError):

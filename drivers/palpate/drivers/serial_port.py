@@ -9,14 +9,14 @@ import serial
 from palpate.drivers.errors import WiringError
 
 WRITE_TIMEOUT_S: Final = 0.1
-"""Longest wait for a port that accepts no bytes; without a limit pyserial waits forever (FACT)."""
+"""Longest wait for a port that accepts no bytes; without a limit, pyserial waits forever (FACT)."""
 
 
 class ByteStream(Protocol):
-    """A serial port like those of pyserial, opened by the caller; sockets and pseudo-terminals may also be used.
+    """A serial port with pyserial's interface, opened by the caller; sockets and pseudo-terminals may also provide it.
 
     Attributes:
-        baudrate: Line rate, bit/s.
+        baudrate: Line rate in bit/s.
         timeout: Longest wait of ``read``, s. Drivers rarely set it, because that reconfigures the port on some systems
             (FACT, pyserial issue 394).
         write_timeout: Longest wait of ``write``, s.

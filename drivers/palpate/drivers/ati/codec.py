@@ -1,4 +1,4 @@
-"""Requests, records and status words of RDT."""
+"""Requests, records and status words of the RDT protocol."""
 
 import struct
 from typing import Final
@@ -6,12 +6,12 @@ from typing import Final
 START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
 """Requests that start and stop an unlimited stream."""
 RECORD: Final = struct.Struct(">3I6i")
-"""Number, count and status, then force and torque in counts."""
+"""Layout of a record: number, count and status, then force and torque in counts."""
 
 SATURATED: Final = 1 << 17
 _SUMMARY: Final = 1 << 31
 _NO_FAULT: Final = SATURATED | 1 << 16
-"""Saturation marks samples; bit 16 is a threshold of the box's own monitor."""
+"""Bits that are not faults: saturation, which flags a sample, and bit 16, a threshold of the box's own monitor."""
 _FAULTS: Final = {
     30: "CPU or RAM error", 29: "digital board error", 28: "analog board error",
     27: "serial link to the analog board failed", 26: "program memory does not verify",
@@ -28,7 +28,7 @@ _FAULTS: Final = {
 
 
 def faults_in(status: int) -> tuple[str, ...]:
-    """Return the names of the faults in a status word, the most serious first."""
+    """Return the names of the faults in a status word, most serious first."""
     bits = [bit for bit in range(30, -1, -1) if status & ~_NO_FAULT & 1 << bit]
     if not bits and status & _SUMMARY and not status & _NO_FAULT:
         bits = [31]

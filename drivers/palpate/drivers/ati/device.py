@@ -1,4 +1,4 @@
-"""RDT, ATI's stream of force/torque records over UDP, read by polling."""
+"""Polled reception of RDT, ATI's stream of force/torque records over UDP."""
 
 import socket
 from contextlib import suppress
@@ -16,11 +16,11 @@ _ASK_AGAIN_NS: Final = 100_000_000
 """A stream that does not start within this time is requested again, because datagrams may be lost."""
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
-"""Datagrams read per call: more than a socket's buffer holds, but a limit for streams of any rate."""
+"""Maximum number of datagrams per call: more than a socket buffer holds, but a limit for streams of any rate."""
 
 
 class UdpWire:
-    """Datagrams from and to one box; errors of the system are raised as OSError.
+    """UDP connection to one box; system errors are raised as OSError.
 
     Raises:
         WiringError: The address of the box cannot be found.
@@ -40,7 +40,7 @@ class UdpWire:
         self._socket.send(datagram)
 
     def receive(self) -> list[bytes]:
-        """Return the datagrams that have arrived."""
+        """Return the datagrams that have been received."""
         datagrams: list[bytes] = []
         with suppress(BlockingIOError):
             while len(datagrams) < _MAX_DATAGRAMS:
@@ -53,7 +53,7 @@ class UdpWire:
 
 
 class NetFt(PolledSensor):
-    """A streaming box; ``errors`` counts lost, old and malformed records."""
+    """Driver of a streaming box; ``errors`` counts lost, old and malformed records."""
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__(NAME, "check its power, cable and network, and that no other program has its stream")
@@ -66,7 +66,7 @@ class NetFt(PolledSensor):
         self._sequence = 0
 
     def start(self, now_ns: int) -> None:
-        """Request the stream, and drop waiting records from an earlier one."""
+        """Request the stream, and drop the remaining records of an earlier stream."""
         self._number = self._count = None
         self._requested_ns = now_ns
         self._receive()

@@ -1,4 +1,4 @@
-"""Settings of a Net F/T box from its page ``/netftapi2.xml``; FACT: fields of firmware 2.2.59."""
+"""Settings of a Net F/T box, read from its page ``/netftapi2.xml``. FACT: the fields are those of firmware 2.2.59."""
 
 import re
 from contextlib import closing
@@ -23,7 +23,7 @@ _REQUIRED: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NetFtBox:
-    """The settings of the box.
+    """Settings of a Net F/T box.
 
     Attributes:
         range_N: Rated forces, (3,).
@@ -40,7 +40,7 @@ class NetFtBox:
 
 
 def read_box(host: str, port: int, timeout_s: float) -> NetFtBox:
-    """Fetch and parse the page of settings.
+    """Fetch and parse the settings page.
 
     Raises:
         WiringError: The page cannot be fetched.
@@ -56,10 +56,10 @@ def read_box(host: str, port: int, timeout_s: float) -> NetFtBox:
 
 
 def parse_box(page: bytes) -> NetFtBox:
-    """Parse the page of settings.
+    """Parse the settings page.
 
     Raises:
-        SettingError: The box uses units other than N and N m or does not stream, or the page lacks a field.
+        SettingError: The box uses units other than N and N m, or it does not stream, or the page lacks a field.
     """
     fields = {tag: text.strip() for tag, text in re.findall(r"<(\w+)>([^<]*)</\1>", page.decode("utf-8", "replace"))}
     for tag, (accepted, remedy) in _REQUIRED.items():

@@ -1,4 +1,4 @@
-"""A CAN bus with python-can, polled without a thread.
+"""A CAN bus that is accessed through python-can and polled without a thread.
 
 A receive thread of python-can ends silently when a serial CAN adapter sends a malformed line (INFERENCE from its
 notifier.py; seen on a pseudo-terminal), so none is used here: each poll calls ``recv``. CANopen needs such a thread;
@@ -19,7 +19,7 @@ from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.serial_port import WRITE_TIMEOUT_S, close_serial, write_unless_stuck
 
 MAX_FRAMES = 512
-"""Frames read per call, so that a flooded bus cannot block a control loop."""
+"""Maximum number of frames read per call, so that a flooded bus cannot block a control loop."""
 
 _BUS_OFF = 0x40
 
@@ -38,9 +38,9 @@ _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
 FRAME_TIMEOUT_S: Final = 0.05
 """Time limit for an adapter to accept a frame; at 115200 baud, a frame takes 2.4 ms (CALC)."""
 OPEN_TIMEOUT_S: Final = 1.0
-"""Time limit while the bus is opened: nothing moves yet, and a busy computer may lose 50 ms (MEASURED)."""
+"""Time limit for opening the bus. Nothing moves yet, and a busy computer may lose 50 ms (MEASURED)."""
 _STALLED_S: Final = 0.001
-"""Time limit after a frame was not accepted, because a stop consists of many frames. With 0, pyserial loops (FACT)."""
+"""Time limit after a frame was not accepted: short, because a stop sends many frames. With 0, pyserial loops (FACT)."""
 
 
 class BoundedSlcanBus(slcanBus):
@@ -83,7 +83,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
 
     Args:
         interface: Interface name of python-can, such as ``socketcan``, ``slcan`` or ``virtual``.
-        bitrate: In bit/s. python-can sets it where it can; for socketcan, the operating system does.
+        bitrate: Bit rate in bit/s. python-can sets it if it can; for socketcan, the operating system sets it.
 
     Raises:
         WiringError: The bus does not exist, or permission is denied.
@@ -113,15 +113,15 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
 
 
 class CanLink:
-    """Frames of a python-can bus of any interface. The caller opens and closes the bus.
+    """Frames sent and received on a python-can bus with any interface. The caller opens and closes the bus.
 
-    Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
-    which here means that no frame is waiting. On slcan, every call that finds nothing costs the port's time-out, 1 ms
-    unless the bus is opened with another (FACT).
+    Do not set software filters on the bus: ``recv(0)`` returns None for a frame that a filter rejects (FACT, python-can
+    bus.py), but None here means that no frame is waiting. On slcan, every call that finds no frame takes the port's
+    time-out, 1 ms by default (FACT).
 
     Attributes:
-        garbled: Lines that the interface could not decode, and frames of another kind.
-        send_failures: Frames that the interface did not accept, for example because its queue was full.
+        garbled: Number of lines that the interface could not decode, and of frames of other kinds.
+        send_failures: Number of frames that the interface did not accept, for example because its queue was full.
     """
 
     def __init__(self, bus: can.BusABC) -> None:

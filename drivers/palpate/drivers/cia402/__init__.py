@@ -1,7 +1,7 @@
-"""An arm of CiA 402 servo drives on a CAN bus: a modern refit of the work cell's arm.
+"""Driver for an arm with CiA 402 servo drives on a CAN bus, as in a modern refit of the work cell's arm.
 
 There is no evidence that any Zebra Zero ever used CANopen; its only public drivers use another protocol on a serial
-line. This package is for a refit of such an arm, or for other arms with such drives.
+line. This package is intended for a refit of such an arm, or for other arms with CiA 402 drives.
 """
 
 import lazy_loader

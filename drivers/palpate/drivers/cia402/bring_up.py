@@ -1,4 +1,4 @@
-"""Slow operations of an arm: finding and configuring the drives, and changing their states."""
+"""Slow operations on an arm: finding and configuring its drives, and changing their states."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -12,12 +12,12 @@ from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
 _STILL_CYCLES, _STILL_COUNTS = 3, 2
-"""Number of consecutive cycles, and the maximum motion per cycle in counts, for a stationary joint."""
+"""Number of consecutive cycles, and maximum motion per cycle in counts, by which a joint counts as stationary."""
 _NS: Final = 1e-9
 
 
 class BringUp:
-    """Operations that take longer than a cycle."""
+    """Operations on the drives that take longer than a cycle."""
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class BringUp:
         self.identities = tuple(identify(objects) for objects in self._objects)
 
     def prepare(self) -> None:
-        """Configure all drives, start their process data, and wait for data from each."""
+        """Configure all drives, start their process data, and wait for data from each drive."""
         self._exchange.heartbeat_on = False
         for objects in self._objects:
             # A drive may still have power from a program that died.
@@ -64,7 +64,7 @@ class BringUp:
         self.look()
 
     def look(self) -> tuple[AxisView, ...]:
-        """Run cycles without power until all drives have answered one."""
+        """Run cycles without power until every drive has answered."""
         deadline_ns = self._deadline_ns()
         while True:
             begin_ns = self._now_ns()
@@ -77,7 +77,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def walk(self, goal: codec.DriveState, *, by_operator: bool = False) -> None:
-        """Change all drives to a state without motion."""
+        """Bring all drives to the state ``goal`` without motion."""
         deadline_ns = self._deadline_ns()
         allowed = [state for state in codec.DriveState if by_operator or state not in codec.FAULTS]
         last: Sequence[codec.Controlword] = [codec.Controlword.DISABLE_VOLTAGE] * len(self._objects)
@@ -121,7 +121,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def watchdogs(self, *, on: bool) -> None:
-        """Start the host's heartbeat for the drives, or end it without an alarm."""
+        """Start the host's heartbeat for the drives, or end it without causing an alarm."""
         for objects in self._objects:
             arm_watchdog(objects, self._settings, on=on)
         self._exchange.heartbeat_on = on

@@ -1,7 +1,7 @@
 """Messages between a CiA 402 drive and its host: identifiers, process data, and the state machine as a table.
 
-FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. Standard knowledge, CiA 301 and CiA
-402-2: the predefined connection set, which transition a drive makes on its own, and that fault-reset acts on a rising
+FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. Standard knowledge (CiA 301 and CiA
+402-2): the predefined connection set, the transitions that a drive makes on its own, and the fault reset on a rising
 edge of bit 7.
 """
 
@@ -22,15 +22,15 @@ HIGHEST_NODE: Final = 127
 NMT_START: Final = 0x01
 NMT_PRE_OPERATIONAL: Final = 0x80
 NMT_OPERATIONAL: Final = 0x05
-"""Value in heartbeats."""
+"""Value of the operational state in heartbeats."""
 
 RPDO: Final = struct.Struct("<Hi")
-"""Controlword and target position: 6040 and 607A."""
+"""Layout of the host's process data: controlword (6040) and target position (607A)."""
 TPDO: Final = struct.Struct("<Hib")
-"""Statusword, position and current mode: 6041, 6064 and 6061. A drive that loses its mode stops without a message."""
+"""Layout of a drive's process data: 6041, 6064, 6061 (current mode). A drive that loses its mode stops silently."""
 
 CSP: Final = 8
-"""Cyclic synchronous position, object 0x6060."""
+"""Mode "cyclic synchronous position" in object 0x6060."""
 
 
 class DriveState(enum.Enum):
@@ -50,7 +50,7 @@ FAULTS: Final = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 
 class Controlword(enum.IntEnum):
-    """Controlwords (object 0x6040), as sent."""
+    """Controlwords that the host sends (object 0x6040)."""
 
     DISABLE_VOLTAGE = 0x0000
     QUICK_STOP = 0x0002
@@ -61,7 +61,7 @@ class Controlword(enum.IntEnum):
 
 
 class Status(enum.IntFlag):
-    """Bits of the statusword outside the state. Standard knowledge, CiA 402-2, mode CSP."""
+    """Bits of the statusword that are not part of the state. Standard knowledge: CiA 402-2, mode CSP."""
 
     REMOTE = 1 << 9
     FOLLOWING_ERROR = 1 << 13
@@ -77,7 +77,7 @@ PATTERNS: Final = (
     (DriveState.FAULT_REACTION, 0x4F, 0x0F),
     (DriveState.FAULT, 0x4F, 0x08),
 )
-"""Patterns of statuswords: state, mask and value, with ``word & mask == value``."""
+"""State, mask and value of each pattern; a statusword matches if ``word & mask == value``."""
 
 _TO_ENABLED: Final = {
     DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
@@ -96,7 +96,7 @@ def state_of(statusword: int) -> DriveState | None:
 
 
 def command_towards(state: DriveState | None, goal: DriveState, *, by_operator: bool = False) -> Controlword:
-    """Return the next controlword: in steps to operation enabled, or directly off; only an operator resets faults."""
+    """Return the next controlword towards operation enabled, or directly to off. Only an operator may reset faults."""
     if state is DriveState.FAULT and by_operator:
         return Controlword.FAULT_RESET
     if state is None or goal is not DriveState.ENABLED:

@@ -1,6 +1,6 @@
-"""An arm of CiA 402 drives: configured, enabled, moved in cycles, and stopped on any error.
+"""Driver of an arm with CiA 402 drives: configures, enables and moves them in cycles, and stops them on any error.
 
-One thread uses an arm. The receive thread of the bus only copies the messages of the drives
+A single thread uses each arm. The receive thread of the bus only copies the messages of the drives
 (:mod:`palpate.drivers.cia402.mailbox`). Everything else runs in the caller's thread, in :meth:`Cia402Arm.cycle`.
 """
 
@@ -29,7 +29,7 @@ _STATIONARY: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
 class Cia402Arm(LatchingArm):
-    """An arm of CiA 402 drives. It does not open or close its bus, because other devices may share it."""
+    """An arm with CiA 402 drives. It does not open or close its bus, because other devices may share it."""
 
     def __init__(
         self,
@@ -64,7 +64,7 @@ class Cia402Arm(LatchingArm):
         return found
 
     def _shown(self) -> str:
-        """Return the problem of the drives, whether or not they have power; empty if there is none."""
+        """Return a description of the first problem of the drives, with or without power; empty if there is none."""
         for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
             if view.state in FAULTS:
                 return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"
@@ -82,10 +82,10 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Power the drives at their current positions; nothing moves.
+        """Switch on the drives at their current positions; nothing moves.
 
-        Afterwards :meth:`cycle` must be called without long pauses, because it sends the heartbeat for the drives'
-        watchdogs.
+        Afterwards :meth:`cycle` must be called without long pauses, because it sends the heartbeat that the drives'
+        watchdogs expect.
         """
         self._require("enable()", ArmState.CONFIGURED)
         with self._latching():
@@ -132,7 +132,7 @@ class Cia402Arm(LatchingArm):
         return Measured(self._positions_rad(), self._exchange.sync_ns)
 
     def stop(self) -> None:
-        """Quick-stop every drive. Never raises; works in every state, repeatedly, and even without a bus.
+        """Quick-stop every drive. May be called in any state, repeatedly, and even without a bus; never raises.
 
         An enabled arm is *stopped* afterwards: it stays under power and holds its position. It applies no set-point
         until :meth:`disable` and :meth:`enable` have been called.
@@ -156,9 +156,9 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
-        """Clear a latched fault. Only a person may decide this, never a program.
+        """Clear a latched fault. Only a person may decide to do this, never a program.
 
-        The drives are configured again, because one may have restarted, and receive a fault-reset. They remain without
+        The drives are configured again, because one may have restarted, and receive a fault reset. They remain without
         power.
         """
         self._require_fault()
@@ -168,7 +168,7 @@ class Cia402Arm(LatchingArm):
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stop, switch off the power if the bus still works, and end all traffic. Repeatable; never raises."""
+        """Stop, switch off the power if the bus still works, and end all traffic. May be repeated; never raises."""
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             self._state = ArmState.CLOSED
             return

@@ -30,7 +30,7 @@ _DRIVE_PROFILE: Final = 402
 _STAY_IN_QUICK_STOP: Final = 6
 _QUICK_STOP_WHEN_HOST_IS_LOST: Final = 3
 _TENTH_OF_MS: Final = -4
-"""Power of ten, in seconds, of the unit of the period."""
+"""Power of ten of the period's unit in seconds, so the unit is 0.1 ms."""
 
 
 def identify(objects: Objects) -> str:
@@ -49,7 +49,7 @@ def identify(objects: Objects) -> str:
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
-    """Configure the pre-operational drive for the cycle; return notes on missing objects and their consequences."""
+    """Configure a pre-operational drive for cyclic operation; return notes on missing objects and the consequences."""
     notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
@@ -80,7 +80,7 @@ def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[
     """Enable or disable a drive's stop on loss of the host's heartbeat; return notes on missing objects.
 
     Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive without this function
-    holds its last target when the host is lost.
+    holds its last target when it loses the host.
     """
     stops = objects.write_if_known(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
     host = settings.host_node << 16 | settings.host_watchdog_ms

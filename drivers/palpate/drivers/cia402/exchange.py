@@ -1,4 +1,4 @@
-"""One cycle on the bus: set-points, SYNC, answers; and the interpretation of the answers for each joint."""
+"""One bus cycle of set-points, SYNC and answers, and the interpretation of the answers for each joint."""
 
 import contextlib
 from collections.abc import Callable, Sequence
@@ -16,14 +16,14 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 
 
 class CyclicExchange:
-    """The cyclic communication with all drives, without arm states or decisions.
+    """Cyclic communication with all drives. It keeps no state of the arm and makes no decisions.
 
     Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. If an adapter sorts its
     transmit buffers by identifier, the SYNC (0x080) overtakes the set-points, which take effect one cycle later
     (INFERENCE from how arbitration works; not measured).
 
     Attributes:
-        views: State of the joints at the last SYNC; empty before the first.
+        views: State of the joints at the last SYNC; empty before the first SYNC.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
@@ -58,7 +58,7 @@ class CyclicExchange:
         return all(box.nmt_state == codec.NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
-        """Clear the data of the drives from before their configuration."""
+        """Clear the data that were received before the drives were configured."""
         self._mailbox.start_over()
         self.views = ()
 
@@ -68,7 +68,7 @@ class CyclicExchange:
             self._link.send(codec.NMT, bytes((command, node)))
 
     def hold(self) -> tuple[int, ...]:
-        """Return targets without motion: the position of each joint."""
+        """Return targets that cause no motion: the latest position of each joint."""
         return tuple(view.counts or 0 for view in self.views) or (0,) * len(self._nodes)
 
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:
@@ -96,7 +96,7 @@ class CyclicExchange:
         return self.views
 
     def broadcast(self, controlword: int) -> None:
-        """Send a controlword, holding targets and the SYNC that applies them, without waiting and despite errors."""
+        """Send a controlword, targets that hold the position, and a SYNC, without waiting and despite errors."""
         for node, target in zip(self._nodes, self.hold(), strict=True):
             # An error at one drive must not prevent the command to the next.
             with contextlib.suppress(SilentError):

@@ -28,7 +28,7 @@ Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 logging.getLogger("canopen").addHandler(logging.NullHandler())
 
 _NOTIFIER_CYCLE_S: Final = 0.1
-"""Period with which the receive thread checks for its end; closing waits for up to five periods."""
+"""Period at which the receive thread checks whether to end; closing waits for up to five periods."""
 
 
 class _EndOfReceiving(can.Listener):
@@ -43,7 +43,7 @@ class _EndOfReceiving(can.Listener):
 
 
 class CanopenLink:
-    """A connected ``canopen.Network``, to whose notifier other drivers may add listeners, and its readable name."""
+    """A connected ``canopen.Network`` with a readable name; other drivers may add listeners to its notifier."""
 
     def __init__(self, network: Any, name: str = "CAN bus") -> None:
         self.network = network
@@ -58,7 +58,7 @@ class CanopenLink:
         bitrate: int,
         **options: Any,
     ) -> Self:
-        """Connect to a bus; arguments as in :func:`palpate.drivers.can.open_bus`.
+        """Connect to a bus; the arguments are those of :func:`palpate.drivers.can.open_bus`.
 
         Raises:
             WiringError: The bus does not exist, or permission is denied.
@@ -117,7 +117,7 @@ class CanopenLink:
             raise SilentError(self.name, problem, remedy) from error
 
     def close(self) -> None:
-        """Release the bus. May be called repeatedly, even after the bus was lost."""
+        """Release the bus. May be called repeatedly, even after the connection was lost."""
         # The release of a lost bus raises the earlier error again.
         with contextlib.suppress(Exception):
             self.network.disconnect()

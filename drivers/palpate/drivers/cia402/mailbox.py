@@ -1,6 +1,6 @@
 """Latest data of all nodes, copied from the receive thread to the cycle under one lock.
 
-The subscribers only copy and count. They must not raise, because ``canopen`` would only log the exception.
+The subscribers only copy and count. They must not raise exceptions, because ``canopen`` would only log them.
 """
 
 import struct
@@ -15,7 +15,7 @@ _NS: Final = 1e-9
 
 
 class Emergency(NamedTuple):
-    """An EMCY message: error code (0x00xx clears errors), error register (object 0x1001), five manufacturer bytes."""
+    """EMCY message: error code (0x00xx clears errors), error register (object 0x1001) and five manufacturer bytes."""
 
     code: int
     register: int
@@ -86,7 +86,7 @@ class Mailbox:
             box.active = () if clears else (*box.active[-_EMCY_KEPT:], emergency)
 
     def begin(self) -> None:
-        """Prepare for a SYNC: process data received from now on are answers to it."""
+        """Prepare for a SYNC: process data received from now on count as answers to it."""
         with self._all_here:
             for box in self._boxes.values():
                 box.answered = False
@@ -110,7 +110,7 @@ class Mailbox:
             return self._copies()
 
     def start_over(self) -> None:
-        """Clear the boots, errors and NMT states from before the configuration, and restart the heartbeat time-outs."""
+        """Clear the boot count, errors and NMT state of every node, and restart the heartbeat time-outs."""
         with self._all_here:
             for box in self._boxes.values():
                 box.boots, box.active, box.nmt_state, box.heartbeat_ns = 0, (), None, self._now_ns()

@@ -1,4 +1,4 @@
-"""Causes of a latched stop: conditions in a cycle that an operator must examine."""
+"""Detection of the conditions that latch a stop and that an operator must examine."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ _KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise 
 
 @dataclass(frozen=True, slots=True)
 class AxisView:
-    """State of one joint at the last SYNC; None for unknown values.
+    """State of one joint at the last SYNC; unknown values are None.
 
     Attributes:
         state: State in the statusword; also None if it matches no pattern.

@@ -1,4 +1,4 @@
-"""The object dictionary of one drive, over SDO."""
+"""Access to the object dictionary of one drive by SDO."""
 
 from collections.abc import Callable
 from typing import Final
@@ -9,7 +9,7 @@ from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
 _UNKNOWN: Final = (0x06020000, 0x06090011)
-"""Abort codes of an object or a sub-index that does not exist (FACT: ``canopen`` 2.4.1, ``sdo/exceptions.py``)."""
+"""Abort codes for an object or a sub-index that does not exist (FACT: ``canopen`` 2.4.1, ``sdo/exceptions.py``)."""
 
 
 class Objects:
@@ -21,7 +21,7 @@ class Objects:
         self._channel = channel
 
     def read(self, index: int, subindex: int = 0) -> bytes | None:
-        """Return the bytes of an object, or None if the drive has no such object."""
+        """Return the bytes of an object; None if the drive has no such object."""
         return self._try(index, subindex, lambda: self._channel.upload(index, subindex))
 
     def write(self, index: int, subindex: int, value: int, size: int) -> None:

@@ -1,4 +1,4 @@
-"""Settings of the arm's drives: one record per joint and one for the arm."""
+"""Settings of the arm's drives, with one record per joint and one for the arm."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,13 +13,13 @@ HEARTBEAT_MS: Final = 50
 ANSWER_SHARE: Final = 0.5
 """Fraction of the period within which all drives must have answered a SYNC."""
 POSE_MARGIN_RAD: Final = 0.02
-"""Accepted distance of the measured pose beyond the limits."""
+"""Accepted distance of a measured joint angle beyond its limits."""
 _INT32: Final = 2**31 - 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointDrive:
-    """A joint and its drive.
+    """Settings of a joint and its drive.
 
     Each drive turns only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission above
     this driver.
@@ -68,8 +68,8 @@ class ArmSettings:
         missed_cycles: Number of consecutive unanswered cycles after which the arm latches a stop.
         heartbeat_timeout_ms: Time without a drive's heartbeat after which the arm latches a stop.
         host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops on its own.
-        quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
-            (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
+        quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is calculated from the acceleration of
+            10000 (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
         transition_timeout_s: Time limit for all drives to change state.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Common parts of the drivers of arms and force sensors."""
+"""Common parts of the arm and force sensor drivers."""
 
 import lazy_loader
 

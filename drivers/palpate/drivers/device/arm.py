@@ -13,11 +13,11 @@ from typing_extensions import override
 from palpate.drivers.errors import DeviceFaultError, DriverError, RefusedError, StateError
 
 _SLACK: Final = 1e-11
-"""Tolerance, so that rounding does not make a step of exactly the maximum length too long."""
+"""Tolerance for rounding, so that a step of exactly the maximum length is not too long."""
 
 
 def require_angles(requested_rad: Sequence[float], joints: int) -> tuple[float, ...]:
-    """Return the set-point as floats.
+    """Check a set-point and return it as floats.
 
     Raises:
         RefusedError: The number of angles is wrong, or one is not finite.
@@ -39,12 +39,12 @@ def clamped(
 def held_back(
     within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
 ) -> tuple[float, ...]:
-    """Return a set-point with limited steps of all joints, (n,).
+    """Return a set-point with the steps of all joints limited, (n,).
 
     All steps are reduced by the same factor, so the arm keeps its direction in joint space.
 
     Args:
-        within_rad: Requested set-point, within the position limits, (n,).
+        within_rad: Requested set-point, already within the position limits, (n,).
         previous_rad: Previous set-point, (n,).
         most_rad: Largest step of each joint, (n,).
     """
@@ -83,12 +83,12 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """A driver of an arm, for use by a single thread.
+    """Driver of an arm, for use by a single thread.
 
     An error while the arm is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
     Raises:
-        StateError: From any request in the wrong state, or with a joint outside its limits.
+        StateError: From any request that is made in the wrong state, or with a joint outside its limits.
         RefusedError: From ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
         SettingError, WiringError: From ``open``: the device is missing, differs from the configuration, or has other
         settings.
@@ -132,7 +132,7 @@ class ArmDriver(Protocol):
 
     @abstractmethod
     def acknowledge(self) -> None:
-        """Clear a fault, as decided by a person."""
+        """Clear a fault. Only a person may decide to do this."""
 
     @abstractmethod
     def close(self) -> None:

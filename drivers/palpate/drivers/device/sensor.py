@@ -21,9 +21,9 @@ class ForceSample:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
         torque_Nm: Torque about its origin, (3,).
         sequence: Number of the reading; always increases, even across streams and restarts.
-        receive_time_ns: Time of the poll that received it; the reading is older by the wait for that poll, the
-            transmission and the sensor's filter delay.
-        saturated: Whether it is at or near the limit of the sensor's range, or the sensor reports that it is.
+        receive_time_ns: Time of the poll that received the reading. The reading is older by the wait for that poll, the
+            transmission time and the sensor's filter delay.
+        saturated: Whether the reading is at or near the limit of the sensor's range, or the sensor reports this.
     """
 
     force_N: Vector3
@@ -40,11 +40,11 @@ def listed(counts: Mapping[str, int]) -> str:
 
 
 class PolledSensor(ABC):
-    """A driver of a force sensor; ``remedy`` is the advice in the error for a silent sensor.
+    """Driver of a force sensor; ``remedy`` is the advice in the error for a silent sensor.
 
     Attributes:
         failure: Error after which no more samples are accepted; None if there is none.
-        errors: Numbers of invalid messages by kind.
+        errors: Number of invalid messages of each kind.
     """
 
     def __init__(self, name: str, remedy: str) -> None:
@@ -56,11 +56,11 @@ class PolledSensor(ABC):
         self._polled_ns = 0
 
     def _is_news(self) -> None:
-        """Note a new sample: errors counted after it belong to the next."""
+        """Record that a sample was received; later errors belong to the next sample."""
         self._errors_before = self.errors.copy()
 
     def silence(self, now_ns: int) -> SilentError:
-        """Return the error for a silent sensor, with what was received since the latest sample."""
+        """Return the error for a silent sensor, with the invalid messages received since the latest sample."""
         since = "yet" if self.latest is None else f"for {(now_ns - self.latest.receive_time_ns) * 1e-6:.0f} ms"
         came = listed(self.errors - self._errors_before)
         return SilentError(self.name, f"nothing new {since}{f', but {came}' if came else ''}", self._remedy)
@@ -71,7 +71,7 @@ class PolledSensor(ABC):
 
     @abstractmethod
     def poll(self, now_ns: int) -> Sequence[ForceSample]:
-        """Read received data and return new samples, oldest first. :meth:`check` raises errors of device and bus.
+        """Read received data and return new samples, oldest first. :meth:`check` raises device and bus errors.
 
         Args:
             now_ns: Monotonic time in ns.
@@ -90,5 +90,5 @@ class PolledSensor(ABC):
             raise self.silence(self._polled_ns)
 
     def acknowledge(self) -> None:
-        """Clear the failure, as decided by a person."""
+        """Clear the failure. Only a person may decide to do this."""
         self.failure = None

@@ -1,8 +1,8 @@
-"""Conversion between CAN frames and messages, without input, output or clock.
+"""Conversion between CAN frames and messages, without I/O and without a clock.
 
-FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers made of operation + node, little-endian payloads.
-Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already checked
-the 15-bit CRC, so a damaged frame either passed that check or was damaged between controller and host.
+FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers composed of operation + node, little-endian
+payloads. Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already
+checked the 15-bit CRC, so a damaged frame either passed that check or was damaged between controller and host.
 """
 
 import enum
@@ -30,13 +30,13 @@ _GARBAGE, _ORPHANS = "frames without sense", "halves of readings without the oth
 
 
 def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> CanFrame:
-    """Return the frame of a request.
+    """Return the CAN frame of a request.
 
-    FACT (jr3-mbed-firmware-can main.cpp): the cut-off of START is 16 bits, and the period 32 bits after it.
+    FACT (jr3-mbed-firmware-can main.cpp): START carries a cut-off of 16 bits, followed by a period of 32 bits.
 
     Args:
-        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START.
-        period_us: Time between readings in microseconds; START.
+        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; only for START.
+        period_us: Time between readings in microseconds; only for START.
     """
     return CanFrame(op + node, struct.pack("<HI", cutoff_cHz, period_us) if op is Op.START else b"")
 
@@ -52,7 +52,7 @@ class CanDecoder:
     """Decodes the frames of one node, and joins the two halves of a reading, which arrive in any order.
 
     Args:
-        errors: Counters of invalid frames and of halves without the other half.
+        errors: Counters of invalid frames and of halves whose other half is missing.
     """
 
     def __init__(self, node: int, errors: Counter[str]) -> None:
@@ -60,7 +60,7 @@ class CanDecoder:
         self._halves: dict[int, _Half] = {}
 
     def forget(self) -> None:
-        """Drop halves of readings, because equal counters do not match after a restart."""
+        """Drop incomplete readings, because equal counters do not identify the same reading after a restart."""
         self._errors[_ORPHANS] += len(self._halves)
         self._halves.clear()
 

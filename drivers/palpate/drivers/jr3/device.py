@@ -1,4 +1,4 @@
-"""Communication with the board by polling, without a thread, clock or wait."""
+"""Polled communication with the board, without threads, clocks or waits."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -17,20 +17,20 @@ from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 FIRST_READING_NS: Final = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
 _STALL_PERIODS: Final = 20
-"""Periods without a new reading after which the sensor counts as silent. Assumed."""
+"""Number of periods without a new reading after which the sensor counts as silent. Assumed."""
 ACK_TIMEOUT_NS: Final = 250_000_000
 ATTEMPTS: Final = 3
 PING_ATTEMPTS: Final = 16
-"""Attempts of the first request. FACT: yarp-devices waits 0.25 s for an answer, and the board boots in 2 s."""
+"""Attempts at the first request. FACT: yarp-devices waits 0.25 s for an answer, and the board boots in 2 s."""
 _REMEDY: Final = "check power, wiring, bit rate and termination, and that the sensor is plugged into its board"
 
 
 class Jr3(PolledSensor):
-    """One JR3 sensor with its board.
+    """A JR3 sensor with its board.
 
-    The driver does not tare, and starting the stream removes a zero that another client has set. (FACT: revisions of
-    Jr3Controller.cpp up to 765f784 zero the sensor at every START. No host can prevent that; a sensor that carries a
-    tool and reads zero right after :meth:`open` has such firmware.)
+    The driver does not tare the sensor, and starting the stream removes a zero that another client has set. (FACT:
+    revisions of Jr3Controller.cpp up to 765f784 zero the sensor at every START. No host can prevent that; a sensor that
+    carries a tool and reads zero right after :meth:`open` has such firmware.)
 
     Args:
         cutoff_Hz: Cut-off of the board's first-order low-pass filter, up to 655.35; 0 = unfiltered.
@@ -56,7 +56,7 @@ class Jr3(PolledSensor):
 
     @property
     def full_scales(self) -> FullScales:
-        """Full scales: only they distinguish boards. FACT: the protocol has neither serial number nor version.
+        """Full scales of the board, which identify it. FACT: the protocol has neither a serial number nor a version.
 
         Raises:
             StateError: They have not been read yet.
@@ -66,7 +66,7 @@ class Jr3(PolledSensor):
         return self._sampler.full_scales
 
     def open(self) -> None:
-        """Start the communication, which :meth:`poll` continues; also used to leave FAULTED and SILENT.
+        """Start the communication; :meth:`poll` continues it. Also used to leave FAULTED and SILENT.
 
         Raises:
             StateError: The sensor is already open.
@@ -81,7 +81,7 @@ class Jr3(PolledSensor):
         self._wish(Jr3Event.STOP_REQUESTED)
 
     def acknowledge(self) -> None:
-        """Acknowledge a restart of the board; it is no longer reported."""
+        """Acknowledge a restart of the board, which is then no longer reported."""
         self.after_boot = False
 
     @override
@@ -241,7 +241,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
 def shut_down(
     device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], None], timeout_s: float = 10.0
 ) -> None:
-    """Stop the stream and wait for the board's answer or its time-out; without effect if closed."""
+    """Stop the stream and wait for the board's answer or a time-out; has no effect if the sensor is closed."""
     if device.phase is not Jr3Phase.CLOSED:
         device.stop()
         _wait(device, clock_ns, sleep, {Jr3Phase.CLOSED, Jr3Phase.FAULTED}, timeout_s)

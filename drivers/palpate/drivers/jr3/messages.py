@@ -1,4 +1,4 @@
-"""Messages between host and board: requests and answers.
+"""Requests and answers between host and board.
 
 FACT (README of jr3-mbed-firmware-can): an acknowledgement carries the sensor's state, but does not identify its
 command. Therefore only one request may be pending.
@@ -15,7 +15,7 @@ Counts3: TypeAlias = tuple[int, int, int]
 
 
 class Op(enum.IntEnum):
-    """A command to the board, by its identifier, to which the node number is added.
+    """Commands to the board. The identifier of a command's frame is its value plus the node number.
 
     The synchronous mode is not used: CANopen's SYNC has the same identifier, 0x080, so an arm on the same bus would
     trigger the sensor (FACT, same sources).
@@ -29,12 +29,12 @@ class Op(enum.IntEnum):
 
 
 SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
-"""Number of full scales in the acknowledgement of an operation; 0 for others."""
+"""Number of full scales in the acknowledgement of an operation; 0 for operations that are not listed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """The board has accepted a command.
+    """Acknowledgement that the board has accepted a command.
 
     Attributes:
         ready: False if the sensor is not initialised. The board acknowledges commands even then, with stale full scales
@@ -48,7 +48,7 @@ class Ack:
 
 @dataclass(frozen=True, slots=True)
 class Bootup:
-    """The board has just started; all settings and the zero are lost."""
+    """Message that the board has just started; all settings and the zero are lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +78,14 @@ RIGHT_HANDED: Signs = (1, 1, 1, 1, 1, 1)
 """Signs for a board that already reports right-handed axes."""
 
 FULL_SCALE_COUNTS = 16384
-"""Counts at full scale. FACT (comedi jr3_pci driver); a 16-bit number reaches twice the full scale (CALC)."""
+"""Counts at full scale (FACT, comedi jr3_pci driver). A 16-bit number reaches twice the full scale (CALC)."""
 
 NEAR_SATURATION_COUNTS = 26214
 """Counts on any axis, 80 % of 32768, above which a reading counts as saturated.
 
 FACT (comedi jr3_pci driver): the JR3 processor warns at this level, but for *raw* channels. Each axis of the decoupled
 data is a mixture of all channels, one of which may be clipped while the mixture looks harmless. The board sends
-decoupled, filtered data, which also hides short peaks. Its conversion to 16 bits does not limit (INFERENCE from its
+decoupled, filtered data, which also hides short peaks. Its conversion to 16 bits does not clip (INFERENCE from its
 utils.cpp): beyond twice the full scale, the number wraps.
 """
 
@@ -114,7 +114,7 @@ class FullScales:
             raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
 
     def wrench(self, counts: tuple[int, ...], signs: Signs) -> tuple[Vector3, Vector3]:
-        """Return force in N and moment in N m.
+        """Return the force in N and the moment in N m.
 
         FACT: F = counts x full scale / 16384, M = counts x full scale in 0.1 N m / 163840.
         """

@@ -1,4 +1,4 @@
-"""State machine of the communication with the board, and its pending request.
+"""State machine for communication with the board, and its pending request.
 
 ::
 
@@ -72,7 +72,7 @@ TRANSITIONS = MappingProxyType(
         (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
     }
 )
-"""Next phase by phase and event. For other pairs, events are ignored and requests refused."""
+"""Next phase for each phase and event. With other pairs, events are ignored and requests are refused."""
 
 REQUESTS = MappingProxyType(
     {
@@ -82,10 +82,10 @@ REQUESTS = MappingProxyType(
         Jr3Phase.LEAVING: Op.STOP,
     }
 )
-"""Request on entering a phase; the full scales are requested one after the other."""
+"""Request that is sent on entering a phase; the full scales are requested one after the other."""
 
 READABLE = frozenset({*_FLOWING, Jr3Phase.SILENT})
-"""Phases in which readings are samples; in other phases they belong to an older stream."""
+"""Phases in which readings become samples; in other phases, readings belong to an older stream."""
 
 FLOWING = frozenset(_FLOWING)
 """Phases in which readings are expected."""
@@ -94,8 +94,8 @@ FLOWING = frozenset(_FLOWING)
 class RequestInFlight:
     """Holds the only pending request.
 
-    An acknowledgement "not initialised" does not complete the request, which is repeated after its time-out. A booting
-    board sends it, with otherwise stale content (FACT).
+    An acknowledgement with "not initialised" does not complete the request, which is repeated after its time-out. A
+    booting board sends such acknowledgements, with otherwise stale content (FACT).
     """
 
     def __init__(self) -> None:
@@ -106,7 +106,7 @@ class RequestInFlight:
         self._timeout_ns = 0
 
     def begin(self, request: Op, attempts: int, timeout_ns: int) -> None:
-        """Replace the pending request with a new one; :meth:`due` returns when to send it."""
+        """Replace the pending request with a new one, to be sent when :meth:`due` returns True."""
         self.request, self._attempts_left, self._timeout_ns = request, attempts, timeout_ns
         self._sent_ns, self.refused = None, False
 

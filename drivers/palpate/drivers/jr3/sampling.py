@@ -1,4 +1,4 @@
-"""Conversion of readings to samples with their flags."""
+"""Conversion of readings to flagged samples."""
 
 from collections import Counter
 from math import pi
@@ -11,7 +11,7 @@ REPEATED: Final = "repeated readings"
 RESTARTED: Final = "counters that began again"
 _WRAP: Final = 0x10000
 _SETTLED_TAUS: Final = 5.0
-"""Time constants after which the filter counts as settled: 0.7 % of a step is left (CALC)."""
+"""Number of time constants after which the filter counts as settled; 0.7 % of a step then remains (CALC)."""
 
 
 def settling_ns(cutoff_cHz: int) -> int:
@@ -27,7 +27,7 @@ class Sampler:
     """Converts readings to samples, numbered in order of arrival.
 
     Attributes:
-        full_scales: Full scales reported by the board; None until then, so that readings give no samples.
+        full_scales: Full scales reported by the board; None before they are known, when readings give no samples.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
@@ -38,7 +38,7 @@ class Sampler:
         self._counter: int | None = None
 
     def started(self, now_ns: int) -> None:
-        """Note a new stream: its counter may have any value, and its filter starts at 0."""
+        """Prepare for a new stream, whose counter may have any value and whose filter starts at 0."""
         self._counter = None
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
 

@@ -1,4 +1,4 @@
-"""The commands of the NMC table: constants, and functions that return them. FACT: libnmc, PyLabRobot, Logosol."""
+"""NMC commands, as constants and as functions that return them. FACT: libnmc, PyLabRobot, Logosol."""
 
 import struct
 from typing import Final
@@ -31,7 +31,7 @@ def read_stat(mask: StatusItem) -> NmcCommand:
 
 
 def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> NmcCommand:
-    """Load a motion to a position, s32.
+    """Load a motion to a position (s32).
 
     Args:
         control: Optional bits SERVO and START_NOW.
@@ -44,12 +44,12 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
 
 
 def set_gain(*values: int) -> NmcCommand:
-    """Set kp, kd and ki; limits of integral, output, current and position error; servo rate divisor; and deadband."""
+    """Set kp, kd, ki, servo rate divisor, deadband, and the limits of integral, output, current and position error."""
     return NmcCommand(Code.SET_GAIN, struct.pack("<4h2Bh2B", *values))
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
-    """Stop the motor as ``control`` states; only ``StopControl.HERE`` has a position, s32."""
+    """Stop the motor in the way that ``control`` specifies; only ``StopControl.HERE`` takes a position (s32)."""
     position = b"" if position_counts is None else struct.pack("<i", position_counts)
     return NmcCommand(Code.STOP_MOTOR, bytes((control,)) + position)
 
@@ -60,15 +60,15 @@ def set_baud(divisor: int) -> NmcCommand:
 
 
 TICK_S: Final = 0.512e-3
-"""Servo tick with a servo rate divisor of 1."""
+"""Duration of a servo tick at a servo rate divisor of 1."""
 _ONE: Final = 65536
 
 
 def velocity_word(velocity_counts_per_s: float) -> int:
-    """Return the u32 of a velocity magnitude."""
+    """Return the u32 word for a velocity magnitude."""
     return round(velocity_counts_per_s * _ONE * TICK_S)
 
 
 def acceleration_word(acceleration_counts_per_s2: float) -> int:
-    """Return the u32 of an acceleration magnitude."""
+    """Return the u32 word for an acceleration magnitude."""
     return round(acceleration_counts_per_s2 * _ONE * TICK_S**2)

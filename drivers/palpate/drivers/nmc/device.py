@@ -1,4 +1,4 @@
-"""Communication with the modules: one request at a time, each with a time-out, on a synchronised line.
+"""Communication with the modules on a synchronised line, one request at a time, each with a time-out.
 
 Replies carry no address, so a late one must not be mistaken for the answer to the next request. After every failure the
 line is flushed, and zeros complete any frame that a module may be waiting for, before anything else is sent. A busy
@@ -31,14 +31,14 @@ _QUESTIONS: Final = (
     StatusItem.HOME | StatusItem.AUX,
     StatusItem.HOME | StatusItem.VELOCITY,
 )
-"""Requests whose replies have three to eight bytes, each with a different length."""
+"""Requests whose replies have three to eight bytes, each of a different length."""
 
 
 class NmcBus:
-    """The bus; :mod:`palpate.drivers.nmc.startup` brings it up.
+    """An NMC bus; :mod:`palpate.drivers.nmc.startup` starts it up.
 
-    Not thread-safe: only one thread may use it. Any exception from a port means that it is gone: besides ``OSError``,
-    pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
+    Not thread-safe: only one thread may use it. Any exception from a port means that the port is gone: when an adapter
+    is unplugged, pyserial raises ``termios.error`` and ``TypeError`` in addition to ``OSError``.
 
     Raises:
         SilentError: From all methods that communicate: the port is gone.
@@ -81,12 +81,12 @@ class NmcBus:
         self._is_dirty = True
 
     def forget(self) -> None:
-        """Clear masks and failures for modules that are new or have been reset."""
+        """Clear all masks and failure counts, because the modules are new or have been reset."""
         self._masks.clear()
         self.forgive()
 
     def forgive(self) -> None:
-        """Clear the failures."""
+        """Clear the failure counts."""
         self._failures.clear()
         self._run = self._stray_run = 0
 
@@ -103,7 +103,7 @@ class NmcBus:
         self._is_dirty = False
 
     def send_raw(self, data: bytes) -> None:
-        """Send bytes without an answer, and wait until they have been sent."""
+        """Send bytes that have no reply, and wait until they are sent."""
         try:
             write_unless_stuck(self._stream, data)
         except Exception as error:
@@ -111,7 +111,7 @@ class NmcBus:
         self._sleep_s(self.line.wire_s(len(data)))
 
     def broadcast(self, addresses: Iterable[int], command: NmcCommand) -> None:
-        """Send a command twice to each of these modules without waiting for replies, for a line that only transmits."""
+        """Send a command twice to each of these modules without waiting for replies, on a line that only transmits."""
         if self._is_dirty:
             self.resync()
         # Their answers belong to no request.
@@ -159,11 +159,11 @@ class NmcBus:
         return isinstance(reply, Reply) and not self._waiting_bytes()
 
     def exchange(self, address: int, command: NmcCommand) -> Reply | None:
-        """Exchange once, as in each control cycle; return None if the reply was lost or discarded.
+        """Send a command once, as in each control cycle, and return the reply; None if it was lost or discarded.
 
         Raises:
             SilentError: More replies in a row are missing than the settings allow, or the port is gone.
-            GarbledError: The same number of replies are invalid, or bytes arrive without a request.
+            GarbledError: As many replies are invalid, or bytes arrive without a request.
             WiringError: The line echoes.
         """
         result = self.attempt(address, command)
@@ -183,7 +183,7 @@ class NmcBus:
         self._note(address, NOP, Discarded.ANOTHER)
 
     def require(self, address: int, command: NmcCommand) -> Reply:
-        """Exchange, and repeat failures as often as the settings allow.
+        """Send a command and return the reply; repeat failed exchanges as often as the settings allow.
 
         Only for commands that may be executed twice without harm.
 
@@ -201,7 +201,7 @@ class NmcBus:
         self.send_raw(command.frame(EVERYBODY))
 
     def clear_bits(self, address: int) -> Reply:
-        """Clear the sticky fault bits of a module, which the bus never does by itself.
+        """Clear the sticky fault bits of a module; the bus never clears them by itself.
 
         Raises:
             SilentError, GarbledError, WiringError: As for :meth:`exchange`.

@@ -1,6 +1,6 @@
 """Command frames: ``AA | address | (n << 4) | code | n data bytes | sum``. FACT: libnmc, PyLabRobot.
 
-The sum is that of all bytes but the first, modulo 256; multi-byte fields are little-endian; n is at most 15.
+The sum covers all bytes but the first, modulo 256; multi-byte fields are little-endian; n is at most 15.
 """
 
 import enum
@@ -9,7 +9,7 @@ from typing import Final
 
 
 class Code(enum.IntEnum):
-    """Command codes in use: the low nibble of a frame's third byte."""
+    """Command codes in use; a code is the low nibble of a frame's third byte."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1
@@ -49,7 +49,7 @@ class Aux(enum.IntFlag):
 
 
 class StatusItem(enum.IntFlag):
-    """Status mask of the items after the status byte, in this order."""
+    """Bits of the status mask; the items follow the status byte in this order."""
 
     POSITION = 0x01
     ANALOG = 0x02
@@ -99,14 +99,14 @@ def checksum(data: bytes) -> int:
 
 @dataclass(frozen=True, slots=True)
 class NmcCommand:
-    """Command in a frame without the address; up to 15 data bytes."""
+    """A command without an address, with up to 15 data bytes."""
 
     code: Code
     data: bytes = b""
 
     @property
     def size_bytes(self) -> int:
-        """Number of bytes of the frame on the line."""
+        """Length of the frame on the line, in bytes."""
         return FRAME_OVERHEAD_BYTES + len(self.data)
 
     def frame(self, address: int) -> bytes:

@@ -26,7 +26,7 @@ _LAYOUT: Final = (
     (StatusItem.POSITION_ERROR, "2x", ""),
     (StatusItem.PATH_POINTS, "x", ""),
 )
-"""Items in order; those without a name are ignored."""
+"""Status items in order; those without a name are ignored."""
 
 
 class Discarded(enum.Enum):
@@ -45,7 +45,7 @@ class Discarded(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ModuleIdentity:
-    """Identity of a module."""
+    """Type and version of a module."""
 
     type_code: int
     version: int
@@ -81,7 +81,7 @@ def reply_size_bytes(mask: StatusItem) -> int:
 
 
 def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
-    """Return the reply in the bytes, or the reason for discarding it; never raises for any bytes."""
+    """Return the decoded reply, or the reason for discarding it; never raises."""
     size = reply_size_bytes(mask)
     if not raw:
         return Discarded.MISSING

@@ -1,4 +1,4 @@
-"""Settings of the bus, its baud rates, and the time of an exchange."""
+"""Settings of the bus, its baud rates, and the duration of an exchange."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -7,7 +7,7 @@ POWER_UP_BAUD: Final = 19_200
 """Baud rate of every module after power-up and after HARD_RESET. FACT: libnmc."""
 
 BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000: 4}
-"""Data byte of SET_BAUD by baud rate.
+"""Data byte of SET_BAUD for each baud rate.
 
 FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all fit 1.25 MHz / (divisor + 1) within 3.5 %,
 except 230 400, which would really be 208 333 (-9.6 %): too far off for a UART, unless the modules have another clock.
@@ -23,7 +23,7 @@ class BusSettings:
         baud: Rate to change to after start-up, bit/s.
         adapter_latency_s: Time that the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
             adapter in low-latency mode, 0.016 by default.
-        slack_s: Additional accepted delay of a reply, for the operating system.
+        slack_s: Additional delay of a reply that is accepted, to allow for the operating system.
         reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the port of libnmc to Linux waits 0.1 ms by mistake.
     """
 
@@ -43,7 +43,7 @@ BITS_PER_BYTE: Final = 10
 
 @dataclass(frozen=True, slots=True)
 class SerialTiming:
-    """The line and the adapter.
+    """Timing of the serial line and its adapter.
 
     Attributes:
         adapter_latency_s: Latency that the adapter adds to every exchange. The response time of a module is NOT FOUND.
@@ -57,5 +57,5 @@ class SerialTiming:
         return size_bytes * BITS_PER_BYTE / self.baud
 
     def exchange_s(self, size_bytes: int) -> float:
-        """Return the time of an exchange of this many bytes in both directions; the next may start only after it."""
+        """Return the duration of an exchange of this many bytes in both directions; exchanges must not overlap."""
         return self.wire_s(size_bytes) + self.adapter_latency_s

@@ -1,8 +1,8 @@
-"""Start-up of the bus: reset and address chain, or takeover of running modules; then the baud rate.
+"""Start-up of the bus: resets and addresses the modules, or takes over running ones, and sets the baud rate.
 
-FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until no answer comes. Each
-reply enables the next module in the chain. Modules may still use the rate of an earlier run, so the reset is sent at
-every known rate.
+FACT (libnmc): send 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until none answers.
+Each reply enables the next module in the chain. Modules may still use the rate of an earlier run, so the reset is sent
+at every known rate.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _RESETS: Final = 2
 _TRIES: Final = 3
 _UNADDRESSED: Final = 0
 _BAUD_SETTLE_S: Final = 0.01
-"""Wait after SET_BAUD, for the modules' and our own port. INFERENCE."""
+"""Wait after SET_BAUD, for the ports of the modules and of the host. INFERENCE."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Module:
 
 
 def start(bus: NmcBus) -> tuple[Module, ...]:
-    """Reset all modules, assign addresses from 1, change to the baud rate in the settings; return them in that order.
+    """Reset all modules, assign addresses from 1, and set the baud rate; return the modules in order of address.
 
     Every motor is switched off, and every position counter is set to zero.
 
@@ -56,7 +56,7 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
 def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
     """Take over modules that still have addresses from an earlier run, without a reset or a change to the motors.
 
-    Returns None if module 1 answers at no known rate, so that :func:`start` is necessary.
+    Returns None if module 1 answers at no known rate; :func:`start` is then necessary.
 
     Raises:
         SilentError: Module 1 answers but others do not, for example because they were reset; or the port is gone.

@@ -1,4 +1,4 @@
-"""The messages as DDS types with the names of rmw, and the type hashes of ROS 2."""
+"""ROS 2 messages as DDS types with rmw names, and their ROS 2 type hashes."""
 
 from typing import Any, Final
 
@@ -34,7 +34,7 @@ _JointState: Final = _message(
 )
 _Commands: Final = _message(COMMANDS, layout=_Layout, data=_Numbers)
 TYPES: Final = {JOINT_STATE: _JointState, WRENCH: _message(WRENCH, header=_Header, wrench=_Wrench), COMMANDS: _Commands}
-"""Types by ROS 2 name."""
+"""DDS types by ROS 2 name."""
 
 
 def command(values: list[float]) -> Any:

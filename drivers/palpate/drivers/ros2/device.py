@@ -1,4 +1,4 @@
-"""The arm: reads joint angles and sends commands; any error makes it hold its position.
+"""Driver of the arm: reads joint angles, sends commands, and makes the arm hold its position on any error.
 
 A forward_command_controller holds its last command without a time limit. Therefore each commanded position is at most
 one period ahead of the arm, and each stop sends that position again, or velocities of zero.
@@ -27,13 +27,13 @@ _RUN_RAD_S: Final = 0.01
 _RUN_S: Final = 0.5
 _WAIT_S: Final = 1.0
 _STILL_RAD: Final = 0.1 * _RUN_RAD_S * 0.25 * _WAIT_S
-"""Motion of a stationary arm in the last quarter of the wait."""
+"""Largest motion of a stationary arm in the last quarter of the wait."""
 _GAIN_PER_S: Final = 10.0
 """Added velocity per radian of lag."""
 
 
 class Ros2Arm(LatchingArm):
-    """An arm with ROS 2."""
+    """An arm that is controlled through ROS 2."""
 
     def __init__(
         self, link: Ros2Link, settings: Ros2ArmSettings, *, now_ns: Callable[[], int], sleep: Callable[[float], None]
@@ -141,7 +141,7 @@ class Ros2Arm(LatchingArm):
         return stood_s if stood_s < 0.75 * _WAIT_S else None
 
     def acknowledge(self) -> None:
-        """Clear a fault, as decided by a person. The fault stays if its cause persists."""
+        """Clear a fault; it stays if its cause persists. Only a person may decide to do this."""
         self._require_fault()
         # A restarted robot has a different clock.
         self._stamps = StampClock(self._link.reads)
@@ -165,7 +165,7 @@ class Ros2Arm(LatchingArm):
         self._seen_rad, self._time_ns, self._heard_ns = angles[-1], times_ns[-1], now_ns
 
     def _await_news(self) -> None:
-        """Wait for a new message, because those received may be old or precede a fault."""
+        """Wait for a new message, because the received ones may be old or precede a fault."""
         self._link.take()
         begin_ns, before_ns = self._now_ns(), self._time_ns
         while self._time_ns == before_ns:
@@ -196,12 +196,12 @@ class Ros2Arm(LatchingArm):
 
 
 def held(position_rad: Sequence[float], velocities: bool) -> tuple[float, ...]:
-    """Return the command that holds an arm at a position."""
+    """Return the command that makes an arm hold a position."""
     return (0.0,) * len(position_rad) if velocities else tuple(position_rad)
 
 
 def link_diagnostics(link: Ros2Link, stamps: StampClock) -> dict[str, str]:
-    """Return publishers and subscribers with their quality of service, and the state of the publisher's clock."""
+    """Return the publishers and subscribers with their quality of service, and the state of the publisher's clock."""
     found = {}
     if stamps.stamp_ns:
         behind_ms = (link.wall_ns() - stamps.stamp_ns) * 1e-6

@@ -1,4 +1,4 @@
-"""Connection to a ROS 2 domain: reads one topic and writes commands to another, without waiting."""
+"""Connection to a ROS 2 domain that reads one topic and writes commands to another, without waiting."""
 
 import time
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ _ACKNOWLEDGED_NS: Final = 100_000_000
 _ALIVE: Final = 16
 _EXISTS: Final = -4
 _domains: Final = dict[int, tuple[str, Any]]()
-"""Open domains: a process opens each one once and keeps it with its configuration."""
+"""Open domains. A process opens each domain once, and keeps it with its configuration."""
 
 
 class Ros2Link:
@@ -103,7 +103,7 @@ class Ros2Link:
         return len(self._opened(self._writer).get_matched_subscriptions())
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:
-        """Return type and quality of service of all publishers on the read topic or subscribers to commands."""
+        """Return type and quality of service of all publishers on the read topic, or of all subscribers to commands."""
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
         kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
@@ -152,8 +152,8 @@ def _open_domain(network: Ros2Network) -> None:
 def _configuration(network: Ros2Network) -> str:
     """Return the library's settings.
 
-    Cyclone rejects the descriptions of types with sequences by Fast DDS (rmw_cyclonedds #535). Therefore the type
-    information of eProsima (vendor 1.15) is ignored, and only the names of types are compared.
+    Cyclone rejects Fast DDS's descriptions of types with sequences (rmw_cyclonedds #535). Therefore the type
+    information of eProsima (vendor 1.15) is ignored, and only type names are compared.
     """
     general = discovery = ""
     if network.address:
@@ -177,7 +177,7 @@ def _ros_name(wire: str) -> str:
 
 
 def _qos_text(qos: Any) -> str:
-    """Return reliability and durability, the discovered properties that decide compatibility."""
+    """Return the reliability and durability, which determine compatibility."""
     names = [str(policy).partition("(")[0].split(".") for policy in qos]
     return ", ".join(name[2] for name in names if name[1] in ("Reliability", "Durability"))
 

@@ -1,4 +1,4 @@
-"""A force sensor with ROS 2, read by polling."""
+"""A polled force sensor that uses ROS 2."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -17,11 +17,11 @@ _NAME: Final = "ROS 2 wrench"
 
 
 class Ros2Wrench(PolledSensor):
-    """The sensor on an open link. The times of samples come from their stamps.
+    """The force sensor on an open link. Sample times are taken from the message stamps.
 
     Args:
         frame: Required ``frame_id`` of the messages.
-        sign: 1 if the messages state the wrench of the world on the tool, -1 for the opposite.
+        sign: 1 if the messages contain the wrench that the world exerts on the tool, -1 for the opposite.
     """
 
     def __init__(self, link: Ros2Link, frame: str, sign: int = 1) -> None:

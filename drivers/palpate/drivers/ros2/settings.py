@@ -1,4 +1,4 @@
-"""Settings of a robot with ROS 2 in a rig file."""
+"""Settings of a ROS 2 robot in a rig file."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -11,7 +11,7 @@ COMMANDS: Final = "std_msgs/msg/Float64MultiArray"
 
 @dataclass(frozen=True)
 class Ros2Network:
-    """Network settings of the robot.
+    """Network settings for the robot.
 
     Attributes:
         domain: The robot's ROS_DOMAIN_ID.

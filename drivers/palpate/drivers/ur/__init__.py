@@ -1,4 +1,4 @@
-"""Driver for arms of Universal Robots over RTDE, with the client library ur_rtde.
+"""Driver for Universal Robots arms over RTDE, based on the client library ur_rtde.
 
 The client waits without limit for a silent controller, blocks the interpreter while it connects, ends its process on
 invalid packages, and reconnects unprompted. Therefore it runs in a separate process, which can be terminated.

@@ -1,7 +1,7 @@
-"""The arm: checked when opened, commanded in every cycle, and stopped on any error.
+"""Driver of the arm, which is checked when opened, commanded in every cycle, and stopped on any error.
 
 A stop brakes with servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
-control program, which also brakes.
+control program, which also brakes the arm.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,11 +28,11 @@ _WAIT_S: Final = 0.02
 
 
 class UrArm(LatchingArm):
-    """An arm of Universal Robots.
+    """A Universal Robots arm.
 
     Attributes:
         hello: Identity of the controller; None before :meth:`open`.
-        tcp_offset: Controller's tool centre point from the flange: metres and rotation vector, (6,); empty before.
+        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty before.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class UrArm(LatchingArm):
         return self._seen
 
     def enable(self) -> None:
-        """Start the control program with the controller's watchdog; the arm does not move. Restore a lost link."""
+        """Start the control program with the controller's watchdog, without motion. Also restores a lost link."""
         self._require("enable()", ArmState.CONFIGURED)
         try:
             seen = self._fresh()
@@ -146,7 +146,7 @@ class UrArm(LatchingArm):
             self._link.close()
 
     def acknowledge(self) -> None:
-        """Clear a fault, as decided by a person: unlock a protective stop, or restore a broken connection."""
+        """Unlock a protective stop, or restore a broken connection. Only a person may decide to do this."""
         self._require_fault()
         try:
             seen = self._fresh()
@@ -160,7 +160,7 @@ class UrArm(LatchingArm):
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stop; end the program and the client. Never raises."""
+        """Stop the arm, and end the program and the client. Never raises."""
         self.stop()
         self._link.close()
         self._state = ArmState.CLOSED

@@ -35,14 +35,14 @@ class UrHello:
 
 @dataclass(frozen=True, slots=True)
 class UrState:
-    """One data package.
+    """A data package from the controller.
 
     Attributes:
         stamp_ns: Time of reception on the clock of :meth:`UrLink.stamp_ns`.
         q_rad: Joint angles, (6,).
         wrench: Raw force and torque in the tool flange, (6,) N and N m, including the weight of the tool.
-        payload_cog_m: Centre of gravity of the payload from the flange, (3,).
-        tcp_pose: Tool centre point in the controller's base, (6,): metres and a rotation vector.
+        payload_cog_m: Centre of gravity of the payload relative to the flange, (3,).
+        tcp_pose: Tool centre point in the controller's base frame, (6,): metres and a rotation vector.
     """
 
     stamp_ns: int
@@ -58,11 +58,11 @@ class UrState:
 
 
 class UrLink:
-    """A connection to the controller by ur_rtde in a separate process.
+    """Connection to the controller through ur_rtde in a separate process.
 
     Args:
-        set_priority: Puts the thread that starts the process into the real-time class, which the process inherits.
-        real_time_factor: Seconds of the controller per second; below 1 for an emulated one.
+        set_priority: Puts the calling thread into the real-time class, which the started process inherits.
+        real_time_factor: Controller seconds per real second; below 1 for an emulated controller.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class UrLink:
         """Send a request and wait for the answer.
 
         Raises:
-            DriverError: The request was refused, or not answered in time; then the link is closed.
+            DriverError: The request was refused, or was not answered in time. A time-out closes the link.
         """
         self._requested += 1
         number, deadline_ns = self._requested, time.monotonic_ns() + round(timeout_s * 1e9)

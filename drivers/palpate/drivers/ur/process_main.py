@@ -25,7 +25,7 @@ _VARIABLES: Final = [
 
 
 class Served:
-    """The client, and the requests to it."""
+    """The client, and the execution of requests to it."""
 
     def __init__(self, line: socket.socket, host: str, rate_Hz: float) -> None:
         self._line, self._host, self._rate_Hz = line, host, rate_Hz
@@ -51,7 +51,7 @@ class Served:
                 self._notify_state()
 
     def end(self) -> None:
-        """Stop the arm and end the program, if one runs."""
+        """Stop the arm and end the program, if one is running."""
         with suppress(Exception):
             if self._control is not None:
                 if self._has_setpoints:
@@ -59,7 +59,7 @@ class Served:
                 self._control.stopScript()
 
     def _hear(self) -> bool:
-        """Execute requests and the latest of several set-points; return False if the other side has disconnected."""
+        """Execute requests and only the latest set-point; return False if the other side has disconnected."""
         joints_rad = None
         while True:
             try:
@@ -89,7 +89,7 @@ class Served:
 
     @contextmanager
     def _ahead(self) -> Iterator[None]:
-        """Give threads that the client starts a higher priority: it waits without sleeping, and would block them."""
+        """Let the client start threads at a higher priority than its caller, which waits without sleeping."""
         policy, own = os.sched_getscheduler(0), self._priority
         if own > 1:
             os.sched_setscheduler(0, policy, os.sched_param(own))
@@ -162,7 +162,7 @@ class Served:
 
 
 def main() -> None:
-    """Serve; never returns, and exits without the client's own clean-up, which may wait without limit."""
+    """Serve, then exit without returning and without the client's own clean-up, which may wait without limit."""
     fd, host, rate_Hz = sys.argv[1:]
     with suppress(OSError):
         # The client waits without sleeping, so it must not run on a processor reserved for the loop.

@@ -10,11 +10,11 @@ from palpate.drivers.ur.link import CHECK, UrLink
 
 RANGE_N: Final = (50.0, 50.0, 50.0)
 RANGE_NM: Final = (10.0, 10.0, 10.0)
-"""UR5e, technical specification, "Force sensing, tool flange"; quoted from memory: check it for your arm."""
+"""UR5e technical specification, "Force sensing, tool flange", quoted from memory; check the value for your arm."""
 
 
 class UrToolForce(PolledSensor):
-    """The sensor in the flange's frame, on an open link; it saturates at its rated range."""
+    """The force sensor, in the frame of the flange, on an open link. It saturates at its rated range."""
 
     def __init__(self, link: UrLink) -> None:
         super().__init__(f"tool force of {link.host}", CHECK)

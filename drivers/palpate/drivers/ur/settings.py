@@ -26,13 +26,13 @@ _SAFETY: Final = {
     12: ("safeguard stop of the automatic mode", _CLOSE),
     13: ("three-position switch released", "hold the switch in its middle position, or select automatic mode"),
 }
-"""Names of modes, and advice; FACT: names of safety_mode and robot_mode from the RTDE guide."""
+"""Names of modes, with advice. FACT: the names of safety_mode and robot_mode are those of the RTDE guide."""
 _MODES: Final = {
     -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
     5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
 }  # fmt: skip
 _FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
-"""Joints turn by up to 360 degrees, wrist joints at up to 360 degrees/s."""
+"""Limits with margins: joints turn by up to 360 degrees, wrist joints at up to 360 degrees/s."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +43,7 @@ class UrSettings:
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.
-        force_stop_N: Change of the tool force since enabling that stops the arm; 0 for no limit.
+        force_stop_N: Change of the tool force since enabling that stops the arm; 0 disables the limit.
     """
 
     lower_rad: tuple[float, ...]
@@ -109,7 +109,7 @@ def require_setpoints(seen: UrState, force_N: Sequence[float] | None, force_stop
 
     Args:
         force_N: Tool force when the arm was enabled, (3,).
-        force_stop_N: Change of the tool force that stops the arm; 0 for no limit.
+        force_stop_N: Change of the tool force that stops the arm; 0 disables the limit.
     """
     require_ready(seen, host)
     if seen.runtime != _PLAYING:

@@ -1,4 +1,4 @@
-"""Encoder counts and joint angles, with the coupled wrist.
+"""Conversion between encoder counts and joint angles, including the coupled wrist.
 
 FACT (client and port agree): with the joint angles measured from the home pose, d = q - home,
 
@@ -24,9 +24,9 @@ HOME_RAD: Final = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 """Joint angles of the home pose, in which the arm rests when its counters are zeroed. FACT: client and port."""
 
 ARM_COUNTS_PER_RAD: Final = 30557.75
-"""C, joints 1 to 3. FACT: client and port."""
+"""C, for joints 1 to 3. FACT: client and port."""
 WRIST_COUNTS_PER_RAD: Final = 11034.53
-"""W, base ratio of the wrist. FACT: client and port."""
+"""W, the base ratio of the wrist. FACT: client and port."""
 ALTERNATIVE_WRIST_FACTOR: Final = 24.0 / 17.33
 """Factor on the counts of motors 4 to 6 with the other gearhead. FACT: client."""
 
@@ -36,7 +36,7 @@ SixCounts: TypeAlias = tuple[int, ...]
 
 
 def six(values: Sequence[float]) -> Six:
-    """Return six finite numbers, or refuse the values."""
+    """Return the values if they are six finite numbers; otherwise refuse them."""
     if len(values) != JOINTS or not all(isfinite(value) for value in values):
         raise RefusedError(DEVICE, f"{values} are not {JOINTS} finite angles", "correct the caller; nothing was sent")
     a, b, c, d, e, f = (float(value) for value in values)
@@ -48,7 +48,7 @@ class Transmission:
     """Transmission between motors and joints.
 
     Attributes:
-        joint_1_sign: 1, or -1 for a motor mounted upside down. FACT: client 1, newest version of the port -1.
+        joint_1_sign: 1, or -1 for a motor mounted upside down. FACT: 1 in the client, -1 in the newest port.
         wrist_factor: 1.0, or ``ALTERNATIVE_WRIST_FACTOR``.
     """
 

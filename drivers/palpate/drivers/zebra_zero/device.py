@@ -1,4 +1,4 @@
-"""The arm: search, position, switching on, cycles and stops. It runs in the caller's loop without threads."""
+"""Driver of the arm: finds, enables, moves and stops it in the caller's loop, without threads."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -142,8 +142,8 @@ class ZebraZero(LatchingArm):
     def stop(self) -> None:
         """Stop every motor whose servo is on, hold it, and store its counters.
 
-        May be called at any time and repeatedly; never raises. Nothing moves after a stop until the servos are
-        switched on again. A dead line is not tried again; only a stop that was not seen to succeed is repeated.
+        May be called at any time and repeatedly; never raises. Nothing moves after a stop until the servos are switched
+        on again. A dead line is not tried again, and a stop is repeated only if it was not confirmed.
         """
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             return
@@ -172,7 +172,7 @@ class ZebraZero(LatchingArm):
             )
 
     def acknowledge(self) -> None:
-        """Clear a latched fault and the modules' sticky bits. Only a person may decide this.
+        """Clear a latched fault and the modules' sticky bits. Only a person may decide to do this.
 
         Modules that answer at their addresses were not reset, so their counters are valid. The fault remains until all
         modules answer. After a reset of modules, close the arm instead.

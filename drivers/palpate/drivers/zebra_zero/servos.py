@@ -44,7 +44,7 @@ _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
 """Time without a reply after which a stop treats the line as dead."""
 _DEAD_TRIES: Final = 3
-"""Smallest number of requests without a reply by then, for any time-outs of the bus."""
+"""Minimum number of unanswered requests by then, independent of the bus time-outs."""
 
 
 class StopOutcome(enum.Enum):
@@ -123,7 +123,7 @@ _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
 
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
-    """Return the modules; refuse modules other than six servos."""
+    """Return the modules; refuse anything but six servos."""
     kinds = [module.identity.name for module in modules]
     if len(modules) != JOINTS or any(module.identity.type_code != SERVO for module in modules):
         raise WiringError(
@@ -139,14 +139,14 @@ def streaming_for(modules: tuple[Module, ...]) -> Streaming:
 
 
 def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
-    """Return the command that moves a motor to a position; nine bytes with either method."""
+    """Return the command that moves a motor to a position; it has nine bytes with either method."""
     if streaming is Streaming.TRAPEZOID:
         return load_traj(_STREAMED, counts)
     return stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, counts)
 
 
 class Servos:
-    """The motors of the arm, with positions only in counts; ``on`` holds the axes, 1 to 6, whose servos are on."""
+    """The motors of the arm, with positions in counts only; ``on`` holds the axes, 1 to 6, whose servos are on."""
 
     def __init__(self, bus: NmcBus, settings: ZebraZeroSettings) -> None:
         self._bus, self._settings = bus, settings
@@ -160,7 +160,7 @@ class Servos:
             raise SilentError(DEVICE, f"not all modules still answer ({error})", GO_HOME) from error
 
     def meet(self) -> SixCounts:
-        """Set the reply items of every module, and read which servos are on and their positions."""
+        """Set the reply items of every module, and read all positions and which servos are on."""
         counts = []
         for axis in AXES:
             self._bus.require(axis, def_stat(REPLY_ITEMS))
@@ -226,7 +226,7 @@ class Servos:
             raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
 
     def clear(self) -> ArmFaultError | None:
-        """Clear the sticky bits of every module, as decided by a person; return a remaining fault."""
+        """Clear the sticky bits of every module and return a remaining fault. Only a person may decide to do this."""
         remaining: ArmFaultError | None = None
         for axis in AXES:
             self._bus.clear_bits(axis)

@@ -15,12 +15,12 @@ class JointLimits:
     """Limits of the six joints.
 
     Attributes:
-        lower_rad: Lower ends, (6,). FACT: the port. Evidence: medium for joints 1 to 3, weak for the wrist (a note in
+        lower_rad: Lower limits, (6,). FACT: the port. Evidence: medium for joints 1 to 3, weak for the wrist (a note in
             the client says that its limits are still to be fixed).
-        upper_rad: Upper ends, (6,); likewise.
+        upper_rad: Upper limits, (6,), from the same source.
         velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
         acceleration_rad_per_s2: Highest joint acceleration, enforced by firmware with trapezoids. CALC from the port's
-            servo default of 10 000 on joints 1 to 3. (One configuration of it has 0.2, another software cap.)
+            servo default of 10 000 on joints 1 to 3. (One configuration of the port has 0.2, another software cap.)
     """
 
     lower_rad: Six = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
@@ -29,7 +29,7 @@ class JointLimits:
     acceleration_rad_per_s2: float = 19.0
 
     def outside(self, position_rad: Sequence[float], tolerance_rad: float = 0.0) -> int | None:
-        """Return the first joint, from 0, beyond a limit by more than the tolerance; None if there is none."""
+        """Return the index of the first joint beyond a limit by more than the tolerance; None if there is none."""
         for joint, angle in enumerate(position_rad):
             # Written so that an angle that is not a number is also outside.
             if not self.lower_rad[joint] - tolerance_rad <= angle <= self.upper_rad[joint] + tolerance_rad:
@@ -40,7 +40,7 @@ class JointLimits:
 REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
 """Items of every reply in a cycle. AUX costs one byte per axis and shows immediately that a servo is off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
-"""Firmware of the PIC-SERVO SC that accepts a new trapezoid while one runs. FACT: data sheet."""
+"""Firmware of the PIC-SERVO SC that accepts a new trapezoid while one is running. FACT: data sheet."""
 
 
 class Streaming(enum.Enum):
@@ -49,7 +49,7 @@ class Streaming(enum.Enum):
     ``TRAPEZOID`` loads a new target position while the last is still being approached, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new position
     during a motion is taken as an offset, and the arm moves to a wrong place. ``STOP_HERE`` sets the servo's position
-    without a profile (FACT: Logosol, libnmc), which works on both but leaves only this driver's limits.
+    without a profile (FACT: Logosol, libnmc), which works on both but leaves only this driver's limits in force.
     """
 
     TRAPEZOID = "trapezoid"
@@ -61,7 +61,7 @@ RESERVE: Final = 0.1
 LIMIT_TOLERANCE_RAD: Final = 0.02
 """Distance of a measured pose beyond the limits that counts as a fault."""
 STORED_TOLERANCE_COUNTS: Final = 200
-"""Largest difference from the stored counters at which they are resumed."""
+"""Largest difference from the stored counters at which their position is adopted."""
 PROFILE_MARGIN: Final = 1.25
 """Ratio of the firmware's own velocity and acceleration limits to those of the joints, so that a profile can catch up
 with its set-points."""
@@ -81,8 +81,8 @@ class ZebraZeroSettings:
 
     Attributes:
         divider: Control ticks per ``cycle``; refused if the bus cannot carry the rate.
-        require_power: A module that reports no motor supply is a fault. INFERENCE: some amplifiers may not report it.
-        use_limit_inputs: A limit input that is set is a fault. NOT FOUND whether the arm has limit switches.
+        require_power: Treat a missing motor supply as a fault. INFERENCE: some amplifiers may not report it.
+        use_limit_inputs: Treat an active limit input as a fault. NOT FOUND: whether the arm has limit switches.
 
     Raises:
         SettingError: The bus cannot carry the rate.
@@ -103,7 +103,7 @@ class ZebraZeroSettings:
 
     @property
     def rate_Hz(self) -> float:
-        """Rate of ``cycle``."""
+        """Rate at which ``cycle`` is called."""
         return self.control_rate_Hz / self.divider
 
     @property

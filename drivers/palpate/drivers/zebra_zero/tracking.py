@@ -1,4 +1,4 @@
-"""One scan of all axes: accepted replies, set-points and faults."""
+"""Scan of all axes, with checks of replies, set-points and faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -20,8 +20,8 @@ class Tracking:
     """Accepts plausible replies.
 
     A reply from another axis, or a damaged one with the right sum, appears as an impossible jump of a motor: more than
-    twice what the highest velocity allows, plus the position error at which the firmware gives up. It does not if
-    another axis happens to be at that position.
+    twice the motion at the highest velocity, plus the position error at which the firmware switches off. It is not
+    detected if another axis happens to be at that position.
     """
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
@@ -90,7 +90,7 @@ class Tracking:
 
 
 class Rounds:
-    """Visits the axes one after the other."""
+    """Visits the axes in turn."""
 
     def __init__(
         self,
@@ -125,7 +125,7 @@ class Rounds:
                     self._tracking.take(axis, reply, self._clock_ns(), is_driven=axis in self._servos.on)
 
     def beyond_limits(self) -> ArmFaultError | None:
-        """Return the fault if the latest pose is outside the limits, or None."""
+        """Return a fault if the latest pose is outside the limits; otherwise None."""
         position = self._tracking.position_rad
         joint = self._settings.limits.outside(position, LIMIT_TOLERANCE_RAD)
         if joint is None:
