@@ -1,10 +1,10 @@
-"""Builds the documentation site: pages of docs/, README, examples and rig files, and a reference of all public names.
+"""Build the documentation site from the pages of docs/, README, examples, rig files and the public API.
 
-    python -m docs.site.build            into runs/site; a link that leads nowhere, or any other warning, is an error
+    python -m docs.site.build            into runs/site; a broken link, or any other warning, is an error
 
-Pages are unchanged in the repository, where their links work too. Here links outside docs/ point to pages of the site;
-links to files without a page become plain text as long as pyproject.toml names no repository. The navigation follows
-the folders, so a new page in docs/how-to appears without being listed here.
+The pages also work in the repository. On the site, links out of docs/ point to pages of the site; links to files
+without a page become plain text as long as pyproject.toml names no repository. Pages of the navigation are in the
+order in which docs/README.md links to them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -37,15 +38,16 @@ MOVED: Final = {
     "SECURITY.md": "security.md",
     "examples": "examples/index.md",
 }
-"""Pages whose place on the site is another one than below docs/."""
-REFERENCE: Final = ("commands.md", "settings.md", "job-file.md", "api.md")
+"""Site paths of pages that are not at the same place as in docs/."""
+START: Final = ("index.md", "tutorial.md", "contents.md", "examples/index.md")
+REFERENCE: Final = ("commands.md", "settings.md", "job-file.md", "api.md", "glossary.md")
 PROJECT: Final = ("changelog.md", "contributing.md", "security.md")
-"""Pages of these parts of the navigation; other pages of docs/ explain."""
+"""Pages in these parts of the navigation; all other pages in the folder docs are explanations."""
 SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml")
 
 
 def sources() -> dict[str, str]:
-    """Return the site path of every file that has a page, by its path in the repository."""
+    """Return the site path of every file that has a page; keys are paths in the repository."""
     pages = {
         str(path.relative_to(ROOT)): str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")
     }
@@ -64,13 +66,13 @@ def repository() -> str:
 
 
 def linked(text: str, name: str, pages: dict[str, str], address: str) -> str:
-    """Return the text of a page with its links as on the site.
+    """Return the text of a page with the links that it has on the site.
 
     Args:
         text: Markdown.
         name: Path of the page in the repository.
-        pages: As of `sources`.
-        address: As of `repository`.
+        pages: Result of `sources`.
+        address: Result of `repository`.
     """
     here = os.path.dirname(pages[name]) or "."
 
@@ -85,7 +87,7 @@ def linked(text: str, name: str, pages: dict[str, str], address: str) -> str:
 def public_modules() -> Iterator[tuple[str, list[str]]]:
     """Yield every public module with its public names.
 
-    The names are those of its stub; without a stub, all names that it defines without an underscore.
+    The names are those in its stub or, without a stub, all names without a leading underscore that it defines.
     """
     for root in ROOTS:
         top = ROOT / root / "palpate" / root
@@ -105,7 +107,7 @@ def public_modules() -> Iterator[tuple[str, list[str]]]:
 
 
 def reference(pages: Path) -> list[str]:
-    """Write one page per module; return their paths on the site."""
+    """Write one page per module, and return the site paths of the pages."""
     (pages / "reference").mkdir()
     written = []
     for module, names in public_modules():
@@ -118,8 +120,15 @@ def reference(pages: Path) -> list[str]:
     return written
 
 
+def in_order(pages: set[str]) -> list[str]:
+    """Return pages in the order in which docs/README.md links to them, followed by all others."""
+    linked_pages = re.findall(r"\]\(([\w/-]+\.md)", (ROOT / "docs" / "README.md").read_text(encoding="utf-8"))
+    order = {page: number for number, page in reversed(list(enumerate(linked_pages)))}
+    return sorted(pages, key=lambda page: (order.get(page, len(linked_pages)), page))
+
+
 def write_pages(pages: Path) -> list[dict[str, object]]:
-    """Write all pages into an empty folder; returns the navigation."""
+    """Write all pages into an empty folder, and return the navigation."""
     shutil.copytree(ROOT / "docs", pages, ignore=shutil.ignore_patterns("site", "__pycache__", "README.md"))
     places, address = sources(), repository()
     for name, place in places.items():
@@ -134,20 +143,18 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
             (pages / place).write_text(f"# {name}\n\n````{language}\n{text}````\n", encoding="utf-8")
     shown = sorted(place for name, place in places.items() if (ROOT / name).is_file() and not name.endswith(".md"))
     rows = "".join(f"- [{place.removesuffix('.md')}]({os.path.relpath(place, 'examples')})\n" for place in shown)
-    begin = "# Examples\n\nThe source distribution has them, too.\n\n"
+    begin = "# Examples\n\nThe source distribution also contains these files.\n\n"
     (pages / "examples" / "index.md").write_text(begin + rows, encoding="utf-8")
     (pages / "settings.md").write_text(settings_page(), encoding="utf-8")
     api: dict[str, list[object]] = {root: [] for root in ROOTS}
     for place in reference(pages):
         module = place.removesuffix(".md").removeprefix("reference/palpate.")
         api[module.partition(".")[0]].append({module: place})
-    first = ["index.md", "tutorial.md", "glossary.md"]
-    how_to = sorted(place for place in places.values() if place.startswith("how-to/"))
+    how_to = in_order({place for place in places.values() if place.startswith("how-to/")})
     decisions = sorted(place for place in places.values() if place.startswith("decisions/"))
-    known = {*first, *how_to, *decisions, *shown, *REFERENCE, *PROJECT, "examples/index.md"}
-    explanation = sorted(set(places.values()) - known)
+    explanation = in_order(set(places.values()) - {*START, *how_to, *decisions, *shown, *REFERENCE, *PROJECT})
     return [
-        {"Start": [*first, "examples/index.md"]},
+        {"Start": list(START)},
         {"How to": how_to},
         {"Explanation": explanation},
         {"Reference": [*REFERENCE, {"Packages": [{root: found} for root, found in api.items()]}]},
@@ -158,7 +165,7 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
 
 
 def settings_page() -> str:
-    """Return a page with every setting, as ``palpate settings`` prints it."""
+    """Return a page with the output of ``palpate settings`` for every group."""
 
     def printed(group: str) -> str:
         with redirect_stdout(StringIO()) as text:
@@ -171,14 +178,14 @@ def settings_page() -> str:
 
 
 def toml(value: object) -> str:
-    """Return a value of the navigation as TOML."""
+    """Return a value of the navigation in TOML."""
     if isinstance(value, dict):
         return "{ " + ", ".join(f'"{key}" = {toml(one)}' for key, one in value.items()) + " }"
     return "[" + ", ".join(map(toml, value)) + "]" if isinstance(value, list) else f'"{value}"'
 
 
 def build(out: Path) -> int:
-    """Rebuild the site in a folder; returns the exit code of the builder."""
+    """Rebuild the site in a folder, and return the exit code of the builder."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     nav = write_pages(out / "pages")
@@ -208,7 +215,7 @@ def build(out: Path) -> int:
 
 
 def unshown(html: Path) -> list[str]:
-    """Return public names that the built reference lacks."""
+    """Return public names that are missing in the built reference."""
     texts = {
         module: (html / "reference" / module / "index.html").read_text(encoding="utf-8")
         for module, _ in public_modules()
@@ -218,7 +225,7 @@ def unshown(html: Path) -> list[str]:
 
 
 def main() -> int:
-    """Command line."""
+    """Build the site from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "runs" / "site")
     out = parser.parse_args().out.resolve()

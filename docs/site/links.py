@@ -1,4 +1,4 @@
-"""Leads the relative links of a Markdown page elsewhere: to pages of the site, or to the repository."""
+"""Redirect the relative links of a Markdown page to pages of the site or to the repository."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ FENCED: Final = re.compile(r"(^```.*?^```)", re.DOTALL | re.MULTILINE)
 
 
 def relinked(text: str, name: str, place_of: Callable[[str], str]) -> str:
-    """A page whose links lead elsewhere; blocks of code stay as they are.
+    """Return a page with redirected links. Code blocks remain unchanged.
 
     Args:
         text: Markdown.
-        name: Path of the page in the repository, which its links are relative to.
-        place_of: Where the file of that path in the repository is now, as it is to stand in the link; empty where it
-            is nowhere: then a link's words are left, and of a picture nothing.
+        name: Path of the page in the repository. Its links are relative to this path.
+        place_of: Returns the new link target for a path in the repository, or an empty string if the file has no
+            target. A link is then reduced to its text, and a picture is removed.
     """
 
     def moved(match: re.Match[str]) -> str:
@@ -36,5 +36,5 @@ def relinked(text: str, name: str, place_of: Callable[[str], str]) -> str:
 
 
 def in_repository(address: str, path: str, *, picture: bool) -> str:
-    """Address of a file on the web; empty while nobody has set the repository's."""
+    """Return the web address of a file, or an empty string if the address of the repository is not set."""
     return f"{address.rstrip('/')}/{'raw' if picture else 'blob'}/main/{path}" if address else ""

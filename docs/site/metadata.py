@@ -1,7 +1,6 @@
-"""What a package index shows: the README and, once pyproject.toml names the repository, links that lead there.
+"""Generate the metadata for a package index: the README and, if pyproject.toml names the repository, project URLs.
 
-Without an address nothing is invented: no project URLs, and a README without its pictures and with plain words for its
-links.
+Without the address of the repository there are no project URLs, and the README has neither pictures nor links.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ PICTURES = (".png", ".gif", ".svg")
 
 
 class PackagePage(MetadataHookInterface):
-    """Fills in what pyproject.toml calls dynamic."""
+    """Set the fields that pyproject.toml declares as dynamic."""
 
     PLUGIN_NAME = "custom"
 
     def update(self, metadata: dict[str, Any]) -> None:
-        """Add readme and urls."""
+        """Add the fields readme and urls."""
         root, address = Path(self.root), str(self.config["repository"])
         links = runpy.run_path(str(root / "docs" / "site" / "links.py"))
 

@@ -1,7 +1,7 @@
-"""Makes docs/tutorial.ipynb of docs/tutorial.md, and runs it: one text, commands run in the notebook's process.
+"""Convert docs/tutorial.md to the notebook docs/tutorial.ipynb, whose commands run in the process of the kernel.
 
-python -m docs.site.notebook                   write docs/tutorial.ipynb again
-python -m docs.site.notebook --run OUT.ipynb   run it in a kernel, as a reader would, with its outputs in OUT.ipynb
+python -m docs.site.notebook                   write docs/tutorial.ipynb
+python -m docs.site.notebook --run OUT.ipynb   run the notebook in a kernel, and write it with outputs to OUT.ipynb
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ except ModuleNotFoundError as error:
 
 
 def palpate(line: str) -> None:
-    """Run a command of palpate in this process; an exit code that is not 0 is shown."""
+    """Run a command of palpate in this process, and show an exit code other than 0."""
     if code := main(shlex.split(line)):
         display(f"exit code {code}")
 
 
 def show(path: str) -> None:
-    """Show a picture that a command has left."""
+    """Show a picture that a command has written."""
     display(Image(Path(path).read_bytes()))
 '''
 BLOCK: Final = re.compile(r"^```sh\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
@@ -43,11 +43,11 @@ PICTURES: Final = (
     (re.compile(r"palpate render .*--to (\S+\.gif).*"), r"\1"),
     (re.compile(r"palpate train .*--out (\S+).*"), r"\1/learning_curve.png"),
 )
-"""What a command leaves to be looked at."""
+"""Patterns of commands, and the picture that each command writes."""
 
 
 def code_of(block: str) -> Iterator[str]:
-    """Python lines for a block of shell commands; what a shell alone can do is left out."""
+    """Yield Python lines for the palpate commands of a shell block, without other shell commands."""
     for line in block.splitlines():
         if line.startswith("palpate "):
             yield f"palpate({json.dumps(line.removeprefix('palpate '))})"
@@ -55,7 +55,7 @@ def code_of(block: str) -> Iterator[str]:
 
 
 def cells_of(text: str) -> Iterator[tuple[str, str]]:
-    """Kind and source of each cell: the page's text as it is, its commands as code."""
+    """Yield kind and source of each cell: text cells for the text of the page, code cells for its commands."""
     place = 0
     for block in BLOCK.finditer(text):
         code = "\n".join(code_of(block.group(1)))
@@ -69,7 +69,7 @@ def cells_of(text: str) -> Iterator[tuple[str, str]]:
 
 
 def notebook_of(text: str) -> str:
-    """The notebook (nbformat 4.5) of a page, without outputs; equal pages give equal bytes."""
+    """Return the notebook (nbformat 4.5) of a page, without outputs. Equal pages give equal bytes."""
     cells: list[dict[str, Any]] = []
     for number, (kind, source) in enumerate(cells_of(text)):
         cell = {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": source.strip().splitlines(True)}
@@ -79,7 +79,7 @@ def notebook_of(text: str) -> str:
 
 
 def main() -> int:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--run", type=Path)
     out = parser.parse_args().run

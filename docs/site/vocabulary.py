@@ -1,7 +1,7 @@
-"""Find words for which the field has a standard term, in the documents, or with --source in the strings of the program.
+"""Find words for which the field has a standard term, in the documents or, with --source, in strings of the program.
 
-Code, addresses and file names are not read: names in the program change there first. Words with a plain meaning as well
-(way, hand, over, led, gate, reach, rig) are left to the reader.
+Code, addresses and file names are ignored. Words that also have a plain meaning (way, hand, over, led, gate, reach,
+rig) are not checked.
 """
 
 import ast
@@ -30,14 +30,14 @@ STANDARD: Final = {
     r"knobs?|oddity|oddities|lately|mishaps?|films?": "parameter; diagnostics; fault scenario; video",
     r"be it|or it would": "a plain main clause",
 }
-"""Odd words, as regular expressions, and what the field says."""
+"""Regular expressions of unusual words, and the standard terms to use instead."""
 
 SKIPPED: Final = re.compile(r"^```.*?^```|`[^`]*`|\]\([^)]*\)|<!-- fields -->.*<!-- end", re.DOTALL | re.MULTILINE)
-"""Blocks, code and addresses; the table of the job's fields is generated from the declarations."""
+"""Blocks, code, addresses, and the table of job fields, which is generated from the declarations."""
 
 
 def found(text: str) -> list[tuple[int, str, str]]:
-    """Return line number, word and standard term of every odd word in a page."""
+    """Return line number, word and standard term for every unusual word in a page."""
     plain = SKIPPED.sub(lambda match: "\n" * match.group().count("\n"), text)
     return sorted(
         (plain.count("\n", 0, match.start()) + 1, match.group(), standard)
@@ -47,7 +47,7 @@ def found(text: str) -> list[tuple[int, str, str]]:
 
 
 def strings(path: str) -> str:
-    """Return every string of a module at its line: docstrings, help, messages."""
+    """Return docstrings, help texts and messages of a module, each on its original line."""
     lines: list[str] = [""] * (Path(path).read_text(encoding="utf-8").count("\n") + 1)
     for node in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
@@ -57,7 +57,7 @@ def strings(path: str) -> str:
 
 
 def main() -> int:
-    """Print what was found; return 1 if there is something."""
+    """Print the unusual words, and return 1 if there are any."""
     source = "--source" in sys.argv
     patterns = [f"{root}/*.py" for root in ("core", "adapters", "drivers", "simulation")] if source else ["*.md"]
     listed = subprocess.run(["git", "ls-files", "--", *patterns], capture_output=True, text=True, check=True).stdout

@@ -72,7 +72,7 @@ def short(line):
 
 @pytest.fixture
 def desk(palpate, tmp_path):
-    """What the pages take to be there: a run, logs, a torn one, a policy, an automaton's strings."""
+    """Prepare the files that the pages use: a run, logs, a policy, jobs."""
     require_graphics()
     golden = ROOT / "tests" / "golden"
     palpate.succeed("train", "--task.time-limit-s", "0.5", "--trials", "3", "--out", tmp_path / "runs" / "paper")
@@ -81,6 +81,6 @@ def desk(palpate, tmp_path):
     (tmp_path / "trials").mkdir()
     for name in ("trial-00012.mcap", "trials/trial-00012.mcap"):
         shutil.copy(golden / "torque-ur5.mcap", tmp_path / name)
-    (tmp_path / "torn.mcap").write_bytes(log.read_bytes()[:-2000])
     shutil.copy(tmp_path / "runs" / "paper" / "policy.json", tmp_path / "other.json")
     shutil.copytree(ROOT / "examples" / "jobs", tmp_path / "examples" / "jobs")
+    shutil.copy(ROOT / "examples" / "jobs" / "paper-peg.toml", tmp_path / "job.toml")
