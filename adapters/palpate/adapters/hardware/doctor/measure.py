@@ -25,12 +25,15 @@ from palpate.core.trial import PhaseConstraints, TaskConfig, Trip
 
 _READ_NS: Final = 1_000_000
 _RATE_SHARE: Final = 0.9
+_BUSY: Final = "end other programs, or ask for real-time scheduling ([real_time] in --config)"
 _STILL_N: Final = 1.0
 """Standard deviation above which the tool moves or is disturbed."""
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
 """A computer that wakes later than this in more than 1 % of ticks is too slow for ticks of 7 ms."""
+_RARE_SHARE: Final = 0.01
+"""Share of old samples up to which the computer is the likelier cause."""
 _LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
 """Limits of a run, except that on the time between ticks, which :func:`report_clock` judges."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
@@ -99,10 +102,22 @@ def report_samples(
     marks = Counter(sample.validity for _, sample in series.reads)
     counts = ", ".join(f"{marks[mark]} {mark.value}" for mark in Validity if mark is not Validity.VALID)
     # A sensor that shows no noise at all is also judged.
-    trip = _first_trip(series, SensorFacts(*(noise[:2] if noise else (1e-9, 1e-9)), frame=frame))
+    facts = SensorFacts(*(noise[:2] if noise else (1e-9, 1e-9)), frame=frame)
+    trip = _first_trip(series, facts)
     text = f"{len(series.reads)} reads, {counts}{f'; a run would end, because {trip.text}' if trip else ''}"
+    fresh = Series([read for read in series.reads if not _is_old(*read)])
+    if trip and len(fresh.reads) >= (1.0 - _RARE_SHARE) * len(series.reads) and _first_trip(fresh, facts) is None:
+        remedy = f"{_BUSY}, and examine the rig for longer (--seconds 60)"
+        report.add(Level.NOTE, Topic.SAMPLES, text, remedy)
+        return
     remedy = "check load, cable, power and the adapter's settings, then switch the device off and on"
     report.judge(Topic.SAMPLES, trip is None, text, remedy)
+
+
+def _is_old(now_ns: int, sample: WrenchSample | JointSample) -> bool:
+    """Return whether a sample is older than a run accepts, or marked so by its adapter."""
+    limit_ms = _LIMITS.max_force_age_ms if isinstance(sample, WrenchSample) else _LIMITS.max_joint_age_ms
+    return sample.validity is Validity.STALE or now_ns - sample.source_time_ns > limit_ms * 1e6
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
@@ -187,5 +202,4 @@ def report_clock(clock: Clock, report: DeviceReport) -> None:
         report.add(Level.WRONG, Topic.CLOCK, text, "choose another clock source of the system")
         return
     text = f"this computer wakes {np.median(late_ns) * 1e-6:.2f} ms late (median), {late_ns[-1] * 1e-6:.2f} ms at most"
-    remedy = "end other programs, or ask for real-time scheduling ([real_time] in --config)"
-    report.judge(Topic.CLOCK, late_ns[-2] <= _LATE_NS, text, remedy, Level.NOTE)
+    report.judge(Topic.CLOCK, late_ns[-2] <= _LATE_NS, text, _BUSY, Level.NOTE)

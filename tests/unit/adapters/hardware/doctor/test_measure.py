@@ -76,17 +76,17 @@ def test_computer_that_wakes_late_is_noted_and_one_that_wakes_early_is_wrong(lat
     assert levels(report) == {"clock": level}
 
 
-def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=None):
-    """Return what is found about a sensor that gives a sample every few milliseconds."""
+def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=None, marked=range(10**9)):
+    """Return what is found about a sensor that gives a sample every few milliseconds, some of them marked."""
     clock, report = FakeClock(), DeviceReport("force sensor")
 
     def read():
         number = clock.now_ns() // period_ns
         force_N = values[number % len(values)]
         time_ns = number * period_ns
-        return WrenchSample(
-            (force_N,) * 3, (0.1 * force_N,) * 2 + (dead or 0.1 * force_N,), time_ns, time_ns, number, mark
-        )
+        torque_Nm = (0.1 * force_N,) * 2 + (dead or 0.1 * force_N,)
+        validity = mark if number in marked else Validity.VALID
+        return WrenchSample((force_N,) * 3, torque_Nm, time_ns, time_ns, number, validity)
 
     series = listen(read, clock, 0.5)
     report_pace(series, rate_Hz, report)
@@ -103,6 +103,10 @@ def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=
         ((0.0, 9.0), {}, "noise", Level.NOTE),
         ((1.0, 1.2), {"mark": Validity.SATURATED}, "samples", Level.WRONG),
         ((1.0, 1.2), {"mark": Validity.STALE}, "samples", Level.WRONG),
+        (NOISE, {"mark": Validity.STALE, "marked": [51]}, "samples", Level.NOTE),
+        (NOISE, {"mark": Validity.STALE, "marked": [51, 71]}, "samples", Level.WRONG),
+        (NOISE, {"mark": Validity.STALE, "marked": [51], "dead": 0.1}, "samples", Level.WRONG),
+        (NOISE, {"mark": Validity.SATURATED, "marked": [51]}, "samples", Level.WRONG),
         ((1.0, 1.2), {"mark": Validity.INVALID}, "noise", Level.WRONG),
         ((1.0, 1.2), {"period_ns": 10 * MS}, "rate", Level.WRONG),
         ((1.0, 1.2), {"period_ns": 20 * MS, "rate_Hz": None}, "rate", Level.NOTE),
