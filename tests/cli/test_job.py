@@ -81,12 +81,12 @@ def test_a_study_varies_part_tool_and_place_of_a_job_beside_it(palpate):
         '[[grid]]\n"part.hole_mm" = [12.03]\n[[grid]]\n"tool.axial_N_per_mm" = [10.0]\n"place.x_mm" = [550.0]\n'
     )
     words = ("study", "studies/fit.toml", "--jobs", 1, "--out", "out")
-    assert "2 of 2 conditions are finished" in palpate.succeed(*words)
+    assert "finished: 2 of 2 conditions" in palpate.succeed(*words)
     tables = [tomllib.loads(path.read_text()) for path in sorted(Path("out/conditions").glob("*/run.toml"))]
     assert {table["cell"]["peg"]["clearance_mm"] for table in tables} == {0.015, 0.009}
     assert {table["control"]["axial_stiffness_N_per_mm"] for table in tables} == {10.0, 20.0}
     assert {table["task"]["goal"]["x_mm"] for table in tables} == {550.0, 600.0}
     # Again, as it stands in the folder: nothing is left to do.
-    assert "2 are finished" in palpate.succeed(*words)
+    assert "finished: 2" in palpate.succeed(*words)
     (folder / "dowel.toml").write_text(DOWEL.read_text().replace("mass_kg = 0.6", "mass_kg = 0.7"))
     assert "was run with other settings or versions, not mass_kg = 0.7" in palpate.refusal(*words)

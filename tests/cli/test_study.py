@@ -49,7 +49,7 @@ def test_finished_conditions_are_not_run_again(palpate, studied, tmp_path):
     make(STUDY.replace("[0, 1]", "[1]"), out)
     before = times_in(out)
     assert "4 conditions of 2 trials in " in (printed := make(STUDY, out).stdout)
-    assert "2 are finished" in printed
+    assert "finished: 2" in printed
     assert before.items() <= times_in(out).items()
     assert files_in(out) == files_in(studied)
     # Nor with the study that the folder holds.
@@ -65,7 +65,7 @@ def test_a_condition_that_fails_is_named_and_the_others_are_run(tmp_path, monkey
     text = STUDY.replace("[0, 1]", "[0]") + "[grid]\ntask.goal.x_mm = [400.0, 1900.0]\n"
     done = run(text, out, "--jobs", 1)
     assert done.code == 1
-    assert "2 of 4 conditions are finished" in done.stdout
+    assert "finished: 2 of 4 conditions" in done.stdout
     assert "2 conditions failed" in done.stdout
     assert done.stderr.count("failed: place must be ") == 2
     assert finished_in(out) == ["q-learning,x_mm=400.0,seed=0", "torque,x_mm=400.0,seed=0"]

@@ -84,7 +84,7 @@ def test_two_workers_of_which_one_dies_leave_the_same_bytes_as_none(begin, addre
     hunter.join()
     assert len(killed) == 1
     assert done.code == 0, done
-    assert "4 of 4 conditions are finished" in done.stdout
+    assert "finished: 4 of 4 conditions" in done.stdout
     here, there = files_in(studied), files_in(out)
     assert here.keys() == there.keys()
     # Pictures of this process are not those of others.

@@ -95,7 +95,7 @@ def test_own_policy(example, tmp_path):
 @pytest.mark.nightly
 def test_clearance_study(example, tmp_path):
     printed = example.printed("clearance_study", tmp_path / "out")
-    assert "2 of 2 conditions are finished" in printed
+    assert "finished: 2 of 2 conditions" in printed
     assert re.search(r"^torque, hole of 29.3 mm: \d+% inserted, median \d\.\d\d s$", printed, re.MULTILINE)
 
 

@@ -12,7 +12,7 @@ import tyro
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import load_automaton
 from palpate.adapters.files import new_file, new_folder, require_free_folder, require_no_file
-from palpate.adapters.log import aligned, strings_from
+from palpate.adapters.log import aligned, counted, strings_from
 from palpate.core import automata
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports import Settings
@@ -152,5 +152,5 @@ def _table(machine: automata.Machine) -> str:
 
 
 def _size(machine: automata.Machine) -> str:
-    states, known = len(machine.transitions), "" if machine.complete else ", incomplete"
-    return f"{machine.kind.value}, {states} state{'s' * (states != 1)}, {len(machine.alphabet)} symbols{known}"
+    states, known = counted(len(machine.transitions), "state"), "" if machine.complete else ", incomplete"
+    return f"{machine.kind.value}, {states}, {counted(len(machine.alphabet), 'symbol')}{known}"

@@ -11,7 +11,7 @@ from typing import Any
 from palpate.adapters.cli.options import LiveSettings, RunOptions, TrainOptions
 from palpate.adapters.config import RigFile, RunConfig
 from palpate.adapters.experiments import MakeRig, Run, RunFolder, TrialRow, TrialsObserver, note, open_rig
-from palpate.adapters.log import LOG_FOLDER
+from palpate.adapters.log import LOG_FOLDER, counted
 from palpate.core.errors import UsageError
 from palpate.core.ports import Rig
 from palpate.core.trial import ReadyPose
@@ -36,11 +36,6 @@ def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
 def command(*words: object) -> str:
     """Return a command line of palpate, quoted for a shell."""
     return shlex.join(["palpate", *map(str, words)])
-
-
-def counted(count: int, noun: str) -> str:
-    """Return a number with its noun, in the plural except for 1."""
-    return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def say(text: str) -> None:

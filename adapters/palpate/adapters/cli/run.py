@@ -13,6 +13,7 @@ from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RigFile
 from palpate.adapters.experiments import Claim, RunFolder, dry_run, folder_named
 from palpate.adapters.hardware import DryRig
+from palpate.adapters.log import counted
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.visualisation import viewed
 
@@ -48,7 +49,7 @@ def run(options: RunOptions) -> int:
         result = this.evaluate(options.trials, options.policy, folder.path, jobs=jobs, claim=claim, on_trial=finished)
     summary = result.summary
     verdict = summary.get("verdict", "")
-    trials = notices.counted(len(result.rows), "trial")
+    trials = counted(len(result.rows), "trial")
     sys.stdout.write(
         (f"{result.timing}\n" if result.timing else "")
         + f"{options.policy or label}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {trials}\n"

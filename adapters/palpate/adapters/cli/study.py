@@ -16,6 +16,7 @@ from palpate.adapters.cli.options import StudyOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import Workers, completed, workers_for
 from palpate.adapters.experiments.study import Condition, Study, StudyFolder, make
+from palpate.adapters.log import counted
 from palpate.core.errors import OutputError, PalpateError, UsageError, one_line
 
 _MOST_LINES: Final = 20
@@ -31,7 +32,8 @@ def study(options: StudyOptions) -> int:
     failed, interrupted = 0, False
     with closing(_workers(options)) as workers, folder.writing(file, requested.job, conditions) as missing:
         finished = len(conditions) - len(missing)
-        say(f"{len(conditions)} conditions of {requested.trials} trials in {folder.path}; {finished} are finished")
+        each = counted(requested.trials, "trial")
+        say(f"{counted(len(conditions), 'condition')} of {each} in {folder.path}; finished: {finished}")
         try:
             with progress(len(conditions), "condition", initial=finished) as bar:
                 failed = _run(workers, folder, missing, bar)
@@ -40,9 +42,9 @@ def study(options: StudyOptions) -> int:
         finally:
             workers.close()
             finished = folder.write_table(requested, conditions)
-    say(f"{finished} of {len(conditions)} conditions are finished; table in {folder.path / 'summary.csv'}")
+    say(f"finished: {finished} of {counted(len(conditions), 'condition')}; table in {folder.path / 'summary.csv'}")
     if failed:
-        say(f"{failed} conditions failed")
+        say(f"{counted(failed, 'condition')} failed")
     if interrupted:
         again = ["palpate", "study", options.file, "--out", str(folder.path)]
         say(f"ended early; continue with: {shlex.join(again)}")

@@ -14,6 +14,7 @@ from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import scenario
 from palpate.adapters.experiments import save_policy
 from palpate.adapters.files import new_folder, require_free_folder
+from palpate.adapters.log import counted, find_logs
 from palpate.core.errors import UsageError
 
 
@@ -34,7 +35,7 @@ def train(options: TrainOptions) -> int:
         bars, rows = list[Any](), list[experiments.TrialRow]()
 
         def begin(_: experiments.RunFolder, first: int) -> None:
-            which = f"trial {first + 1} to {options.trials}" if first else notices.counted(options.trials, "trial")
+            which = f"trial {first + 1} to {options.trials}" if first else counted(options.trials, "trial")
             run = f"{config.arm}, scenario {config.scenario}, seed {config.seed}"
             notices.say(f"{run}: {which}, results in {folder.path}")
             rows.extend(folder.read_trials())
@@ -70,8 +71,7 @@ def train(options: TrainOptions) -> int:
 
 def _fit_to_logs(options: TrainOptions) -> int:
     """Fit a belief to recorded trials, report and save; return the exit code."""
-    # Imported here, because training in trials does not need them.
-    from palpate.adapters.log import find_logs
+    # Imported here, because training in trials does not need it.
     from palpate.adapters.replay import contacts_of
 
     if not options.out:
@@ -108,9 +108,7 @@ def results_line(rows: Sequence[experiments.TrialRow]) -> str:
     """Summarise the first and the last trials, without overlap."""
     count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
     if count <= experiments.WINDOW:
-        return (
-            f"{notices.counted(count, 'trial')}, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"
-        )
+        return f"{counted(count, 'trial')}, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"
     some = min(experiments.WINDOW, count // 2)
     return (
         f"{count} trials, mean time {sum(times[:some]) / some:.2f} s in the first {some} and "

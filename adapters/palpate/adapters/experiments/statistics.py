@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.results import TrialRow
-from palpate.adapters.log import counted
+from palpate.adapters.log import tally
 from palpate.core.errors import ConfigurationError
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -137,11 +137,11 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_s": _rounded(times, 0.95),
         "p95_95_s": _ends(quantile_interval(times, 0.95)),
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
-        "outcomes": counted(row.outcome for row in rows),
-        "trips": counted(row.trip.partition(":")[0] for row in rows if row.trip),
+        "outcomes": tally(row.outcome for row in rows),
+        "trips": tally(row.trip.partition(":")[0] for row in rows if row.trip),
         "flagged": sum(bool(row.flagged) for row in rows),
         # A trial may be flagged for several reasons.
-        "flagged_reasons": counted(why.partition(" (")[0] for row in rows for why in row.flagged.split("; ") if why),
+        "flagged_reasons": tally(why.partition(" (")[0] for row in rows for why in row.flagged.split("; ") if why),
     }
 
 

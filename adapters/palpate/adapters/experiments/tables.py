@@ -1,6 +1,6 @@
 """Policies as tables."""
 
-from palpate.adapters.log import aligned
+from palpate.adapters.log import aligned, counted
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
 from palpate.core.policy.belief import MIN_CONTACTS, RINGS_M, ContactModel
 
@@ -24,7 +24,7 @@ def render_table(document: PolicyDocument) -> str:
 
 
 def _trained(trials: int) -> str:
-    return f"trained on {trials} trial{'s' * (trials != 1)}"
+    return f"trained on {counted(trials, 'trial')}"
 
 
 def _contacts(model: ContactModel | None) -> str:

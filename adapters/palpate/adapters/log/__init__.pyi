@@ -9,8 +9,8 @@ from .figure import Canvas as Canvas
 from .figure import drawing as drawing
 from .figure import figure_kind as figure_kind
 from .find import find_logs as find_logs
-from .info import counted as counted
 from .info import info_of as info_of
+from .info import tally as tally
 from .info_text import describe as describe
 from .info_text import table as table
 from .json_text import dump_json as dump_json
@@ -55,6 +55,7 @@ from .symbol_strings import read_strings as read_strings
 from .symbol_strings import strings_from as strings_from
 from .symbol_strings import write_strings as write_strings
 from .tables import aligned as aligned
+from .tables import counted as counted
 from .tables import csv_text as csv_text
 from .trial_recorder import LOG_FOLDER as LOG_FOLDER
 from .trial_recorder import TrialRecorder as TrialRecorder

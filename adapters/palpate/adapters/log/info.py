@@ -43,7 +43,7 @@ def info_of(log: TrialLog) -> dict[str, Any]:
         "ticks": ticks,
         "force_sensor": _port([(r.time_ns, r.wrench) for r in records if r.wrench is not None]),
         "joint_encoder": _port([(r.time_ns, r.joints) for r in records if r.joints is not None]),
-        "altered_commands": counted(reason.value for reason in reasons if reason is not CommandReason.AS_REQUESTED),
+        "altered_commands": tally(reason.value for reason in reasons if reason is not CommandReason.AS_REQUESTED),
         "dropped_messages": sum(loss.dropped_messages for loss in log.losses),
         "losses": [f"tick {loss.tick}: {loss.problem}: {loss.text}" for loss in log.losses],
         "errors": [f"tick {c.tick}: {c.port}.{c.call}: {c.error}: {c.text}" for c in log.calls if c.error],
@@ -108,7 +108,7 @@ def _port(at_ticks: Sequence[tuple[int | None, WrenchSample | JointSample]]) -> 
         "repeats": repeats,
         "rate_Hz": (len(samples) - repeats - 1) / span_s if span_s > 0.0 else None,
         "age_s": _spread([(time_ns - s.source_time_ns) * NS for time_ns, s in at_ticks if time_ns is not None]),
-        "not_valid": counted(s.validity.value for s in samples if s.validity is not Validity.VALID),
+        "not_valid": tally(s.validity.value for s in samples if s.validity is not Validity.VALID),
     }
 
 
@@ -124,10 +124,11 @@ def _end(log: TrialLog) -> dict[str, Any] | None:
     if end is None:
         return None
     timing = json_in(log, "end.timing_json", end.timing_json) if end.timing_json else None
-    return {name: value for name, value in asdict(end).items() if not name.endswith("_json")} | {"timing": timing}
+    facts = {name: value for name, value in asdict(end).items() if not name.endswith("_json")}
+    return facts | {"outcome": log.outcome, "timing": timing}
 
 
-def counted(names: Iterable[str]) -> dict[str, int]:
+def tally(names: Iterable[str]) -> dict[str, int]:
     """Return the number of each name, sorted by name."""
     return dict(sorted(Counter(names).items()))
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from palpate.adapters.log.info import LATE_S
-from palpate.adapters.log.tables import aligned
+from palpate.adapters.log.tables import aligned, counted
 
 _MOST_LINES: Final = 5
 _AS_REQUESTED: Final = "all applied as requested"
@@ -33,7 +33,7 @@ def describe(info: Mapping[str, Any]) -> str:
         ("force sensor", _port(info["force_sensor"])),
         ("encoders", _port(info["joint_encoder"])),
         ("commands", f"altered: {_pairs(info['altered_commands'])}" if info["altered_commands"] else _AS_REQUESTED),
-        ("arm stopped", f"{info['stops']} time{'s' * (info['stops'] != 1)}"),
+        ("arm stopped", counted(info["stops"], "time")),
         *_listed("acknowledged", info["acknowledged"]),
         *_listed("errors", info["errors"] or ["none"]),
         *_listed(

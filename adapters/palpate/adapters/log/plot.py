@@ -9,6 +9,7 @@ import numpy as np
 from palpate.adapters.log.figure import drawing
 from palpate.adapters.log.reader import RETRACTION, TrialLog
 from palpate.adapters.log.series import Series, series_of
+from palpate.adapters.log.tables import counted
 
 # Colours that are distinguishable with any colour vision (Okabe and Ito).
 _XYZ: Final = ("#0072b2", "#d55e00", "#009e73")
@@ -178,14 +179,14 @@ def _title(log: TrialLog, series: Series, altered: bool) -> str:
     elif end.error:
         came = f"ended by {end.error}"
     else:
-        actions = f", {end.actions} action{'s' * (end.actions > 1)}" if end.actions else ""
-        came = f"{end.outcome}, {end.exploration_time_s:.2f} s of exploration{actions}"
+        actions = f", {counted(end.actions, 'action')}" if end.actions else ""
+        came = f"{log.outcome}, {end.exploration_time_s:.2f} s of exploration{actions}"
         came += {True: ", success", False: ", no success", None: ""}[end.success]
     missing = int(np.sum(series.ticks < 0))
     notes = [f"tared by {series.tare.origin}"]
     notes.append("commands not always applied as requested" if altered else "all commands applied as requested")
     notes += [log.trip.detail] if log.trip is not None else []
-    notes += [f"{missing} gap{'s' * (missing > 1)} with missing ticks, in grey"] * (missing > 0)
+    notes += [f"{counted(missing, 'gap')} with missing ticks, in grey"] * (missing > 0)
     return f"{first}: {came}\n{'; '.join(notes)}"
 
 

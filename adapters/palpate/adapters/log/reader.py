@@ -62,6 +62,13 @@ class TrialLog:
         return [(event.tick, RETRACTION if event.name == "trip" else event.detail) for event in begun]
 
     @property
+    def outcome(self) -> str:
+        """Return the outcome in words; empty if unknown. A trip takes precedence over the task's report in its tick."""
+        if self.end is None:
+            return ""
+        return Outcome.TRIPPED.value if any(event.name == "trip" for event in self.events) else self.end.outcome
+
+    @property
     def trip(self) -> records.EventEntry | None:
         """Return the event with the reason why supervisor, sensors or operator ended the trial; None if none did."""
         cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)

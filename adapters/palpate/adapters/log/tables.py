@@ -19,6 +19,11 @@ def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = 
     return "".join(f"{line(row)}\n" for row in rows)
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, in the plural except for 1."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
     """Format rows as CSV, the header first, with plain line ends."""
     text = io.StringIO()

@@ -5,7 +5,7 @@ import json
 from contextlib import ExitStack
 from dataclasses import dataclass, fields
 
-from palpate.adapters.experiments import ScoredTrial
+from palpate.adapters.experiments import ScoredTrial, outcome_of
 from palpate.adapters.log import (
     BY_OUTSIDE,
     BY_POLICY,
@@ -29,6 +29,7 @@ from palpate.adapters.replay.trial import ReplayedTrial
 from palpate.core.errors import LogError
 from palpate.core.policy import PolicyDocument, ThirdPartyPolicy
 from palpate.core.ports import Ports, WorldRecord
+from palpate.core.trial import TrialReport
 
 
 class Verdict(enum.Enum):
@@ -110,8 +111,8 @@ def replay(
         path=log.path,
         verdict=_verdict(differences, log),
         ticks=tape.tick + 1,
-        recorded_outcome="" if log.end is None else log.end.outcome or log.end.error,
-        replayed_outcome="" if report.outcome is None else report.outcome.value,
+        recorded_outcome=log.outcome or ("" if log.end is None else log.end.error),
+        replayed_outcome=_words(report),
         first=differences.first,
         differences=differences.count,
         causes=_known_causes(log, rebuilt) if differences.count else (),
@@ -152,14 +153,18 @@ def run_over(trial: ReplayedTrial) -> Exception | None:
 def _continued(log: TrialLog, scored: ScoredTrial) -> str:
     """Return the outcome of a trial that was continued in the simulator, and the recorded one."""
     report, end = scored.report, log.end
-    now = "" if report.outcome is None else report.outcome.value
-    text = f"in the simulator: {now} after {report.exploration_time_s:.2f} s of exploration"
+    text = f"in the simulator: {_words(report)} after {report.exploration_time_s:.2f} s of exploration"
     text += "" if scored.truth is None else f", true peak {scored.truth.peak_force_N:.1f} N"
     if end is not None:
-        text += f" (recorded: {end.outcome} after {end.exploration_time_s:.2f} s"
+        text += f" (recorded: {log.outcome} after {end.exploration_time_s:.2f} s"
         text += "" if end.true_peak_force_N is None else f", {end.true_peak_force_N:.1f} N"
         text += ")"
     return text
+
+
+def _words(report: TrialReport) -> str:
+    outcome = outcome_of(report)
+    return "" if outcome is None else outcome.value
 
 
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:

@@ -110,18 +110,21 @@ def test_malformed_text_is_refused(tmp_path, changes, where):
 
 
 @pytest.mark.parametrize(
-    ("outcome", "events", "reason", "text"),
+    ("outcome", "events", "reason", "text", "shown"),
     [
-        ("safety trip", ["trip", "end"], "PLATE_NOT_FOUND", "no contact down to 2.93 mm"),
+        ("safety trip", ["trip", "end"], "PLATE_NOT_FOUND", "no contact down to 2.93 mm", "safety trip"),
+        # Task and supervisor noticed the fault in the same tick.
+        ("sensor fault", ["trip", "end"], "SAMPLE_INVALID", "the force sample is stale", "safety trip"),
         # One that no supervisor noticed.
-        ("sensor fault", ["end"], "sensor fault", "force sample stale, joint sample valid"),
+        ("sensor fault", ["end"], "sensor fault", "force sample stale, joint sample valid", "sensor fault"),
     ],
 )
-def test_trip_or_sensor_fault_is_shown_with_its_reason(tmp_path, outcome, events, reason, text):
+def test_trip_or_sensor_fault_is_shown_with_its_reason(tmp_path, outcome, events, reason, text, shown):
     entries = [EventEntry(tick=4, name=name, detail=f"{reason}: {text}") for name in events]
     found = info(tmp_path, [tick(k) for k in range(10)], others=entries, end=EndRecord(tick=9, outcome=outcome))
     assert found["trip"] == {"tick": 4, "reason": reason, "text": text}
     assert f"trip           {reason}: {text} (tick 4)" in describe(found)
+    assert found["end"]["outcome"] == shown
 
 
 def scored(name):

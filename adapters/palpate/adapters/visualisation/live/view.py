@@ -20,7 +20,7 @@ from rerun import blueprint
 from typing_extensions import override
 
 from palpate.adapters.config import with_options
-from palpate.adapters.experiments import Trials, TrialsObserver
+from palpate.adapters.experiments import Trials, TrialsObserver, outcome_of
 from palpate.adapters.log import EventEntry, StartRecord, Tare, TrialLog, dump_json, start_facts, tare_of, world_of
 from palpate.adapters.mujoco import DrawnCell, Moment
 from palpate.core.errors import ConfigurationError, LogError
@@ -177,7 +177,7 @@ class LiveView(TrialsObserver):
             return
         self._follow()
         self._flush()
-        outcome = Outcome.TRIPPED if report.trip is not None else report.outcome
+        outcome = outcome_of(report)
         self._notify(f"trial is over: {error or ('' if outcome is None else outcome.value)}", serious=error is not None)
         if error is None and outcome not in (None, Outcome.INTERRUPTED):
             self._times_s.append(report.exploration_time_s)

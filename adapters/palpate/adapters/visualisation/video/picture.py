@@ -161,7 +161,7 @@ def outcome_of(log: TrialLog) -> str:
     """Return the outcome of a trial; empty if the log does not contain it."""
     if log.end is None:
         return ""
-    return f"ended: {log.end.error}" if log.end.error else log.end.outcome
+    return f"ended: {log.end.error}" if log.end.error else log.outcome
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
