@@ -1,1 +1,1 @@
-"""The simulated work cell."""
+"""Simulated work cell, emulated devices and grid worlds."""

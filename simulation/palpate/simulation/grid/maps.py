@@ -16,10 +16,10 @@ from palpate.core.policy import COMPASS_NAMES, Action
 GOAL: Final = "·"
 WALL: Final = "#"
 LARGEST: Final = 99
-"""Longest side of a map, so that a typing error in a size does not fill the memory."""
+"""Longest permitted side of a map, so that a mistyped size does not exhaust the memory."""
 
 CELL_M: Final = 1e-3
-"""Length of a cell in actions, so that policy files show whole millimetres."""
+"""Length of a cell in actions, chosen so that policy files contain whole millimetres."""
 
 COMPASS: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 """(dx, dy) of each action in cells, x to the right and y upwards, in the order of the insertion task's actions."""
@@ -36,12 +36,12 @@ def grid_actions() -> tuple[Action, ...]:
 
 @dataclass(frozen=True)
 class GridMap:
-    """A map, and the result of each move on it.
+    """A map and the result of each move on it.
 
     Attributes:
         cells: (column, row) of each cell that the agent can occupy, in reading order, without the goal.
         readings: Sensor value of each cell, as an index into ``symbols``.
-        moves: Next cell by cell and action, (cells, 8); None is the goal. Against a wall the agent stays.
+        moves: Next cell for each cell and action, (cells, 8); None is the goal. A move against a wall has no effect.
 
     Raises:
         ConfigurationError: The rows are not a map with exactly one goal that can be reached from every cell.
@@ -90,13 +90,13 @@ class GridMap:
         """Return a square map from the labels of eight regions, such as ``ABC/C·E/BDF``.
 
         The regions are the signs of (dx, dy) from a one-cell goal in the centre: the letters left, right, above and
-        below the goal are strips one cell wide, those in the corners are squares.
+        below the goal are strips one cell wide, and those in the corners are squares.
 
         Args:
             notation: Three rows of three, separated by ``/``, with the goal in the centre.
 
         Raises:
-            ConfigurationError: The notation or the size is invalid, or the map is (see the class).
+            ConfigurationError: The notation, the size or the resulting map (see the class) is invalid.
         """
         rows = tuple(row.strip().replace(".", GOAL) for row in notation.split("/"))
         goals = [place for place, letter in enumerate("".join(rows)) if letter == GOAL]
@@ -110,7 +110,7 @@ class GridMap:
 
     @property
     def distances(self) -> dict[int | None, int]:
-        """Fewest steps from each cell to the goal, whose key is None; cells that cannot reach it are missing."""
+        """Fewest steps to the goal from each cell that can reach it. The key of the goal is None."""
         before: dict[int | None, set[int]] = {}
         for cell, targets in enumerate(self.moves):
             for target in targets:

@@ -1,4 +1,4 @@
-"""Baselines: mean steps of the random walk, and fewest steps with the position known and with only the map known.
+"""Baselines: mean steps of the random walk, and fewest steps with known position and with only a known map.
 
 Moves and readings are deterministic, so a belief is the set of possible cells with their multiplicities: walls may move
 two possible positions into the same cell. The number of such beliefs is finite, and no optimal plan visits one twice,
@@ -27,7 +27,7 @@ def full_information_optimum(grid: GridMap) -> Fraction:
 
 
 def random_walk_steps(grid: GridMap, step_limit: int) -> float:
-    """Return the exact mean steps of the random walk from a uniformly random start, cut off at the limit."""
+    """Return the exact mean number of steps of a random walk from a uniformly random start, cut off at the limit."""
     goal = len(grid.cells)
     targets = np.array([[goal if target is None else target for target in row] for row in grid.moves])
     here, steps = np.full(goal, 1.0 / goal), 0.0
@@ -42,18 +42,18 @@ Belief: TypeAlias = tuple[tuple[int, int], ...]
 """Possible cells in ascending order, each with the number of starts that lead there."""
 
 MOST_CELLS: Final = 2_000_000
-"""Limit of the search, in cells of visited beliefs, reached in less than a minute. The maps of the paper need
-thousands, maps of 15 x 15 tens of thousands."""
+"""Limit of the search, as a number of cells in visited beliefs, which takes less than a minute. The maps of the paper
+need thousands, and maps of 15 x 15 need tens of thousands."""
 MOST_BLIND_CELLS: Final = 100_000
-"""The limit for maps with a single symbol, whose readings carry no information: 15 cells need 8400, 19 about 62 000
-and 24 about 595 000. It is reached in one or two seconds."""
+"""The limit for maps with a single symbol, whose readings carry no information: 15 cells need 8400, 19 about 62 000 and
+24 about 595 000. The search reaches it in one or two seconds."""
 
 
 @lru_cache(maxsize=64)
 def belief_optimum(grid: GridMap, most_cells: int | None = None) -> Fraction:
-    """Return the mean steps of the best policy over all past readings and actions, from a uniformly random start.
+    """Return the mean steps of the best policy that uses all past readings and actions, from a uniformly random start.
 
-    ``most_cells`` limits the search, in cells of visited beliefs.
+    ``most_cells`` limits the number of cells in visited beliefs.
 
     Raises:
         ConfigurationError: The search exceeds the limit.
@@ -74,7 +74,7 @@ class _BeliefSearch:
         self._outcomes: dict[Belief, tuple[tuple[Belief, ...], ...]] = {}
 
     def divided(self, possible: Counter[int]) -> tuple[Belief, ...]:
-        """Return the possible cells divided by reading."""
+        """Return the possible cells grouped by reading."""
         parts: dict[int, list[tuple[int, int]]] = {}
         for cell in sorted(possible):
             parts.setdefault(self._grid.readings[cell], []).append((cell, possible[cell]))
@@ -106,7 +106,7 @@ class _BeliefSearch:
         return changed
 
     def _best(self, belief: Belief) -> tuple[int, tuple[Belief, ...]]:
-        """Return the value of a belief from those of its successors, and the successors of the best action."""
+        """Return the value of a belief, from the values of its successors, and the successors of the best action."""
         if belief not in self._outcomes:
             self._expand(belief)
         values = self._values

@@ -31,7 +31,7 @@ _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Course of a trial, with the readings in order from the start; the goal has none."""
+    """Course of a trial, with the readings in order from the start. The goal has no reading."""
 
     start: int
     symbols: tuple[int, ...]
@@ -49,11 +49,11 @@ class Walker:
 
     Args:
         trial: Index of the trial; with the seed it determines the start.
-        start: Index of the first cell; None for the one determined by seed and trial.
+        start: Index of the first cell; if None, seed and trial determine it.
 
     Attributes:
         cell: Present cell; None at the goal.
-        state: State of the present cell; at the goal, which has no reading, that of the previous cell.
+        state: State in the present cell. The goal has no reading and keeps the state of the previous cell.
 
     Raises:
         ConfigurationError: The symbols of identifier and map differ.
@@ -159,7 +159,7 @@ def walks_from_all_cells(
 ) -> list[Walk]:
     """Run the same number of trials from every cell, to measure the cost of a frozen policy.
 
-    With one walk per cell the mean is exact if the policy is deterministic.
+    With one walk per cell, the mean is exact if the policy is deterministic.
 
     Args:
         policy: A frozen policy.
@@ -171,7 +171,7 @@ def walks_from_all_cells(
 
 
 def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT) -> Strings:
-    """Return the readings of random walks that ended at the goal, beginning with the start's; the goal has none.
+    """Return the readings of random walks that ended at the goal, from the start to the last cell before the goal.
 
     The walks are trials 0, 1, 2, ... of :func:`run_trial` with a random policy. A trial that has not reached the goal
     after ``longest`` steps is replaced by the next. :mod:`palpate.core.automata.strings` describes the strings.

@@ -1,4 +1,4 @@
-"""Body inertias and servos of the simulated arm if its description states none."""
+"""Body inertias and servos of a simulated arm whose description does not contain them."""
 
 from math import hypot, isfinite, pi
 from typing import Final
@@ -9,10 +9,10 @@ import pinocchio as pin
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 
 _DENSITY_KG_M3: Final = 1200.0
-"""Mass of published arms per volume of such capsules: castings, motors and gears in half a shell."""
+"""Density of capsules that approximate published arms: castings, motors and gears in half a shell."""
 _RADIUS_M: Final = 0.04
 _SLENDER: Final = 7.0
-"""Length over radius of a body; the radius is never less than a wrist's."""
+"""Ratio of length to radius of a body; the radius is never less than that of a wrist."""
 _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
 """Armature at the joint for arms of up to 30 kg; the second value is for the last three joints. Assumed."""
@@ -44,7 +44,7 @@ def inertia_lines(named: str | ArmDescription) -> list[str]:
 def servos(kinematics: Kinematics, inertias: list[pin.Inertia]) -> tuple[list[float], list[float]]:
     """Return stiffness and armature of each joint's servo, from the description or scaled to the arm's inertia.
 
-    Both scale with the inertia at the joint in the arm's posture, which keeps natural frequency and damping constant.
+    Both scale with the inertia at the joint in the arm's posture, to keep natural frequency and damping constant.
     """
     model, arm = kinematics.model.copy(), kinematics.arm
     for index, inertia in enumerate(inertias, start=1):
@@ -63,7 +63,7 @@ def _is_physical(inertia: pin.Inertia) -> bool:
 
 
 def _capsule(given: pin.Inertia, end_m: np.ndarray) -> pin.Inertia:
-    """Return a capsule from a joint to the next one, with the given mass and centre if there is a mass."""
+    """Return the inertia of a capsule from a joint to the next, with the given mass and centre if there is a mass."""
     length = hypot(*end_m)
     radius = max(_RADIUS_M, length / _SLENDER)
     is_given = isfinite(given.mass) and given.mass > 0.0

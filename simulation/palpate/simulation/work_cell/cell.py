@@ -1,4 +1,4 @@
-"""The running work cell: physics, sensor errors, and the ground truth for scoring."""
+"""Simulated work cell with physics, sensor errors, and the ground truth for scoring."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -32,15 +32,15 @@ _NOISE_BLOCK: Final = 512
 _SIX: Final = Struct("6d")
 _PEAK_BLOCK: Final = 256
 _RELIEF_TICKS: Final = 28
-"""Time without load after which the sensor's zero returns, 0.2 s: before any tare, and longer than a bounce."""
+"""Time without load, 0.2 s, after which the sensor's zero returns: longer than a bounce, but before any tare."""
 _HISTORY_HEADER: Final = 2  # MuJoCo puts two words (period and cursor) before a sensor's sample times
 
 
 class WorkCell:
-    """A simulated work cell. Time advances by whole control ticks, exactly.
+    """A simulated work cell. Time advances in whole control ticks.
 
     Args:
-        ready_rad: Joint angles at the start of every trial, (n,), tool pointing down.
+        ready_rad: Joint angles at the start of every trial, (n,), with the tool pointing down.
         wander_m: Largest distance of the peg from the nominal goal; it determines the size of the plate.
         hidden: Hidden values of the rig; None if there are none. The configuration already includes their physical
             part.
@@ -49,8 +49,8 @@ class WorkCell:
         model: MuJoCo's model, rebuilt for a trial with a different grip or clearance.
         contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts at every step.
         ticks: Control ticks since construction; not reset between trials.
-        time_ns: Time of that tick, exact and rounded down to nanoseconds.
-        before_errors: The newest measured wrench without noise, bias or zero shift, negated, (6,).
+        time_ns: Exact time of the current tick, rounded down to nanoseconds.
+        before_errors: Latest measured wrench without noise, bias or zero shift, negated, (6,).
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class WorkCell:
         self.reset(0, 0)
 
     def reset(self, seed: int, trial: int) -> None:
-        """Put the arm at its ready pose, with the hole and the sensor errors of (seed, trial)."""
+        """Put the arm in its ready pose, and apply the hole position and the sensor errors of (seed, trial)."""
         before, self._world = self._world, trial_world(self.config, seed, trial)
         if self._world.cell != before.cell:
             self._build(self._world.cell)
@@ -135,7 +135,7 @@ class WorkCell:
         return (self.model,) if self.contacts is None else self.contacts.models
 
     def place(self, position_rad: JointVector | Array) -> None:
-        """Put the arm at joint angles, (n,) rad, at zero velocity."""
+        """Set the joint angles of the arm, (n,) rad, and zero velocities."""
         self.data.qpos[: self.joints] = position_rad
         self.data.ctrl[:] = position_rad
         if self.contacts is not None:
@@ -153,7 +153,7 @@ class WorkCell:
         self.data.ctrl[:] = position_rad
 
     def measure_wrench(self) -> list[float]:
-        """Return the wrench of the environment on the tool, (6,), sensor frame, including weight, bias and noise.
+        """Return the environment's wrench on the tool, (6,), in the sensor frame, including weight, bias and noise.
 
         MuJoCo reports the force from child to parent body, the negative of the environment's force on the tool.
         """
@@ -210,7 +210,7 @@ class WorkCell:
         )
 
     def _build(self, cell: CellConfig) -> None:
-        """Build the model of a cell with a different grip or clearance; takes some milliseconds."""
+        """Build the model of a cell with a different grip or clearance, which takes some milliseconds."""
         self.model = self._model_of(cell)
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None
@@ -248,7 +248,7 @@ class WorkCell:
             self._forces.clear()
 
     def _noise_blocks(self, rng: np.random.Generator) -> Iterator[Iterator[tuple[float, ...]]]:
-        """Yield bias and white noise, drawn in blocks because single draws are slower than everything else here.
+        """Yield bias and white noise, drawn in blocks, because single draws would be the slowest part.
 
         A sample is unpacked from its block on request: hundreds of lists at once would trigger the garbage collector.
         """

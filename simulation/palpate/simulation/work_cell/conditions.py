@@ -14,7 +14,7 @@ _Batch: TypeAlias = Annotated[int, Range(0, 100_000)]
 
 @dataclass(frozen=True)
 class ConditionsConfig(Settings):
-    """Varying conditions: hole, grip, sensor zero, wear. All are off by default."""
+    """Varying conditions: hole, grip, sensor zero and wear. All are off by default."""
 
     TABLE: ClassVar[str] = "cell.conditions"
 
@@ -30,7 +30,7 @@ class ConditionsConfig(Settings):
     zero_shift_N: Annotated[float, Range(0.0, 100.0)] = 0.0
     """Force across the tool axis by which the sensor's zero shifts under load; a tare in free air cannot detect it."""
     zero_shift_Nm: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Torque across the tool axis of the same shift."""
+    """Torque across the tool axis by which the zero shifts under load."""
     zero_drift_N_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
     """Drift rate of the force zero across the tool axis during a trial."""
     zero_drift_Nm_s: Annotated[float, Range(0.0, 1000.0)] = 0.0

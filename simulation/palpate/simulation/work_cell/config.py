@@ -15,9 +15,9 @@ from palpate.simulation.work_cell.cross_section import CrossSection
 SURFACE_BEGINS_MM: Final = 3.0
 """Distance from a round hole at which the broad boxes of the plate's surface begin."""
 MOST_FORCE_N: Final = 30.0
-"""Force across the tip for the shaft check: the default force limit of a task."""
+"""Lateral force at the tip for the shaft check, equal to the default force limit of a task."""
 PLATE_REACH_M: Final = 0.009
-"""Smallest distance from the hole's edge up to which the plate's surface is closed, because the peg may move there."""
+"""Minimum distance from the hole's edge up to which the plate's surface is closed, because the peg may move there."""
 _LEAST_SPHERES: Final = 12
 _TURNED_DEG: Final = 10.0
 """Expected turn of the searching peg in addition to the turn of the hole."""
@@ -52,21 +52,21 @@ class PegConfig(Settings):
     rim_spheres: Annotated[int, Range(12, 512)] = 48
     """Number of spheres in the contact ring at the peg's tip; a hull with round parts has half as many corners."""
     upper_spheres: Annotated[int, Range(0, 512)] = 24
-    """Number of spheres in the second ring, 8 mm above; 0 uses rim_spheres."""
+    """Number of spheres in the second ring, 8 mm above the first; 0 uses rim_spheres."""
     rim_radius_mm: Annotated[float, Range(0.01, 1.0)] = 0.1
-    """Radius of those spheres, which also acts as a tiny chamfer, for hulls too."""
+    """Radius of these spheres, which also acts as a tiny chamfer, even on hulls."""
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Chamfer of the peg's end at 45 degrees; makes a round peg a hull. 0 uses rim_radius_mm."""
+    """Chamfer of 45 degrees at the peg's end, which makes a round peg a hull; 0 uses rim_radius_mm."""
 
     def section(self, clearance_mm: float = 0.0) -> CrossSection:
-        """Return the outline of the peg; with its clearance, of the hole."""
+        """Return the outline of the peg, or of the hole if its clearance is passed."""
         radius_mm = self.diameter_mm * 0.5 + clearance_mm
         corner_mm = self.corner_radius_mm + clearance_mm if self.cross_section == ROUNDED else 0.0
         flat_m = (radius_mm - self.flat_mm) * 1e-3 if self.cross_section == KEYED else None
         return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
     def play_mm(self, worn_clearance_mm: float) -> float:
-        """Return the largest distance, mm, between positions of the peg's axis in the mouth, for a worn clearance."""
+        """Return the largest distance in mm between positions of the peg's axis in the mouth, for a worn clearance."""
         sides, clearance_mm = SIDES.get(self.cross_section, 0), max(self.clearance_mm, worn_clearance_mm)
         across_mm = 2.0 * clearance_mm
         if sides:
@@ -86,7 +86,7 @@ class PegConfig(Settings):
 
     @property
     def facets(self) -> tuple[int, int]:
-        """Return the number of walls of the hole's round parts, and of corners of the peg's; half of it for a hull."""
+        """Return the numbers of walls and of peg corners in round parts; a hull has half of the configured numbers."""
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @property
@@ -143,7 +143,7 @@ class ComplianceConfig(Settings):
 
 @dataclass(frozen=True)
 class SensorConfig(Settings):
-    """Errors of wrist sensor and encoders."""
+    """Errors of the wrist sensor and of the encoders."""
 
     TABLE: ClassVar[str] = "cell.sensor"
 
@@ -156,12 +156,12 @@ class SensorConfig(Settings):
     torque_bias_Nm: Annotated[float, Range(0.0, 100.0)] = 0.05
     """Standard deviation of the constant torque offset, drawn for each trial."""
     encoder_counts_share: Annotated[float, Range(0.0, 1000.0)] = 1.0
-    """Encoder step as a share of the arm's own; 0 for ideal encoders."""
+    """Encoder step as a fraction of the arm's own step; 0 for ideal encoders."""
 
 
 @dataclass(frozen=True)
 class CellConfig(Settings):
-    """The simulated work cell. The core does not know these values and must find them by touch."""
+    """Simulated work cell. The core has no access to these values and must find them by touch."""
 
     TABLE: ClassVar[str] = "cell"
 
@@ -181,7 +181,7 @@ class CellConfig(Settings):
     contacts: Annotated[str, OneOf("listed", "searched")] = "listed"
     """listed: check only pairs that can touch near the hole, with the same result; searched: MuJoCo checks all."""
     substeps: Annotated[int, Range(3, 100)] = 4
-    """Physics steps per control tick (140 Hz): 4 is a time step of 1/560 s."""
+    """Physics steps per control tick (140 Hz): 4 gives a time step of 1/560 s."""
     tilted_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
     """Initial impedance of contacts (MuJoCo's first solimp) if peg or plate is tilted; otherwise 0.95. A tight hole,
     whose walls would yield too much, has a special impedance."""
@@ -214,7 +214,7 @@ class CellConfig(Settings):
         return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
 
     def plate_reach_m(self, wander_m: float) -> float:
-        """Return how far around the hole the plate is closed, in m, for a peg that wanders this far from the goal."""
+        """Return the distance in m from the hole up to which the plate is closed, for a peg that moves this far."""
         reach_m = max(PLATE_REACH_M, wander_m + self.hole_reach_mm * 1e-3 + 1e-3)
         if not (sides := self.peg.section().sides) or not self.conditions.yaw_deg:
             return reach_m

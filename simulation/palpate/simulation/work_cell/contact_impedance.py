@@ -1,4 +1,4 @@
-"""Contact impedance, hard enough for a tight hole.
+"""Contact impedance that is high enough for a tight hole.
 
 A MuJoCo contact with impedance d and time constant T yields by at most (1 - d) / d T^2 F / m under a force F on a
 mass m. The walls of a tight hole must yield less. With contacts that are hard at the surface, a wedged peg would bounce
@@ -12,14 +12,14 @@ from palpate.simulation.work_cell.config import CellConfig
 
 CONTACT_TIME_S: Final = 0.003
 VALID_SHARE: Final = 0.25
-"""Largest play error over clearance: the relative error of a wedging force, about the uncertainty of friction."""
+"""Largest ratio of play error to clearance. The relative error of a wedging force is then about that of friction."""
 _UPRIGHT: Final = 0.95
 _DEEP: Final = 0.99, 1e-4  # impedance in depth, and the depth in metres
 _SKIN: Final = 0.1
-"""Depth of the skin over the clearance. With more, a peg jams deeper than statics predict."""
+"""Ratio of skin depth to clearance. With a larger ratio, a peg jams deeper than statics predicts."""
 _DEEPEST_SKIN_MM: Final = 0.004  # a peg may sink into the plate by 5 um
 _SURFACE: Final = 0.5
-"""Impedance at the surface of the skin: with 0.3 to 0.7 a peg jams as statics predict, with 0.8 it slips."""
+"""Impedance at the surface of the skin: with 0.3 to 0.7 a peg jams as statics predicts; with 0.8 it slips."""
 _HARDEST: Final = 0.9999  # MuJoCo's own limit
 _PRESS_N: Final = 4.9
 """Default pressing force of a task; lateral pushes are not larger."""
@@ -37,7 +37,7 @@ def contact_impedance(cell: CellConfig) -> tuple[float, float, float, float, flo
 
 
 def is_tight(cell: CellConfig) -> bool:
-    """Return True if plain walls would yield by half of the limit for a valid cell."""
+    """Return True if plain walls would yield by more than half of the limit for a valid cell."""
     return _give_mm(cell, _plain(cell)) > 0.5 * VALID_SHARE * cell.peg.clearance_mm
 
 
@@ -63,7 +63,7 @@ def _skin_mm(cell: CellConfig) -> float:
 
 
 def _give_mm(cell: CellConfig, impedance: float) -> float:
-    """Return the depth at an impedance, with a gap of c (1 - cos a) at angle a from the deepest contact."""
+    """Return the yield depth at an impedance, with a gap of c (1 - cos a) at angle a from the deepest contact."""
     alone = (1.0 - impedance) / impedance * _softness_mm(cell)
     shared: float = (_spacing(cell) * alone) ** (2.0 / 3.0) * (cell.peg.clearance_mm / 2.0) ** (1.0 / 3.0)
     # A hull rests on two points.

@@ -1,4 +1,4 @@
-"""Choice of contacts to check per tick: none high above the plate, listed pairs near the hole, otherwise all.
+"""Selection of contacts to check in each tick: none high above the plate, listed pairs near the hole, otherwise all.
 
 Listed pairs save most of the search and give the same contacts. A list is complete only near the hole. A tick that ends
 outside its region is repeated with a longer list, so that no contact is missed.
@@ -21,15 +21,15 @@ class ContactSearch:
     """Advances the physics with as few contact checks as possible.
 
     It has several models of the same cell that differ only in the contacts to check, so that all can start from one
-    state. A level is an index of a model; a higher one finds all contacts of a lower one.
+    state. A level is the index of a model; a higher level finds all contacts of a lower level.
 
     Args:
-        listed: For each leeway, narrowest first, the cell with the listed pairs of this region.
+        listed: Cell with the listed pairs of each leeway, narrowest leeway first.
         radius_m: Distance of the peg's outermost sphere from its axis.
         yaw_rad: Angle from the plate's x to the tip's x about the plate's z.
 
     Attributes:
-        level: Level of the newest step.
+        level: Level of the latest step.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class ContactSearch:
         self.level = self._next = self._highest = len(listed) + 1
 
     def begin(self) -> None:
-        """Initialise after a state was set; the model of the highest level has the position of the plate."""
+        """Initialise after a state was set; the plate's position is taken from the model of the highest level."""
         everything = self.models[-1]
         for model in self.models:
             model.body_pos[self._plate] = everything.body_pos[self._plate]

@@ -21,7 +21,7 @@ class Box:
     Attributes:
         distance_m: Distance of its centre from the hole's axis.
         depth_m: Depth of its centre below the surface.
-        half_m: Half its size along its own axes: away from the hole, along the wall, downwards.
+        half_m: Half its size along its own axes: away from the hole, along the wall, and downwards.
     """
 
     heading_rad: float
@@ -31,7 +31,7 @@ class Box:
 
 
 def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
-    """Return the boxes of the plate: the wall of the hole, the surface around it, and last the floor of the hole.
+    """Return the boxes of the plate: the wall of the hole, the surface around it, and finally the floor of the hole.
 
     Args:
         peg: Shape and size of the hole.

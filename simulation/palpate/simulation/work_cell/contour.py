@@ -19,7 +19,7 @@ _HALF_THICKNESS_M: Final = 5e-3
 
 @dataclass(frozen=True)
 class ContourConfig(Settings):
-    """A contour in place of the plate, and a ball in place of the peg; the hole's position is at the wave's mean."""
+    """A contour instead of the plate, and a ball instead of the peg; the hole's position is at the wave's mean."""
 
     TABLE: ClassVar[str] = "cell.contour"
 
@@ -30,7 +30,7 @@ class ContourConfig(Settings):
     wavelength_mm: Annotated[float, Range(5.0, 1000.0)] = 80.0
     """Length of the wave."""
     length_mm: Annotated[float, Range(10.0, 2000.0)] = 260.0
-    """Length of the surface, along x and across."""
+    """Length of the surface along x, and its width."""
     ball_radius_mm: Annotated[float, Range(0.5, 20.0)] = 5.0
     """Radius of the tool's tip."""
 

@@ -32,7 +32,7 @@ class CrossSection:
     Attributes:
         sides: Number of sides; 0 for a circle.
         apothem_m: Radius of the inscribed circle.
-        corner_m: Radius of a polygon's corners.
+        corner_m: Radius of the corners of a polygon.
         flat_m: Distance of a circle's flat from its centre; None if it has none.
     """
 
@@ -56,7 +56,7 @@ class CrossSection:
         """Return the number of walls of a hole with this outline, evenly spaced by heading.
 
         Args:
-            most: Number for a circle; a polygon has one per side, one with round corners an equal number for each side.
+            most: Number for a circle. A polygon has one wall per side, or several if its corners are round.
         """
         if not self.sides:
             return most

@@ -34,7 +34,7 @@ class HiddenValues:
         axial_share: Axial stiffness of the gripper, relative to the configured one.
         springs_share: Stiffness of all springs of the gripper, relative to the configured one.
         friction: Friction between peg and plate; None for the configured one.
-        latency_ms: Latency of wrenches.
+        latency_ms: Latency of wrench measurements.
     """
 
     gripper_kg: float = 0.0
@@ -49,7 +49,7 @@ class HiddenValues:
 
     @classmethod
     def drawn(cls, seed: int) -> HiddenValues:
-        """Draw the values of a seed."""
+        """Draw the values from a seed."""
         rng = generator(seed, Purpose.HIDDEN, 0)
         return cls(
             gripper_kg=rng.uniform(*_GRIPPER_KG),

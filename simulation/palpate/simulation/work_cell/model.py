@@ -1,9 +1,9 @@
-"""Builds the MuJoCo model of the work cell: arm, wrist sensor, compliant gripper, peg, plate with hole.
+"""Construction of the MuJoCo model of the cell: arm, wrist sensor, compliant gripper, peg, and plate with hole.
 
-The arm is converted from the Pinocchio model of the core, body by body, so both have one geometry. A round peg makes
-contact through small spheres on its rim with boxes around the hole, because that pair has an exact collider: a plain
-cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``). A peg with
-sides is one convex body.
+The arm is converted from the Pinocchio model of the core, body by body, so both have the same geometry. A round peg
+makes contact through small spheres on its rim with boxes around the hole, because that pair has an exact collider: a
+plain cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``). A peg
+with sides is one convex body.
 """
 
 from itertools import product
@@ -55,16 +55,16 @@ def build_work_cell(
 ) -> mujoco.MjModel:
     """Build and compile the model.
 
-    Names in it: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``, ``torque`` at the
-    sensor frame, ``tip_position`` for scoring; site ``tip``.
+    Names in the model: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``, ``torque``
+    at the sensor frame, ``tip_position`` for scoring; site ``tip``.
 
     Args:
         goal_in_base: Placement of the nominal goal (task frame) in the base frame; the plate starts there.
         tool_yaw_rad: Angle from the task's x to the tip's x about the task's z in the arm's ready pose; a peg that is
             not round is gripped so that it fits the hole at this yaw.
-        period_s: Control period; the time step is this over ``config.substeps``.
+        period_s: Control period; the time step is this period divided by ``config.substeps``.
         plate_reach_m: Distance from the hole's edge up to which the plate's surface is closed.
-        listed: Check only pairs of sphere and box that can touch within this region; None checks all contacts.
+        listed: Region within which only pairs of sphere and box that can touch are checked; None checks all contacts.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"palpate work cell, {kinematics.arm.name}"
@@ -256,7 +256,7 @@ def _add_wrist(
 
 
 def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float, **touching: Any) -> None:
-    """Add the shaft: visual only, or in contact with the mouth of the hole from just above the rim's spheres."""
+    """Add the shaft, for display only or to touch the mouth of the hole from just above the rim's spheres."""
     peg = config.peg
     start = 2e-3 * peg.rim_radius_mm if touching else 0.0
     radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
@@ -330,7 +330,7 @@ def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leewa
 
 
 def _notify_place(spec: mujoco.MjSpec) -> None:
-    """Add sensors of the tip's pose, which select the contacts to check."""
+    """Add sensors for the pose of the tip, which determines the contacts to check."""
     for name, kind in (
         ("tip_in_plate", mujoco.mjtSensor.mjSENS_FRAMEPOS),
         ("tip_x_in_plate", mujoco.mjtSensor.mjSENS_FRAMEXAXIS),

@@ -1,4 +1,4 @@
-"""The simulated world of one trial, a function of configuration, seed and trial only."""
+"""Simulated world of one trial, which depends only on configuration, seed and trial."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ class TrialWorld:
         zero_shift: Shift of the sensor's zero under load, (6,), N and N m, sensor frame.
         zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, sensor frame.
         hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
-        drawn: Quantities other than the hole that vary between trials in this configuration, by names with units.
+        drawn: Quantities other than the hole that vary between trials in this configuration, by name with unit.
     """
 
     cell: CellConfig
@@ -89,7 +89,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 def _batch(trial: int, trials: int) -> int:
     """Return the index of a trial's batch, with ``trials`` trials per batch, for random streams; 0 for a single batch.
 
-    No two series share a batch: a policy is not evaluated on grips from its training.
+    No two series share a batch, so a policy is not evaluated on grips from its training.
     """
     if not trials:
         return 0
@@ -105,7 +105,7 @@ def _turn(yaw_rad: float, tilt_rad: float, heading_rad: float) -> Vector3:
 
 
 def _across(force: float, torque: float, heading_deg: float) -> Wrench:
-    """Return a force and a torque of these sizes, both towards this heading."""
+    """Return a force and a torque of these magnitudes, both towards this heading."""
     if not force and not torque:
         return _STILL
     c, s = cos(radians(heading_deg)), sin(radians(heading_deg))

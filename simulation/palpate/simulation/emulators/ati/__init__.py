@@ -1,4 +1,4 @@
-"""Emulation of ATI's Net F/T box: the RDT stream over UDP and the page of settings over HTTP."""
+"""Emulation of ATI's Net F/T box: the RDT stream over UDP and the settings page over HTTP."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""An emulated Net F/T box with a transducer, and a server for it: RDT over UDP, its page over HTTP."""
+"""An emulated Net F/T box with a transducer, and a server that provides its RDT stream and its settings page."""
 
 import select
 import socket
@@ -18,14 +18,14 @@ _LOOK_S: Final = 0.02
 
 
 class EmulatedBox:
-    """The box: receives requests and sends records at its own rate; uses neither sockets nor a clock.
+    """A box that receives requests and sends records at its own rate. It uses neither sockets nor a clock.
 
     Args:
-        wrench: Force and torque on the transducer at a time in ns, (6,), in the box's units.
+        wrench: Function of the time in ns that returns force and torque on the transducer, (6,), in the box's units.
         rate_Hz: Records per second, at most 7000.
 
     Attributes:
-        network: Filter of outgoing datagrams; set it to lose, repeat or reorder some.
+        network: Filter for outgoing datagrams; set it to drop, repeat or reorder some.
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], rate_Hz: int = 1000) -> None:
@@ -53,7 +53,7 @@ class EmulatedBox:
         return self.network(datagrams)
 
     def page(self) -> bytes:
-        """Return the page of settings, ``/netftapi2.xml``."""
+        """Return the settings page, ``/netftapi2.xml``."""
         fields = {
             "runrate": _INTERNAL_HZ, "cfgcalsn": "FT00000", "scfgfu": "N", "scfgtu": "Nm",
             "cfgcpf": _COUNTS_PER_UNIT, "cfgcpt": _COUNTS_PER_UNIT, "cfgmr": "330;330;990;30;30;30",
@@ -72,7 +72,7 @@ class EmulatedBox:
 
 
 class NetFtServer:
-    """A thread that serves a box on this computer; like a real box, it sends to the client of the last request."""
+    """A thread that serves a box on this computer; like a real box, it sends to the last client."""
 
     host = "127.0.0.1"
 

@@ -1,4 +1,4 @@
-"""Emulation of CiA 402 drives on the bus."""
+"""Emulation of CiA 402 drives on a CAN bus."""
 
 import lazy_loader
 

@@ -32,7 +32,7 @@ _QUICK_STOP_WORD: Final = 0x0002
 
 
 class NmtState(enum.IntEnum):
-    """NMT states as heartbeats carry them."""
+    """NMT states, with their values in heartbeats."""
 
     INITIALISING = 0x00
     STOPPED = 0x04
@@ -45,7 +45,7 @@ _NMT_RESETS: Final = (0x81, 0x82)
 
 
 class CanopenDrive(CanNode):
-    """One drive; a ``CanNode``. Set ``outgoing``, a filter of its frames, to lose, keep, change or repeat some."""
+    """One emulated drive. Set ``outgoing``, a filter for its frames, to drop, keep, change or repeat some."""
 
     def __init__(self, node: int, motors: JointPlant, axis: int) -> None:
         self.node = node
@@ -71,7 +71,7 @@ class CanopenDrive(CanNode):
         return self._flush()
 
     def reset(self) -> None:
-        """Interrupt the supply: the state is lost, and a boot-up message follows."""
+        """Interrupt the power supply: the state is lost, and the drive then sends a boot-up message."""
         self._power_up(self._now_ns or 0)
 
     def fail(self, code: int, vendor: bytes = b"") -> None:
@@ -209,7 +209,7 @@ class CanopenDrive(CanNode):
             self._servo.retarget()
 
     def send_message(self, can_id: int, data: bytes) -> None:
-        """Send an answer of the SDO server; the name is canopen's."""
+        """Send an answer of the SDO server; ``canopen`` requires this name."""
         self._send(can_id, bytes(data))
 
     def _send(self, identifier: int, data: bytes) -> None:

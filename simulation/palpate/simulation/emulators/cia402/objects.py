@@ -1,4 +1,4 @@
-"""The object dictionary of an emulated drive: sizes, access, defaults, and abort codes of refused accesses.
+"""The object dictionary of an emulated drive: sizes, access, defaults, and abort codes for refused accesses.
 
 Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above). Transfers are made by
 ``canopen.sdo.SdoServer``, for which the dictionary acts as a node.
@@ -47,7 +47,7 @@ _OFFERS_CSP: Final = 1 << 7
 
 @dataclass(slots=True)
 class Entry:
-    """One object: its value, in two's complement if signed, and its access."""
+    """One object with its value, in two's complement if signed, and its access rights."""
 
     value: int
     size: int
@@ -65,7 +65,7 @@ class Entry:
 
 
 class ObjectDictionary:
-    """All objects of one drive, at their values after power-up; ``written`` is called with what an SDO has written."""
+    """All objects of one drive, with their values after power-up; ``written`` receives each index that an SDO wrote."""
 
     def __init__(self, node: int, *, serial: int, written: Callable[[int], object]) -> None:
         self.object_dictionary: dict[int, object] = {}
@@ -125,11 +125,11 @@ class ObjectDictionary:
         return found
 
     def get_data(self, index: int, subindex: int, *, check_readable: bool = False) -> bytes:
-        """Read by SDO; the name is canopen's."""
+        """Read an object by SDO; ``canopen`` requires this name."""
         return self.entry(index, subindex).encode()
 
     def set_data(self, index: int, subindex: int, data: bytes, *, check_writable: bool = False) -> None:
-        """Write by SDO; the name is canopen's."""
+        """Write an object by SDO; ``canopen`` requires this name."""
         entry = self.entry(index, subindex)
         if not entry.writable:
             raise SdoAbortedError(ABORT_READ_ONLY)

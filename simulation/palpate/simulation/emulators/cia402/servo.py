@@ -17,7 +17,7 @@ from palpate.simulation.emulators.motors import JointPlant
 
 
 class PowerState(enum.Enum):
-    """The eight states with their bits of the statusword."""
+    """The eight states, with their bits in the statusword."""
 
     NOT_READY = 0b0000_0000
     SWITCH_ON_DISABLED = 0b0100_0000
@@ -52,7 +52,7 @@ class PowerMachine:
 
     @property
     def statusword(self) -> int:
-        """Object 0x6041, including the bits outside the state as a real drive sets them."""
+        """Object 0x6041, including the bits that are not part of the state, as a real drive sets them."""
         word = self.state.value | _REMOTE
         if self.state not in (PowerState.NOT_READY, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT):
             word |= _VOLTAGE_ENABLED
@@ -81,7 +81,7 @@ class PowerMachine:
             self.state = PowerState.FAULT_REACTION
 
     def stopped(self, *, stay: bool) -> None:
-        """Complete a fault reaction, or a quick stop, after which the motor may keep torque (0x605A, 5 to 8)."""
+        """Complete a fault reaction, or a quick stop after which the motor may keep its torque (0x605A, 5 to 8)."""
         if self.state is PowerState.FAULT_REACTION:
             self.state = PowerState.FAULT
         elif self.state is PowerState.QUICK_STOP and not stay:
@@ -116,7 +116,7 @@ class DriveServo:
     """Position demand of one axis over time.
 
     The demand moves linearly to a new target over the interpolation period (object 0x60C2), as in real drives. A quick
-    stop decelerates from the present speed. Without a mode of operation the demand stays constant.
+    stop decelerates from the present speed. Without a mode of operation, the demand stays constant.
     """
 
     def __init__(self, motors: JointPlant, axis: int, objects: ObjectDictionary) -> None:
@@ -127,12 +127,12 @@ class DriveServo:
 
     @property
     def stationary(self) -> bool:
-        """True if a stop has been completed."""
+        """Return True if a stop has been completed."""
         return self._speed == 0.0
 
     @property
     def measured(self) -> int:
-        """Return the reading of the encoder."""
+        """Return the encoder reading."""
         return self._motors.motor_counts(self._axis)
 
     @property
@@ -148,7 +148,7 @@ class DriveServo:
         self._speed = 0.0
 
     def retarget(self) -> None:
-        """Apply the latest target, at a SYNC."""
+        """Apply the latest target when a SYNC is received."""
         if self._objects[MODE] != CSP:
             self._goal, self._speed = self._demand, 0.0
             return

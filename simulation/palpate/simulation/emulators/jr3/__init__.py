@@ -1,4 +1,4 @@
-"""Emulation of the JR3 board on the bus."""
+"""Emulation of a JR3 board on a CAN bus."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""A JR3 node on CAN: commands and samples in frames with an 11-bit identifier, operation plus node number."""
+"""A JR3 node on a CAN bus. The 11-bit identifier of a frame is the operation plus the node number."""
 
 import struct
 from collections import deque
@@ -29,7 +29,7 @@ class CanOperation(IntEnum):
 
 
 class Jr3CanNode:
-    """A `CanNode` with the functions of the CAN firmware that a streaming host needs, without SYNC, RESET and ZERO.
+    """A `CanNode` with the firmware functions that a streaming host needs. SYNC, RESET and ZERO are not emulated.
 
     Commands wait in a queue of 32 for the main loop, which reads it every millisecond. Therefore `feed` never returns
     the acknowledgement of its own command, which follows up to a millisecond later. A full queue drops the oldest
@@ -48,14 +48,14 @@ class Jr3CanNode:
         self._next_poll_ns: int | None = None
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Receive a frame of the bus; a frame with this node's number is queued."""
+        """Receive a frame from the bus; a frame with this node's number is queued."""
         frames = self.advance(now_ns)
         if self.firmware.serving and arbitration_id & _NODE_BITS == self.node_id:
             self._commands.append((arbitration_id & ~_NODE_BITS, data))
         return frames
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Advance the time and return the frames that the node sent meanwhile."""
+        """Advance the time and return the frames that the node has sent in that time."""
         if self._next_poll_ns is None:
             self._next_poll_ns = now_ns + POLL_ns
         frames: list[BusFrame] = []
@@ -71,7 +71,7 @@ class Jr3CanNode:
         return [] if self.firmware.silent else frames
 
     def reboot(self, now_ns: int) -> None:
-        """Interrupt the power; BOOTUP follows after the boot time."""
+        """Interrupt the power; the node sends BOOTUP after the boot time."""
         self._commands.clear()
         self.firmware.reboot(now_ns)
 

@@ -1,4 +1,4 @@
-"""The firmware of a JR3 force/torque node, without its bus."""
+"""Firmware of a JR3 force/torque node, independent of the bus."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from enum import Enum, IntEnum, auto
 from palpate.simulation.emulators.jr3 import sensor
 
 WrenchSource = Callable[[int], Iterable[float]]
-"""Returns the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
+"""Function of the time in ns that returns the true wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
 
 _COUNTER_MODULUS = 65536
 _FRESH_WORDS = (0xA5A5,) * 6
@@ -29,29 +29,29 @@ class BoardState(IntEnum):
 
 
 class Notice(Enum):
-    """Reports of the firmware other than samples."""
+    """Firmware reports other than samples."""
 
     BOOTED = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One reading: six signed 16-bit counts, 16384 at full scale, and acquisitions since START, modulo 65536."""
+    """One reading: six signed 16-bit counts, 16384 at full scale, and the acquisitions since START, modulo 65536."""
 
     counts: tuple[int, ...]
     counter: int
 
 
 class Jr3Node:
-    """Sampling, filtering and streaming, driven by the times of its calls.
+    """A node that samples, filters and streams as the times passed to its methods advance.
 
     The first time is that of power-up. The input is read once per step and held for all acquisitions since the previous
-    step, so a load that changes quickly needs short steps.
+    step, so quickly changing loads require short steps.
 
     Attributes:
-        connected: Whether the sensor is plugged into the board. Without it acquisitions stop and streams repeat
+        connected: Whether the sensor is plugged into the board. Without it, acquisitions stop and streams repeat
             themselves (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp).
-        serving: Whether the board has booted; before that it loses received commands.
+        serving: Whether the board has booted; before that, it ignores received commands.
     """
 
     def __init__(self, wrench: WrenchSource, boot_ns: int = BOOT_NS) -> None:
@@ -79,7 +79,7 @@ class Jr3Node:
         self._booted_ns = now_ns + self._boot_ns
 
     def advance(self, now_ns: int) -> list[Sample | Notice]:
-        """Advance the time; return samples of the asynchronous stream and notices in order of time."""
+        """Advance the time; return samples of the asynchronous stream and notices in chronological order."""
         if self._booted_ns is None:
             self.reboot(now_ns)
         happened: list[Sample | Notice] = []
@@ -113,7 +113,7 @@ class Jr3Node:
         )
 
     def start(self, cut_off_cHz: int, now_ns: int, period_us: int) -> None:
-        """Start sampling, or change its settings if it runs; without effect unless the node is ready.
+        """Start sampling, or change the settings if already sampling; has no effect unless the node is ready.
 
         A start after a stop begins with the filter at zero (FACT: it is local to the sampling thread, jr3-mbed-firmware
         Jr3Controller.cpp). While sampling, only cut-off and period change (INFERENCE, same source).
@@ -129,12 +129,12 @@ class Jr3Node:
         self._next_sample_ns = now_ns + sensor.ACQUISITION_PERIOD_ns
 
     def stop(self) -> None:
-        """Stop sampling: filter and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
+        """Stop sampling; filter state and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
         if self.state is BoardState.READY:
             self._stop_sampling()
 
     def full_scale_words(self) -> tuple[int, ...]:
-        """Six unsigned 16-bit words of a full-scale answer.
+        """Return the six unsigned 16-bit words of a full-scale answer.
 
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
         previous content. The content of a fresh buffer is assumed.

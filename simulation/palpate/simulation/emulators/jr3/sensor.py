@@ -8,10 +8,10 @@ FULL_SCALE_COUNTS = 16384
 """Counts at full scale. FACT: comedi jr3_pci.h."""
 
 LARGEST_COUNTS = 32767
-"""Saturation of the signed 16-bit reading, at about two full scales. FACT: comedi jr3_pci.h."""
+"""Counts at which the signed 16-bit reading saturates, about twice the full scale. FACT: comedi jr3_pci.h."""
 
 WRIST_FULL_SCALES = (115, 111, 185, 56, 52, 61)
-"""Fx, Fy, Fz in N and Mx, My, Mz in 0.1 N m. FACT: example of jr3-mbed-firmware-can can-plotter.py."""
+"""Fx, Fy, Fz in N and Mx, My, Mz in 0.1 N m. FACT: example in jr3-mbed-firmware-can can-plotter.py."""
 
 SHORTEST_PERIOD_ns = 222_000
 """Shortest period of samples on the bus; shorter requested periods are raised to it. CALC: two CAN frames of 111 bits
@@ -25,18 +25,18 @@ UNFILTERED = 0
 
 _TENTHS: Final = (1.0, 1.0, 1.0, 10.0, 10.0, 10.0)
 _MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)
-"""The axes are left-handed. FACT: yarp-devices Jr3Pci."""
+"""Signs of the sensor's left-handed axes. FACT: yarp-devices Jr3Pci."""
 
 
 def counts_of(wrench: Iterable[float]) -> list[float]:
-    """Return six counts, saturated but not rounded, of Fx Fy Fz in N and Mx My Mz in N m, in right-handed axes."""
+    """Return six counts, saturated but not rounded, for Fx Fy Fz in N and Mx My Mz in N m, in right-handed axes."""
     axes = zip(wrench, _TENTHS, _MIRRORED, WRIST_FULL_SCALES, strict=True)
     counts = [load * tenths * sign * FULL_SCALE_COUNTS / scale for load, tenths, sign, scale in axes]
     return [min(max(count, -LARGEST_COUNTS), LARGEST_COUNTS) for count in counts]
 
 
 def smoothing_factor(cut_off_cHz: int) -> float:
-    """Return a new acquisition's weight, Ts / (Ts + 1 / (2 pi fc)), 1 without filter. FACT: jr3-mbed-firmware."""
+    """Return the weight of an acquisition, Ts / (Ts + 1 / (2 pi fc)); 1 if unfiltered. FACT: jr3-mbed-firmware."""
     if cut_off_cHz == UNFILTERED:
         return 1.0
     period_s = ACQUISITION_PERIOD_ns * 1e-9
@@ -44,6 +44,6 @@ def smoothing_factor(cut_off_cHz: int) -> float:
 
 
 def smoothed(value: Iterable[float], counts: Iterable[float], alpha: float, acquisitions: int) -> list[float]:
-    """Return the moving average after k equal inputs x: from y, it is x + (y - x) (1 - alpha)^k (CALC)."""
+    """Return the moving average after k equal inputs x; starting from y, it is x + (y - x) (1 - alpha)^k (CALC)."""
     left = (1.0 - alpha) ** acquisitions
     return [count + (old - count) * left for count, old in zip(counts, value, strict=True)]

@@ -1,4 +1,4 @@
-"""An emulated CAN bus with its frames and nodes. Frames take no time and reach all nodes in the order of sending."""
+"""An emulated CAN bus with its frames and nodes. Frames take no time and reach all nodes in the order sent."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ class BusFrame:
 
 
 class CanNode(Protocol):
-    """A device on the bus, without any input or output of its own.
+    """A device on the bus, without I/O of its own.
 
     Both methods receive the bus time in nanoseconds, which never decreases, and return the frames that the device
     sends, in order. A node never reads a clock.
@@ -31,7 +31,7 @@ class CanNode(Protocol):
 
 
 class EmulatedCanBus:
-    """A bus with emulated nodes and one host, at one bit rate, without I/O of its own, arbitration or limit of load."""
+    """A bus with emulated nodes and one host, at one bit rate, without its own I/O, arbitration or a load limit."""
 
     def __init__(self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = 1_000_000) -> None:
         self.bit_rate_Hz = bit_rate_Hz
@@ -39,11 +39,11 @@ class EmulatedCanBus:
         self._sent: deque[tuple[CanNode | None, BusFrame]] = deque()
 
     def send(self, frame: BusFrame) -> None:
-        """Accept a frame of the host; it reaches the nodes at the next advance of time."""
+        """Accept a frame from the host; it reaches the nodes when the time next advances."""
         self._sent.append((None, frame))
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Advance the time, never back, and return the frames that the host receives, in order."""
+        """Advance the time, which never decreases, and return the frames that the host receives, in order."""
         for node in self._nodes:
             self._sent += [(node, frame) for frame in node.advance(now_ns)]
         heard: list[BusFrame] = []

@@ -1,4 +1,4 @@
-"""Serves an emulated serial device on a pseudo-terminal, with the timing of a real line."""
+"""Server for an emulated serial device on a pseudo-terminal, with the timing of a real line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TERMIOS2: Final = struct.Struct("=40xI")
 
 
 class PtyLine:
-    """A raw pseudo-terminal; the device has the master, the host opens the slave's path.
+    """A raw pseudo-terminal; the device uses the master, and the host opens the slave's path.
 
     The server also keeps the slave open, because a master without an open slave cannot be read, and hosts may connect
     and disconnect.
@@ -66,12 +66,12 @@ class PtyLine:
 _NS: Final = 1_000_000_000
 _READ_SIZE: Final = 4096
 _BACKLOG_BYTES: Final = 16_384
-"""Buffer for a host that does not read; further bytes are lost, as in a UART without handshake (assumed)."""
+"""Buffer size for a host that does not read; more bytes are lost, as in a UART without handshake (assumed)."""
 _WAKES_LATE_NS: Final = 60_000  # usual delay of a wake-up on an ordinary kernel
 
 
 class PtyServer(Generic[Emulator]):
-    """A thread that connects an emulator to a pseudo-terminal in its context; bytes take time if ``paced``."""
+    """Context manager with a thread that connects an emulator to a pseudo-terminal; if ``paced``, bytes take time."""
 
     def __init__(
         self, emulator: Emulator, clock_ns: Callable[[], int] = time.monotonic_ns, *, paced: bool = True
@@ -103,12 +103,12 @@ class PtyServer(Generic[Emulator]):
 
     @contextmanager
     def exclusive(self) -> Iterator[Emulator]:
-        """Yield the emulator, which the server's thread does not access meanwhile."""
+        """Yield the emulator; the server's thread does not access it in this context."""
         with self._lock:
             yield self._serial.emulator
 
     def unplug(self) -> None:
-        """Unplug the adapter: the host sees a hang-up, the device keeps its power. Without effect if unplugged."""
+        """Unplug the adapter, if plugged in: the host sees a hang-up, and the device keeps its power."""
         with self._lock:
             line, self._line = self._line, None
             self._serial.disconnect()

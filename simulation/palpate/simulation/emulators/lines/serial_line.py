@@ -16,14 +16,14 @@ _RATE_TOLERANCE: Final = 0.04  # half a bit in ten is 5 %, shared by both ends (
 
 
 class SerialEmulator(Protocol):
-    """A device at the byte level. It reads no clock: times are given as `now_ns`.
+    """A device at the byte level. It reads no clock: times are passed as `now_ns`.
 
     `now_ns` never decreases by more than the period of the line's wake-ups; an emulator ignores a decrease.
     """
 
     @property
     def baud(self) -> int:
-        """Present line rate of the device, 8N1."""
+        """Current line rate of the device, 8N1."""
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
         """Receive bytes from the host, the last of which arrived at `now_ns`, and return the device's answer."""
@@ -36,7 +36,7 @@ Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
 class SerialLine(Generic[Emulator]):
-    """The line, without I/O or clock of its own; bytes take 10 bits each if ``paced``. The device needs no host."""
+    """A line without I/O or a clock of its own. If ``paced``, each byte takes 10 bits. The device needs no host."""
 
     def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
         self.emulator = emulator
@@ -69,7 +69,7 @@ class SerialLine(Generic[Emulator]):
         return due_ns
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Accept bytes from the host and time the passage of each over the line."""
+        """Accept bytes from the host and determine when each arrives at the other end of the line."""
         if not data or self._host_baud is None:
             return
         baud, host_baud = self.emulator.baud, self._host_baud()
@@ -110,7 +110,7 @@ class SerialLine(Generic[Emulator]):
         self._tx.append((self._tx_clear_ns, data))
 
     def _garbage(self, data: bytes, stretch: float) -> bytes:
-        """Return what a receiver at another line rate reads: other bytes, about `stretch` times as many."""
+        """Return the bytes that a receiver at another line rate reads, about `stretch` times as many."""
         return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
 

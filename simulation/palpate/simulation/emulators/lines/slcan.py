@@ -11,14 +11,14 @@ _BIT_RATES_Hz: Final = dict(
 )
 """Bit rates of the S command. FACT: LAWICEL CANUSB manual; python-can's slcan takes 7 for 750 kbit/s."""
 _LONGEST_LINE_BYTES: Final = 31
-"""Longest classic frame: T, 8 digits, length, 16 digits, and some room for a time stamp. CALC."""
+"""Longest line for a classic frame: T, 8 digits, length, 16 digits, and space for a time stamp. CALC."""
 _FRAME: Final = re.compile(rb"t([0-7][0-9a-fA-F]{2})([0-8])((?:[0-9a-fA-F]{2})*)")
 
 
 class SlcanAdapter:
-    """The adapter, a ``SerialEmulator``.
+    """A USB-CAN adapter as a ``SerialEmulator``.
 
-    It supports the commands that hosts need: S sets the bit rate, O opens, C closes, t sends a frame. Extended and
+    It supports the commands that hosts need: S sets the bit rate, O opens, C closes, and t sends a frame. Extended and
     remote frames are refused, because no emulated node reacts to them. An empty line is ignored (assumed; python-can
     sends one while it sets the bit rate). An adapter whose bit rate differs from that of the bus exchanges no frames.
     """

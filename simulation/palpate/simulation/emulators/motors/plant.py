@@ -1,4 +1,4 @@
-"""Motors that the emulated servos move, and the gears between them and the arm."""
+"""Motors driven by the emulated servos, and the gears between motors and arm."""
 
 from collections.abc import Sequence
 from math import pi
@@ -13,7 +13,7 @@ AXES: Final = 6
 HOME_RAD: Final[JointVector] = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 """Joint angles at which the encoders are zero at power-up (FACT, brendandburns/ros2_zebra_zero)."""
 ARM_COUNTS_PER_rad: Final = 30_557.75
-"""Joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
+"""For joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
 WRIST_COUNTS_PER_rad: Final = 11_034.53
 """Base ratio of the wrist's gears (FACT, same sources; CALC: 69 332 counts per turn)."""
 
@@ -85,8 +85,8 @@ class JointPlant:
     A motor is either held at a set-point or free. All methods are called from the thread that runs the servos.
 
     In each control tick of that simulation, command its joint servos with `targets_rad()`, step it, and pass its exact
-    joint angles to `measured_rad()`. Encoders show these angles, so they are constant between two control ticks while
-    the set-points move. The limit of position error must allow for that, and the modules' velocity item has the same
+    joint angles to `measured_rad()`. Encoders show these angles, so their counts are constant between two control ticks
+    while the set-points move. The position error limit must allow for this, and the modules' velocity item has the same
     steps.
     """
 
@@ -105,11 +105,11 @@ class JointPlant:
             self._driven[axis], self._held[axis] = self._motors[axis], False
 
     def motor_counts(self, axis: int) -> int:
-        """Return the count of the encoder on the motor's shaft."""
+        """Return the counts of the encoder on the motor shaft."""
         return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:
-        """Return the joint set-points that the motors hold, (n,) rad; a free motor stays where it was (INFERENCE)."""
+        """Return the joint set-points that the motors hold, (n,) rad; a free motor keeps its position (INFERENCE)."""
         return self._gears.joints_rad(tuple(self._driven))
 
     def measured_rad(self, joints_rad: JointVector) -> None:

@@ -1,4 +1,4 @@
-"""The serial line of an NMC chain: distribution of commands to modules, and their replies."""
+"""Serial line of an NMC chain, which distributes commands to the modules and returns their replies."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -12,7 +12,7 @@ _IDLE_LINE = 0xFF
 
 
 class NmcChain:
-    """Servo modules in a daisy chain, from power-up. A `SerialEmulator`, without a wall clock.
+    """A daisy chain of servo modules, starting at power-up; a `SerialEmulator` without a wall clock.
 
     A module receives nothing before its predecessor has an address (FACT, libnmc's start-up), and continues to receive
     if the predecessor is reset later (assumed). Simultaneous answers of two modules are mixed (assumed: wired AND).

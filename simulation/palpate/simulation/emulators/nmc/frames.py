@@ -1,7 +1,7 @@
-"""Communication with an NMC module: command frames, checksums, status items, bit names.
+"""Communication with an NMC module: command frames, checksums, status items and bit names.
 
 Sources: the public NMC library in ``libnmc/`` of brendandburns/ros2_zebra_zero (commit 6a558d7), the Logosol LS-231SE
-and LS-173AP manuals (a PIC-SERVO-compatible command set), the byte vectors in the tests of PyLabRobot's VSpin driver.
+and LS-173AP manuals (a PIC-SERVO-compatible command set), and byte vectors from the tests of PyLabRobot's VSpin driver.
 """
 
 import enum
@@ -19,7 +19,7 @@ _DIVISORS: Final = {63: 19_200, 64: 19_200, 20: 57_600, 21: 57_600, 10: 115_200,
 
 
 class CommandCode(enum.IntEnum):
-    """Low nibble of the command byte of emulated commands (FACT, libnmc)."""
+    """Low nibble of the command byte, for the emulated commands (FACT, libnmc)."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1

@@ -1,4 +1,4 @@
-"""The servo of one PIC-SERVO module: set-points, encoder register, trips, and limits."""
+"""Servo of one PIC-SERVO module: set-points, encoder register, trips and limits."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class GainParameters:
 
     Attributes:
         kp: Proportional gain; with 0 the motor does not follow.
-        kd: Derivative gain, without effect here, because the plant represents the closed loop.
+        kd: Derivative gain. It has no effect here, because the plant represents the closed loop.
         output_limit: Largest duty, 0 to 255; with 0 the motor does not follow.
         error_limit: Position error in counts at which the servo switches off.
     """
@@ -36,7 +36,7 @@ class GainParameters:
 
     @property
     def follow(self) -> bool:
-        """True if a motor with these gains follows its set-point."""
+        """Return True if a motor with these gains follows its set-point."""
         return self.kp != 0 and self.output_limit > 0
 
     @classmethod
@@ -57,9 +57,9 @@ class Trajectory:
 
 
 class PicServo:
-    """One motor's servo, from power-up: servo off, amplifier off, gains zero, position register zero.
+    """Servo of one motor. At power-up, servo and amplifier are off; gains and position register are zero.
 
-    The register is zero at the motor's position at power-up, for any true pose of the arm (FACT: the encoders are
+    The register is zero at the motor's position at power-up, whatever the true pose of the arm (FACT: the encoders are
     incremental).
     """
 
@@ -89,7 +89,7 @@ class PicServo:
             self.profile.start_trapezoid(load.position_counts, load.velocity, load.acceleration)
 
     def stop(self, how: StopMotorBits, here_counts: int) -> None:
-        """Execute STOP_MOTOR. Of several bits the first in this order is used: off, abrupt, smooth, here (assumed)."""
+        """Execute STOP_MOTOR. Of several bits, the first in this order is used: off, abrupt, smooth, here (assumed)."""
         self.amplifier = bool(how & StopMotorBits.AMPLIFIER)
         if how & StopMotorBits.MOTOR_OFF:
             self.switch_off()

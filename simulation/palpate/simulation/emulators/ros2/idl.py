@@ -1,4 +1,4 @@
-"""Messages that this robot publishes and receives: plain CDR, with the type names of ROS 2."""
+"""Messages that the robot publishes and receives, in plain CDR with the type names of ROS 2."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -35,10 +35,10 @@ def _header(stamp_ns: int, frame: str) -> Any:
 
 
 def joint_state(stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Any:
-    """Return a message of joint angles."""
+    """Return a message with joint angles."""
     return JointState(_header(stamp_ns, ""), list(names), list(angles_rad), [], [])
 
 
 def wrench(stamp_ns: int, frame: str, parts: Sequence[float]) -> Any:
-    """Return a message of force and torque, (6,)."""
+    """Return a message with force and torque, (6,)."""
     return WrenchStamped(_header(stamp_ns, frame), _Wrench(_Vector3(*parts[:3]), _Vector3(*parts[3:])))

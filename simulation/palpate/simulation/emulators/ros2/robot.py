@@ -1,4 +1,4 @@
-"""The robot: joints under a forward_command_controller of ros2_control."""
+"""Emulated robot with joints under a forward_command_controller of ros2_control."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -11,13 +11,13 @@ WRENCH: Final = "force_torque_sensor_broadcaster/wrench"
 
 
 class Ros2Robot:
-    """Joints moved by the simulation; uses neither sockets nor a clock.
+    """A robot whose joints the simulation moves. It uses neither sockets nor a clock.
 
-    According to the source of ros2_controllers, commands of another size are dropped, and the last one is held without
-    a time limit.
+    According to the source of ros2_controllers, commands of another size are dropped, and the last command is held
+    without a time limit.
 
     Args:
-        stop_ms: Time after the last velocity at which the robot's driver stops the arm; 0 never does.
+        stop_ms: Time after the last velocity command at which the robot's driver stops the arm; 0 disables this.
     """
 
     def __init__(

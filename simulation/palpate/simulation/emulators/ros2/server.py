@@ -1,4 +1,4 @@
-"""Serves an emulated robot on this computer's loopback interface, by the DDS of ROS 2."""
+"""Server for an emulated robot on this computer's loopback interface, with the DDS of ROS 2."""
 
 import socket
 import threading
@@ -19,12 +19,12 @@ _CONFIGURATION: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInte
 
 
 class Ros2Server:
-    """A thread that serves and steps a robot. A context manager, within which the robot is available.
+    """Context manager with a thread that serves and steps a robot.
 
     Attributes:
         domain: A free ROS_DOMAIN_ID.
         commands: Topic of the controller.
-        network: Filter of messages; set it to change some, or to lose some by returning None.
+        network: Filter for messages; set it to change some, or to drop some by returning None.
     """
 
     address: Final = "127.0.0.1"
@@ -62,7 +62,7 @@ class Ros2Server:
 
     @contextmanager
     def exclusive(self) -> Iterator[Ros2Robot]:
-        """Yield the robot, which the server's thread does not access meanwhile."""
+        """Yield the robot; the server's thread does not access it in this context."""
         with self._lock:
             yield self._robot
 

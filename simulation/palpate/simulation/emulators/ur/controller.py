@@ -1,4 +1,4 @@
-"""The controller: modes, registers, control program and joint motion. Uses neither sockets nor a clock."""
+"""Emulated controller: modes, registers, control program and joint motion, without sockets or a clock."""
 
 import enum
 from collections.abc import Callable
@@ -61,8 +61,8 @@ class ControllerConfig:
 
     Attributes:
         arm: Name of the arm.
-        payload_cog_m: Centre of gravity of the payload from the flange, (3,).
-        tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
+        payload_cog_m: Centre of gravity of the payload relative to the flange, (3,).
+        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,).
     """
 
     version: tuple[int, int, int, int] = (5, 11, 1, 108318)
@@ -74,7 +74,7 @@ class ControllerConfig:
 
 
 class UrController:
-    """A controller with an arm.
+    """A controller and its arm.
 
     Joints approach their servo target with the time constant of servoj's look-ahead (INFERENCE), within the limits of
     speed and acceleration, and brake when the program ends for any reason.
@@ -128,7 +128,7 @@ class UrController:
 
     @property
     def stationary(self) -> bool:
-        """Return whether no joint moves."""
+        """Return whether all joints are stationary."""
         return not any(self._speed)
 
     def step(self, now_ns: int) -> None:
@@ -168,13 +168,13 @@ class UrController:
         self._target, self.runtime, self._watchdog_ns = None, RuntimeState.STOPPED, 0
 
     def protective_stop(self) -> None:
-        """Enter a protective stop, as after a collision: the program pauses, the arm keeps its power."""
+        """Enter a protective stop, as after a collision: the program pauses, and the arm keeps its power."""
         self.safety_mode, self._target, self._tripped_ns = SafetyMode.PROTECTIVE_STOP, None, self._now_ns
         if self.runtime is RuntimeState.PLAYING:
             self.runtime = RuntimeState.PAUSED
 
     def emergency_stop(self) -> None:
-        """Press the emergency stop: the program ends, the arm brakes and loses its power."""
+        """Press the emergency stop: the program ends, and the arm brakes and loses power."""
         self.end_program()
         self.safety_mode, self.robot_mode = SafetyMode.ROBOT_EMERGENCY_STOP, RobotMode.POWER_OFF
 
@@ -212,7 +212,7 @@ class UrController:
         return f"could not understand: '{line}'"
 
     def _program(self) -> None:
-        """Run one pass of the control script's loop: commands arrive in register 0, answers leave in register 0."""
+        """Run one pass of the control script's loop: commands arrive in register 0, and answers leave in register 0."""
         command = int(self.inputs["input_int_register_0"])
         if command == _SERVO_J:
             requested = [float(self.inputs[f"input_double_register_{i}"]) for i in range(JOINTS)]

@@ -17,12 +17,12 @@ LENGTHS_M: Final = {
     "ur16e": (-0.4784, -0.36, 0.1807, 0.17415, 0.11985, 0.11655),
     "ur20": (-0.862, -0.7287, 0.2363, 0.201, 0.1593, 0.1543),
 }
-"""a2, a3, d1, d4, d5, d6. FACT: Universal Robots, parameters for calculations of kinematics and dynamics."""
+"""a2, a3, d1, d4, d5, d6. FACT: Universal Robots, parameters for kinematics and dynamics calculations."""
 _ALPHA: Final = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2, 0.0)
 
 
 def tool_pose(arm: str, joints_rad: Sequence[float], offset: Sequence[float]) -> tuple[float, ...]:
-    """Return the tool centre point in the controller's base, (6,) m and rotation vector, from that on the flange."""
+    """Return the tool centre point, offset from the flange, in the controller's base, (6,) m and rotation vector."""
     a2, a3, d1, d4, d5, d6 = LENGTHS_M[arm]
     at = np.eye(4)
     rows = zip(joints_rad, (d1, 0.0, 0.0, d4, d5, d6), (0.0, a2, a3, 0.0, 0.0, 0.0), _ALPHA, strict=True)

@@ -1,4 +1,4 @@
-"""Serves an emulated controller on sockets of this computer, at the fixed ports of Universal Robots."""
+"""Server for an emulated controller on sockets of this computer, at the fixed ports of Universal Robots."""
 
 import select
 import socket
@@ -15,13 +15,13 @@ DASHBOARD_PORT, SCRIPT_PORT, RTDE_PORT = 29999, 30003, 30004
 _GREETING: Final = b"Connected: Universal Robots Dashboard Server\n"
 _ADDRESSES: Final = 60
 _QUIET_NS: Final = 20_000_000
-"""Silence after which a script is complete."""
+"""Time without data after which a script counts as complete."""
 _HOPELESS: Final = 1 << 20
-"""The server disconnects a client that leaves more bytes than this unread, as the controller does."""
+"""Number of unread bytes above which the server disconnects a client, as the controller does."""
 
 
 class _Connection:
-    """A connection with its received and its outgoing bytes."""
+    """A connection with its received and outgoing bytes."""
 
     def __init__(self, connection: socket.socket, session: RtdeSession | None = None) -> None:
         connection.setblocking(False)
@@ -55,11 +55,11 @@ class _Connection:
 
 
 class UrServer:
-    """A thread that serves and steps a controller. A context manager, within which the controller is available.
+    """Context manager with a thread that serves and steps a controller.
 
     Attributes:
-        host: Address: the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
-        network: Filter of data packages; set it to lose, cut or repeat some.
+        host: First address from 127.0.0.1 to 127.0.0.60 whose ports are free.
+        network: Filter for data packages; set it to drop, truncate or repeat some.
         is_unplugged: Whether connections are broken and new ones refused.
     """
 
@@ -92,7 +92,7 @@ class UrServer:
 
     @contextmanager
     def exclusive(self) -> Iterator[UrController]:
-        """Yield the controller, which the server's thread does not access meanwhile."""
+        """Yield the controller; the server's thread does not access it in this context."""
         with self._lock:
             yield self._controller
 

@@ -1,4 +1,4 @@
-"""Session of one RTDE client, version 2: packages, recipes, data. Uses no sockets."""
+"""Session of one RTDE client, version 2, with packages, recipes and data. It uses no sockets."""
 
 import struct
 from typing import Final
@@ -27,7 +27,7 @@ def _names(payload: bytes) -> list[str]:
 
 
 class RtdeSession:
-    """A client of the controller's RTDE server; it is broken after an invalid package, and is then disconnected."""
+    """Session of a client. An invalid package breaks it, after which the client is disconnected."""
 
     def __init__(self, controller: UrController) -> None:
         self.is_broken = False

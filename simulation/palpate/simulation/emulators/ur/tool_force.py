@@ -1,4 +1,4 @@
-"""The force sensor in the tool flange: noise according to its data sheet, added to the true wrench."""
+"""Force sensor in the tool flange. It adds noise to the true wrench, as specified in the data sheet."""
 
 from collections.abc import Callable
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 PRECISION: Final = (3.5, 0.2)
-"""Spread of the readings of a constant load, (force in N, torque in N m).
+"""Spread of the readings under a constant load, (force in N, torque in N m).
 
 UR5e, technical specification, "Force sensing, tool flange": range 50 N, precision 3.5 N; range 10 N m, precision 0.2
 N m. Quoted from memory, not checked against the data sheet.
@@ -14,7 +14,7 @@ N m. Quoted from memory, not checked against the data sheet.
 
 
 class ToolForce:
-    """A noisy reading of the wrench on the flange, (6,).
+    """Source of noisy readings of the wrench on the flange, (6,).
 
     INFERENCE: precision is two standard deviations of white noise. A real flange has less noise between readings, and
     drifts with temperature.
