@@ -54,7 +54,7 @@ def wedge_force_N(cell: CellConfig) -> float:
 
 
 def _plain(cell: CellConfig) -> float:
-    """Return the impedance of other fits; a tilted peg rests on few points, which would sink in too far with 0.95."""
+    """Return the impedance of looser fits; a tilted peg rests on few points, which would sink in too far with 0.95."""
     return cell.tilted_impedance if cell.tilts else _UPRIGHT
 
 

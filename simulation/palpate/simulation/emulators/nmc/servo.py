@@ -59,8 +59,8 @@ class Trajectory:
 class PicServo:
     """Servo of one motor. At power-up, servo and amplifier are off; gains and position register are zero.
 
-    The register is zero at the motor's position at power-up, whatever the true pose of the arm (FACT: the encoders are
-    incremental).
+    The register is zero at the motor's position at power-up, regardless of the true pose of the arm (FACT: the encoders
+    are incremental).
     """
 
     def __init__(self, axis: int, plant: JointPlant, *, powered: bool = True) -> None:
