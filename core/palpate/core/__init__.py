@@ -1,9 +1,9 @@
-"""The learning core: ports, perception, policies, control, and the insertion task.
+"""Core of palpate: ports, perception, policies, control, and the insertion task.
 
-It does no I/O and reads no clock; :mod:`palpate.core.control_loop` runs it over the four ports of
+The core performs no I/O and reads no clock; :mod:`palpate.core.control_loop` runs it over the four ports of
 :mod:`palpate.core.ports.devices`. Import modules explicitly (``from palpate.core.tasks.insertion.task import
-InsertionTask``), so that a program loads only what it uses.
-``__version__`` is the version of the installed distribution.
+InsertionTask``), so that a program loads only what it uses. ``__version__`` is the version of the installed
+distribution.
 """
 
 

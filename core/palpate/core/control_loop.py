@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000
-"""A tick that begins later than its slot by more than this counts as late."""
+"""Delay after the start of its slot beyond which a tick counts as late."""
 FORCE_SENSOR: Final = "force_sensor"
 JOINT_ENCODER: Final = "joint_encoder"
 ARM: Final = "arm"
@@ -40,8 +40,7 @@ class UnfinishedTick:
     """State of the last tick when an error ended the trial or the trial was closed.
 
     Attributes:
-        calling: The port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty if no port call
-            failed.
+        calling: Port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty if no port call failed.
         time_ns: Run-clock time of the tick; None if the clock was not read.
         wrench: The force sample; None if none was read.
         joints: The joint sample; None if none was read.
@@ -59,48 +58,48 @@ class LoopObserver:
     """Base class of observers; the loop calls only the methods that a subclass overrides.
 
     The events of a tick occur in the order of the methods below. ``sensed``, ``chosen`` and ``acted`` are not called
-    during a retraction. Only :func:`run_trial` calls ``sensed`` and ``chosen``; a caller that steps :func:`trial_ticks`
-    does not get them. If an observer raises, the trial ends and the arm is stopped.
+    during a retraction. Only :func:`run_trial` calls ``sensed`` and ``chosen``; a caller of :func:`trial_ticks` does
+    not receive them. If an observer raises, the trial ends and the arm is stopped.
     """
 
     def begun(self, start_ns: int, report: TrialReport) -> None:
-        """The task has begun at this time, the origin of its schedule; the report is updated during the trial."""
+        """Called when the task has begun, at the start time of its schedule; the report is updated during the trial."""
 
     def waited(self, tick: int, deadline_ns: int) -> None:
-        """The sleep until a tick's slot is over."""
+        """Called after the sleep until a tick's slot."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        """The run clock was read for the tick of this slot."""
+        """Called after the run clock was read for the tick of this slot."""
 
     def force_read(self, sample: WrenchSample) -> None:
-        """The force sensor was read."""
+        """Called after the force sensor was read."""
 
     def joints_read(self, sample: JointSample) -> None:
-        """The joint encoders were read."""
+        """Called after the joint encoders were read."""
 
     def sensed(self, observation: Observation | None) -> None:
-        """The task has processed the snapshot; the observation is set only at ticks with a choice of action."""
+        """Called after the task has processed the snapshot; the observation is set only at ticks with a choice."""
 
     def chosen(self) -> None:
-        """The policy has chosen an action; called only at ticks with a choice."""
+        """Called after the policy has chosen an action, only at ticks with a choice."""
 
     def acted(self, command: JointCommand) -> None:
-        """The task has returned this command."""
+        """Called after the task has returned this command."""
 
     def supervised(self, supervised: Supervised) -> None:
-        """The supervisor has passed or changed the command; not called without a supervisor."""
+        """Called after the supervisor has passed or changed the command; not called without a supervisor."""
 
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        """The command was sent to the arm, which reported the applied command."""
+        """Called after the command was sent to the arm, which reported the applied command."""
 
     def ended(self) -> None:
-        """The tick is over; the sleep or the end of the trial follows."""
+        """Called at the end of a tick, before the sleep or the end of the trial."""
 
     def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
-        """This error ended the trial, or the ticks were closed (GeneratorExit); the arm has been stopped."""
+        """Called after an error or a closed generator (GeneratorExit) has ended the trial; the arm has been stopped."""
 
     def stopped(self, error: BaseException | None) -> None:
-        """The stop command was sent at the end of the trial; ``error`` is what it raised, or None."""
+        """Called after the stop command at the end of the trial; ``error`` is the exception that it raised, or None."""
 
 
 def tick_time_ns(start_ns: int, slot: int) -> int:
@@ -128,7 +127,7 @@ def run_trial(
     The first tick runs immediately. The arm is stopped however the trial ends.
 
     Args:
-        observers: Called in this order at each event.
+        observers: Observers, called in this order at each event.
 
     Raises:
         FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.
@@ -174,13 +173,13 @@ def trial_ticks(
     supervisor: Supervisor | None = None,
     observers: Sequence[LoopObserver] = (),
 ) -> Generator[Snapshot, JointCommand, None]:
-    """Run the control loop as a generator: it yields the snapshot of each tick and receives the task's command.
+    """Run the control loop as a generator that yields the snapshot of each tick and receives the task's command.
 
-    It handles trips and retractions itself and requests no commands meanwhile. Closing the generator ends the trial and
-    stops the arm.
+    It handles trips and retractions itself and requests no commands during them. Closing the generator ends the trial
+    and stops the arm.
 
     Args:
-        task: The generator calls ``begin``; the caller calls ``step``, or ``sense`` and ``act``.
+        task: Task of the trial. The generator calls ``begin``; the caller calls ``step``, or ``sense`` and ``act``.
 
     Raises:
         FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.
@@ -270,7 +269,7 @@ def trial_ticks(
 
 
 def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
-    """Read the sensor during a retraction, which a failed sensor must not end."""
+    """Read the sensor during a retraction, without letting a failed sensor end it."""
     try:
         return sensor.read()
     except DeviceError:
@@ -280,7 +279,7 @@ def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
 
 
 def _listeners(observers: Sequence[LoopObserver], event: str) -> tuple[Callable[..., None], ...]:
-    """Return the observers' methods for an event; an event that no observer overrides costs nothing."""
+    """Return the observers' methods for an event, omitting those that are not overridden."""
     ignored = getattr(LoopObserver, event)
     return tuple(getattr(each, event) for each in observers if getattr(type(each), event) is not ignored)
 

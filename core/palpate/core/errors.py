@@ -1,16 +1,16 @@
-"""The hierarchy of all errors that palpate raises on purpose.
+"""Hierarchy of all errors that palpate raises deliberately.
 
 ::
 
     PalpateError
     ├── ConfigurationError          a setting is wrong; the operator fixes it
     │   ├── AssetError              a robot description or mesh is missing
-    │   └── UnreachableError        a pose that the arm cannot reach
+    │   └── UnreachableError        the arm cannot reach a pose
     ├── UsageError                  a command line is invalid; the operator fixes it
     ├── OutputError                 writing would overwrite existing results
     ├── LogError                    a recorded trial cannot be read or replayed
     ├── LifecycleError              a port was used in the wrong order; the caller is at fault
-    ├── CommandError                a command that no arm may execute; the caller is at fault
+    ├── CommandError                a command must not be sent to any arm; the caller is at fault
     ├── UndeterminedError           the measurements do not determine a quantity; measure more
     ├── PolicyError                 a third-party policy failed; its author fixes it
     └── DeviceError                 a device failed
@@ -191,12 +191,12 @@ def require_whole(field: str, value: int, low: int, high: int) -> None:
 
 
 def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
-    """Require one of the names."""
+    """Require one of the accepted names."""
     if value not in accepted:
         raise ConfigurationError(field, value, f"one of {', '.join(accepted)}{did_you_mean(value, accepted)}")
 
 
 def did_you_mean(value: object, accepted: Sequence[str]) -> str:
-    """Return the nearest name as the end of a sentence; empty if none is near or the value is not a string."""
+    """Return a suggestion to end a message with; empty if no name is similar or the value is not a string."""
     near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5) if isinstance(value, str) else []
     return f"; did you mean {near[0]}?" if near else ""

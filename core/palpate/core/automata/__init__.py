@@ -1,4 +1,4 @@
-"""Automata: machines as values, their inference from strings, and baselines."""
+"""Finite automata, their inference from strings, and baselines for comparison."""
 
 import lazy_loader
 

@@ -1,14 +1,14 @@
-"""Choice of q: partitions of one network with different numbers of intervals, scored on strings (paper, 5.3).
+"""Choice of q, the number of intervals, by scoring partitions of one network on strings (paper, 5.3).
 
 For acceptance, the smallest q whose automaton classifies every training string correctly is chosen (Giles and others,
 1992).
 
-For prediction, the automaton is scored as a probabilistic model. In each state, the next symbol or the end has its
-relative frequency in the training strings. The cross-entropy on held-out strings falls more and more slowly as q grows,
-but a learner needs experience in every state. Each state therefore adds a penalty of one nat per probability (Akaike,
-1974), and the q with the lowest sum is chosen. In tests with two-unit networks on two maps, learners did best with
-these numbers of states. Cross-entropy alone would choose nearly the largest q. The penalty of Schwarz (1978), which
-grows with the number of strings, would choose about half as many states.
+For prediction, the automaton is scored as a probabilistic model. In each state, the probability of the next symbol, or
+of the end, is its relative frequency in the training strings. The cross-entropy on held-out strings falls more and more
+slowly as q grows, but a learner needs experience in every state. Each state therefore adds a penalty of one nat per
+probability (Akaike, 1974), and the q with the lowest sum is chosen. In tests with two-unit networks on two maps,
+learners performed best with these numbers of states. Cross-entropy alone would choose nearly the largest q. The penalty
+of Schwarz (1978), which grows with the number of strings, would choose about half as many states.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,7 +34,7 @@ _LEAST: Final = 1e-300
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExtractionSettings(Settings):
-    """Settings of the extraction of automata from a network."""
+    """Settings for extracting automata from a network."""
 
     TABLE: ClassVar[str] = "extraction"
 
@@ -43,9 +43,9 @@ class ExtractionSettings(Settings):
     most_intervals: Annotated[int, Range(1, 1000)] = 20
     """Highest q to try."""
     least_share: Annotated[float, Range(0.0, 0.999)] = LEAST_SHARE
-    """Probability above which a symbol, or the end, is a possible successor. Prediction only."""
+    """Probability above which a symbol, or the end, counts as a possible successor. Prediction only."""
     most_states: Annotated[int, Range(1, MOST_STATES)] = 500
-    """Maximum number of states before minimisation; a q that gives more is skipped."""
+    """Maximum number of states before minimisation; a q that yields more is skipped."""
     merge_symbols: bool = False
     """Allow different symbols to lead to the same state. Prediction only."""
 
@@ -56,7 +56,7 @@ class ExtractionSettings(Settings):
     def partitions(self, network: Network, tree: PrefixTree | None = None) -> Iterator[Partition]:
         """Yield the partitions of a network in order of q; stop after three with too many states.
 
-        With a tree, the search follows only its strings.
+        If a tree is given, the search follows only its strings.
         """
         fits, left_out = False, 0
         for intervals in range(self.fewest_intervals, self.most_intervals + 1):
@@ -81,11 +81,11 @@ class ExtractionSettings(Settings):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Extract:
-    """An automaton extracted with one q, and its scores.
+    """An automaton extracted with a given q, and its scores.
 
     Attributes:
         wrong: Fraction of the training strings that it labels incorrectly; None for prediction.
-        agreement: Fraction of the held-out strings that it labels correctly; None for prediction or without them.
+        agreement: Fraction of the held-out strings that it labels correctly; None if there are none.
         loss: Cross-entropy on the held-out strings, in nats per symbol; None for acceptance.
         price: Penalty for the number of states, in nats per symbol; None for acceptance.
     """
@@ -121,7 +121,7 @@ class Extract:
 def accepting_extract(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree | None = None
 ) -> Extract:
-    """Return the automaton of the smallest q that labels all training strings correctly, or of the best q."""
+    """Return the automaton of the smallest q that labels all training strings correctly, else that of the best q."""
     judged: list[tuple[float, Partition]] = []
     for cells in settings.partitions(network):
         judged.append((_wrong(cells, training), cells))
@@ -135,8 +135,8 @@ def accepting_extract(
 def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
     """Return the size-principle cost of labelled strings, in nats up to a constant.
 
-    All words of one length and label are equally likely. Of two acceptors that label all strings correctly, the one
-    that accepts fewer words costs less (the size principle of Tenenbaum and Griffiths, 2001).
+    Words of the same length and label are assumed to be equally likely. Of two acceptors that label all strings
+    correctly, the one that accepts fewer words costs less (the size principle of Tenenbaum and Griffiths, 2001).
     """
     targets, accepting = np.array(machine.transitions), np.array(machine.state_outputs, dtype=bool)
     lengths = np.repeat(np.arange(len(tree.levels) - 1), np.diff(tree.levels))
@@ -157,7 +157,7 @@ def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Return the automata of all q in order, each with its loss and price."""
+    """Return the automata for all q, in order of q, each with its loss and price."""
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)
@@ -167,7 +167,7 @@ def predicting_extracts(
 
 
 def cheapest(extracts: Iterable[Extract]) -> Extract:
-    """Return the automaton with the lowest cost, or the first one in a tie."""
+    """Return the automaton with the lowest cost; if several tie, the first one."""
     return min(extracts, key=lambda extract: extract.cost)
 
 
@@ -190,21 +190,21 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
 
 
 def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
-    """Return how often each symbol, or the end, followed each state, (states, symbols + 1)."""
+    """Return the number of times that each symbol, or the end, followed each state, (states, symbols + 1)."""
     counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
     np.add.at(counts, np.minimum(tree.states(follower.table(), start), follower.lost), tree.counts)
     return counts
 
 
 def price_of(machine: Machine, training: PrefixTree) -> float:
-    """Return the penalty for the states of an automaton, in nats per symbol of the training strings."""
+    """Return the penalty for the number of states, in nats per symbol of the training strings."""
     return len(machine.transitions) * len(machine.alphabet) / int(training.counts.sum())
 
 
 def last_symbols(tree: PrefixTree, count: int) -> Machine:
     """Return the automaton whose states are the last ``count`` symbols of the strings.
 
-    At the beginning of a string there are fewer symbols. With ``count`` 0 the automaton has one state.
+    States at the beginning of a string contain fewer symbols. If ``count`` is 0, the automaton has one state.
     """
     words: list[tuple[int, ...]] = [()]
     number: dict[tuple[int, ...], int] = {(): 0}

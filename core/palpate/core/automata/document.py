@@ -15,7 +15,7 @@
 
 ``next`` has an entry for each symbol of the alphabet; null denotes an unknown transition. An output is true or false in
 an acceptor, and a name or a list of names in a Moore machine (``"kind": "moore"``). The order of states and symbols is
-preserved, and equal machines give identical bytes.
+preserved, and equal machines produce identical bytes.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def to_json_text(machine: Machine) -> str:
 
 
 def from_json_text(text: str) -> Machine:
-    """Read the text of an automaton file.
+    """Parse the text of an automaton file.
 
     Raises:
         ConfigurationError: The text is not an automaton file of this schema, or is inconsistent.
@@ -124,7 +124,7 @@ def _output(value: Any) -> Output:
 
 
 def to_dot_text(machine: Machine) -> str:
-    """Return the text of a DOT file; equal machines give equal texts."""
+    """Return the text of a DOT file; equal machines produce equal texts."""
     lines = [
         "digraph automaton {",
         f"  kind={_quoted(machine.kind.value)};",

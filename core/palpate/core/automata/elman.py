@@ -1,7 +1,7 @@
-"""Elman networks as values: one-hot input symbols, a recurrent hidden state, and a readout (paper, 5.3).
+"""Elman networks with one-hot input symbols, a recurrent hidden state, and a readout (paper, 5.3).
 
-The hidden state after symbol s is ``f(W_s h + u_s)``. In a first-order network, which is Elman's, all symbols share
-``W``; in a second-order network (Giles and others, 1992) each symbol has its own.
+The hidden state after symbol s is ``f(W_s h + u_s)``. In a first-order (Elman) network, all symbols share ``W``; in a
+second-order network (Giles and others, 1992) each symbol has its own.
 """
 
 import enum
@@ -20,7 +20,7 @@ from palpate.core.ports import OneOf, Range, Settings
 Array: TypeAlias = npt.NDArray[np.float64]
 
 RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
-"""Lowest and highest activation of a hidden unit, by the name of the activation function."""
+"""Lowest and highest activation of a hidden unit, by name of the activation function."""
 
 MOST_HIDDEN: Final = 128
 
@@ -29,7 +29,7 @@ class Readout(enum.Enum):
     """Quantity computed from the hidden state."""
 
     PREDICTION = "prediction"
-    """Probabilities of the next symbol and of the end of the string, which comes last."""
+    """Probabilities of all possible next symbols, followed by that of the end of the string."""
     ACCEPTANCE = "acceptance"
     """Probability that the string so far is accepted."""
 
@@ -45,7 +45,7 @@ class Architecture(Settings):
     reading: Readout
     """Quantity computed from the hidden state."""
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
-    """Number of hidden units; the paper has 2."""
+    """Number of hidden units; the paper uses 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
     """Activation function: sigmoid or tanh."""
     order: Annotated[int, OneOf(1, 2)] = 1
@@ -59,7 +59,7 @@ class Architecture(Settings):
 
     @property
     def outcomes(self) -> int:
-        """Number of outputs: the symbols and the end, or 1 for acceptance."""
+        """Number of outputs: one for each symbol and one for the end, or 1 for acceptance."""
         return len(self.alphabet) + 1 if self.reading is Readout.PREDICTION else 1
 
     @property
@@ -105,7 +105,7 @@ class Network:
         return self._activated(self.start)
 
     def after(self, hidden: Array, symbols: Integers) -> Array:
-        """Return the hidden states after one symbol each: (n, h) and (n,) to (n, h)."""
+        """Return the hidden states, (n, h), that follow the given ones, (n, h), after one symbol each, (n,)."""
         drives = np.empty_like(hidden)
         for symbol in np.unique(symbols).tolist():
             rows = np.flatnonzero(symbols == symbol)
@@ -113,7 +113,7 @@ class Network:
         return self._activated(drives)
 
     def read(self, hidden: Array) -> Array:
-        """Return the probabilities of the outcomes: (n, h) to (n, k). For prediction they sum to 1."""
+        """Return the outcome probabilities, (n, k), for hidden states, (n, h). For prediction they sum to 1."""
         drives = hidden @ self.output.T + self.bias
         if self.architecture.reading is Readout.ACCEPTANCE:
             return _sigmoid(drives)

@@ -2,9 +2,9 @@
 
 Networks are trained on the strings. Automata are extracted from the best networks by dynamic state partitioning, and
 the best automaton is minimised. Labelled strings give an acceptor. Positive strings give a Moore machine whose outputs
-are the possible next symbols. The held-out loss of such a machine is reported with four baselines: the last zero, one,
-two and three symbols. An automaton that is no better than these adds nothing. If the next symbol is unpredictable, even
-the one-symbol baseline is worse than the zero-symbol one, because its counts are smaller.
+are the possible next symbols. The held-out loss of such a machine is reported with four baselines: machines whose
+states are the last zero, one, two and three symbols. An automaton that is no better than these is useless. If the next
+symbol is unpredictable, even one symbol is worse than none, because its counts are smaller.
 """
 
 from collections.abc import Sequence
@@ -32,23 +32,23 @@ from palpate.core.ports import OneOf, Range, Settings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InferenceSettings(Settings):
-    """Settings of the inference of an automaton from strings."""
+    """Settings for inferring an automaton from strings."""
 
     TABLE: ClassVar[str] = "inference"
 
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
-    """Number of hidden units; the paper has 2."""
+    """Number of hidden units; the paper uses 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
     """Activation function: sigmoid or tanh."""
     order: Annotated[int, OneOf(1, 2)] | None = None
     """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order networks, in which
     each symbol has its own. Default: 2 for labelled strings, else 1."""
     training: TrainingSettings = field(default_factory=TrainingSettings)
-    """Settings of the training."""
+    """Settings for training the networks."""
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
-    """Settings of the extraction."""
+    """Settings for extracting the automata."""
     finalists: Annotated[int, Range(1, 100_000)] = 16
-    """Number of networks, best first, from which automata are extracted."""
+    """Number of best networks from which automata are extracted."""
     held_out: Annotated[float, Range(0.0, 0.9)] = 0.2
     """Fraction of the strings held out from training; 0 holds out none. Prediction needs held-out strings."""
 
@@ -61,7 +61,7 @@ class Inference:
         chosen: The chosen automaton. For prediction, the held-out strings determine its q; it is then extracted again
             with all strings.
         extracts: Candidates from the same network, by q; for acceptance, only the chosen automaton.
-        baselines: Held-out losses of the baselines, the last zero to three symbols, by name; for prediction only.
+        baselines: Held-out losses of the baselines (last zero to three symbols), by name; for prediction only.
     """
 
     chosen: Extract
@@ -84,7 +84,7 @@ class Inference:
 
     @property
     def summary(self) -> str:
-        """Summary in a few lines."""
+        """Summary of the results in a few lines."""
         chosen = self.chosen
         lines = [
             f"training: {self.training.summary}",
@@ -171,6 +171,6 @@ def _predictor(
 
 
 def _whole(chosen: Extract, tree: PrefixTree, settings: ExtractionSettings) -> Extract:
-    """Extract the automaton again with all strings, unless it has too many states, and label its states."""
+    """Extract the automaton again with all strings, unless that gives too many states, and label its states."""
     cells = settings.partition(chosen.partition.network, chosen.intervals, tree) or chosen.partition
     return replace(chosen, partition=cells, machine=labelled(cells.minimal(settings.least_share), tree))

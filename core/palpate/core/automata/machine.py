@@ -1,4 +1,4 @@
-"""Deterministic finite machines as values: acceptors and Moore machines."""
+"""Deterministic finite machines: acceptors and Moore machines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 from palpate.core.errors import ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
-"""An output: accepted or not, a name, or a set of names in the order of the alphabet."""
+"""Output of a state: acceptance (true or false), a name, or a set of names in the order of the alphabet."""
 
 
 _MARKS: Final = frozenset('",{}/\\')
@@ -20,7 +20,7 @@ _TRUTH: Final = ("true", "false")
 
 
 class Kind(enum.Enum):
-    """Kind of machine, by the outputs of its states."""
+    """Kind of machine, defined by the outputs of its states."""
 
     DFA = "dfa"
     """Acceptor: the outputs are true or false, and words that end in a true state are accepted."""
@@ -30,7 +30,7 @@ class Kind(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A deterministic finite machine. States and symbols are numbers; names are for people and files.
+    """A deterministic finite machine. States and symbols are numbers; names are used only for display and in files.
 
     Attributes:
         transitions: Next state by state and symbol, (states, symbols); None if unknown.
@@ -66,7 +66,7 @@ class Machine:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the states: the labels, or ``s0`` and so on."""
+        """Names of the states: their labels, or ``s0``, ``s1``, ... if there are none."""
         return self.labels or self._numbered()
 
     def output_of(self, word: Sequence[int]) -> Output | None:
@@ -79,7 +79,7 @@ class Machine:
         return None if state is None else self.state_outputs[state]
 
     def reachable(self) -> tuple[int, ...]:
-        """Return the reachable states in breadth-first order from the start, symbols in order."""
+        """Return the reachable states in breadth-first order from the start, with symbols in order."""
         found, queue = {self.start: None}, deque((self.start,))
         while queue:
             for target in self.transitions[queue.popleft()]:
@@ -93,7 +93,7 @@ class Machine:
 
 
 def shown_name(name: str) -> str:
-    """Return a name, in quotes where it might be misread."""
+    """Return a name, quoted if it could be misread."""
     plain = name.isprintable() and name.strip() == name != "" and not _MARKS.intersection(name)
     return name if plain else json.dumps(name, ensure_ascii=not name.isprintable())
 
@@ -104,7 +104,7 @@ def shown_names(names: Iterable[str]) -> str:
 
 
 def shown_output(output: Output) -> str:
-    """Return an output as text; a name that reads like a truth value is in quotes."""
+    """Return an output as text; a name that reads like a truth value is quoted."""
     if isinstance(output, bool):
         return "true" if output else "false"
     if isinstance(output, tuple):

@@ -2,7 +2,7 @@
 
 :meth:`Machine.output_of` returns None for a word that takes an unknown transition. Minimisation treats None as an
 output like any other: two states are merged only if the same words are known from both. A state that lacks a transition
-is never merged with a state that has it. The result is therefore as incomplete as the machine was.
+is never merged with a state that has it. The result is therefore as incomplete as the original machine.
 """
 
 from collections import deque
@@ -15,16 +15,16 @@ from palpate.core.automata.machine import Machine, Output, shown_name, shown_out
 from palpate.core.errors import ConfigurationError
 
 Classes: TypeAlias = tuple[tuple[int, ...], ...]
-"""Sets of states."""
+"""Classes of states, each a set of state numbers."""
 
 _SEPARATOR = "|"
 _MOST_NAMES = 3
 
 
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
-    """Return the smallest machine with the same outputs for all words; number its states breadth first.
+    """Return the smallest machine with the same outputs for all words; number its states breadth-first.
 
-    Two machines of one kind and alphabet with the same outputs for every word give equal results, apart from labels.
+    Machines of the same kind and alphabet with equal outputs for every word give equal results, apart from labels.
     Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
     three members, the label is the first name and the number of the others. A machine without labels stays unlabelled.
 
@@ -42,8 +42,8 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
     """Return the classes of equivalent states; class i is merged into state i of :func:`minimised`.
 
     Returns:
-        Each reachable state once. States within a class are in breadth-first order from the start. Classes are in the
-        same order as their first states.
+        The classes, in which each reachable state occurs once. States within a class are in breadth-first order from
+        the start. Classes are in the same order as their first states.
     """
     if apart is not None and len(apart) != len(machine.transitions):
         raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one per state")
@@ -99,7 +99,7 @@ def different(labels: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class AutomatonDifference:
-    """A word for which two machines have different outputs. It is always truthy, even for the empty word.
+    """A word for which two machines have different outputs. An instance is always truthy, even for the empty word.
 
     Attributes:
         outputs: Outputs of the two machines after the word; None if the word takes an unknown transition.
@@ -116,7 +116,7 @@ class AutomatonDifference:
 
 
 def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
-    """Return the shortest word for which two machines have different outputs, the first in alphabet order.
+    """Return the shortest word for which two machines have different outputs, taking the first in alphabet order.
 
     Outputs are those of :meth:`Machine.output_of`. An unknown output differs from every other output, so an incomplete
     machine differs from each of its completions.
@@ -129,7 +129,7 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
         None if there is no such word.
 
     Raises:
-        ConfigurationError: The machines are of different kinds, or their alphabets differ, even only in order.
+        ConfigurationError: The machines are of different kinds, or their alphabets differ, even if only in order.
     """
     if one.kind is not other.kind:
         raise ConfigurationError("automaton.kind", other.kind.value, f"{one.kind.value}, like the other machine")

@@ -1,11 +1,11 @@
-"""Automata from networks by dynamic state partitioning (paper, 5.3; Giles and others, 1992).
+"""Extraction of automata from networks by dynamic state partitioning (paper, 5.3; Giles and others, 1992).
 
-The range of each hidden unit is divided into q equal intervals, which gives cells. The search starts at the start state
-and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A hidden state in a
-known cell only adds a transition. The hidden state of the first visit represents its cell.
+The range of each hidden unit is divided into q equal intervals, so hidden states fall into cells. The search starts at
+the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
+hidden state in a known cell only adds a transition. The hidden state of the first visit represents its cell.
 
 With strings, the search follows only these strings, because a network also responds to input that it was not trained
-on. Every state is then reached by a string.
+on. Every state is then reached by at least one string.
 """
 
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ ACCEPTED_FROM: Final = 0.5
 
 MOST_STATES: Final = 100_000
 NONE: Final = -1
-"""Number that denotes no state or no symbol."""
+"""Placeholder for a missing state or symbol."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Partition:
-    """The partition for one q, with n states in the order of their first visits; state 0 is the start.
+    """The partition for a given q, with n states in order of their first visits; state 0 is the start.
 
     Attributes:
         network: The network, with s symbols and h hidden units.
@@ -74,8 +74,8 @@ class Partition:
     def minimal(self, least_share: float = LEAST_SHARE) -> Machine:
         """Return the minimised automaton.
 
-        If last symbols are distinguished, states with different last symbols are not merged. Nor are states whose cells
-        are entered by different sets of symbols: the possible successors alone distinguish too little.
+        If last symbols are distinguished, states with different last symbols are not merged. States whose cells are
+        entered by different sets of symbols are not merged either: possible successors alone distinguish too little.
         """
         leading_in: dict[int, list[int]] = {}
         for cell, symbol in zip(self.cells.tolist(), self.last.tolist(), strict=True):
@@ -95,13 +95,13 @@ def bounded_partition(
     by_symbol: bool = False,
     tree: PrefixTree | None = None,
 ) -> Partition | None:
-    """Find the states and transitions of the automaton for one q.
+    """Find the states and transitions of the automaton for a given q.
 
     Args:
         intervals: Number of intervals of each hidden unit, q, at least 1.
-        most_states: Limit on the number of states; the function returns None above it.
-        by_symbol: Whether a cell gives one state for each symbol that leads into it. A policy without an automaton
-            already distinguishes the last symbol.
+        most_states: Maximum number of states; the function returns None if there are more.
+        by_symbol: True creates a separate state in a cell for each symbol that leads into it. A policy without an
+            automaton already distinguishes the last symbol.
         tree: The strings; None for all possible strings.
     """
     search = _Search(network, intervals, by_symbol)
@@ -121,7 +121,7 @@ def bounded_partition(
 
 
 class _Search:
-    """The search for the states of a partition."""
+    """Search for the states of a partition."""
 
     def __init__(self, network: Network, intervals: int, by_symbol: bool) -> None:
         self._network, self._intervals = network, intervals

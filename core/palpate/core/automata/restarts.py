@@ -1,8 +1,8 @@
-"""Networks of one architecture as one batch of parameters, evaluated together over a prefix tree.
+"""Networks of the same architecture, held as one batch of parameters and evaluated together over a prefix tree.
 
 Every restart is trained on all strings at once. The tree shares the common prefixes of strings, and a batch of small
-matrix products takes barely longer than a single one. A network in a batch therefore costs about a fortieth of one
-trained alone.
+matrix products takes barely longer than a single one. Training a network in a batch therefore costs about a fortieth of
+training it alone.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ cache."""
 
 @dataclass(frozen=True, slots=True)
 class TreeLevel:
-    """Nodes of one depth: indices of their parents in the previous level, their last symbols, and blocks.
+    """Nodes at one depth, with the indices of their parents in the previous level, last symbols, and blocks.
 
-    A block is a symbol, the first node that it leads to, and the node after the last one.
+    A block consists of a symbol, the first node that it leads to, and the node after the last one.
     """
 
     parents: Tensor
@@ -38,7 +38,7 @@ class TreeLevel:
 class Restarts:
     """Parameters of R networks, (R, ...) each, drawn from a normal distribution.
 
-    Network r depends on the seed and r alone, not on the number drawn. The first ``skip`` networks are left out.
+    Network r depends on the seed and r alone, not on the number of networks. The first ``skip`` networks are omitted.
     """
 
     def __init__(self, architecture: Architecture, count: int, *, seed: int, scale: float = 1.0, skip: int = 0) -> None:
@@ -66,7 +66,7 @@ class Restarts:
         return torch.cat(states, 2)
 
     def readings(self, hidden: Tensor) -> Tensor:
-        """Return the outputs before the output function: (R, h, n) to (R, k, n)."""
+        """Return the outputs before the output function, (R, k, n), for hidden states, (R, h, n)."""
         import torch
 
         return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)
@@ -108,7 +108,7 @@ class Restarts:
 
 
 def levels_of(tree: PrefixTree) -> list[TreeLevel]:
-    """Return a prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
+    """Convert a prefix tree to the form that :meth:`Restarts.hidden_states` expects."""
     import torch
 
     found, before = [], 0
@@ -125,8 +125,8 @@ class TrainingTask:
     """Training objective: the loss and, for acceptance, whether all strings are labelled correctly.
 
     Args:
-        tree: The strings. For prediction, a node has the weight of the strings that pass it; for acceptance, of those
-            that end there.
+        tree: The strings. For prediction, a node is weighted by the strings that pass through it; for acceptance, by
+            those that end there.
     """
 
     def __init__(self, tree: PrefixTree, architecture: Architecture) -> None:

@@ -23,12 +23,12 @@ _LISTED: Final = 12
 class Strings:
     """A set of strings over one alphabet, with or without labels.
 
-    Without labels every string is positive, for example a trial that ended at the goal. A repeated string counts each
-    time. With labels each string is accepted or rejected.
+    Without labels every string is positive, for example a trial that ended at the goal. Repeated strings are counted
+    separately. With labels each string is accepted or rejected.
 
     Attributes:
-        alphabet: Names of the symbols, in order; at least two. Some may not occur in the strings.
-        labels: Whether each string is accepted; empty if all are positive.
+        alphabet: Names of at least two symbols, in order. Not all of them need to occur in the strings.
+        labels: True for each accepted string, False for each rejected one; empty if all are positive.
 
     Raises:
         ConfigurationError: There are no strings, a symbol is outside the alphabet, fewer than two different symbols
@@ -75,15 +75,15 @@ class Strings:
         *,
         alphabet: Sequence[str] | None = None,
     ) -> Strings:
-        """Return a set of strings from names of symbols.
+        """Create a set of strings from symbol names.
 
         Args:
-            words: Sequences of names; a text is a sequence of single letters.
-            labels: Whether each string is accepted; empty if all are positive.
+            words: Sequences of names; a str is a sequence of single letters.
+            labels: True for each accepted string, False for each rejected one; empty if all are positive.
             alphabet: Names of the symbols; None uses those that occur, in alphabetical order.
 
         Raises:
-            ConfigurationError: As for the class.
+            ConfigurationError: See the class.
         """
         listed = [tuple(word) for word in words]
         names = tuple(sorted({name for word in listed for name in word}) if alphabet is None else alphabet)
@@ -96,7 +96,7 @@ class Strings:
         return cls(names, tuple(tuple(number[name] for name in word) for word in listed), tuple(labels))
 
     def split(self, share: float, seed: int) -> tuple[Strings, Strings]:
-        """Split the strings at random into training and held-out strings; both keep the order.
+        """Split the strings at random into training and held-out strings; both keep their order.
 
         Args:
             share: Fraction of held-out strings, above 0 and below 1; each part has at least one string.
@@ -191,7 +191,7 @@ class PrefixTree:
 
     @classmethod
     def of(cls, strings: Strings) -> PrefixTree:
-        """Compile a set of strings."""
+        """Build the prefix tree of a set of strings."""
         lengths = np.array([len(word) for word in strings.words])
         longest = int(lengths.max())
         padded = np.full((len(lengths), longest), -1, dtype=np.int64)

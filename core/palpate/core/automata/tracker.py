@@ -1,4 +1,4 @@
-"""State identifier that follows the symbols of a trial with an automaton (paper, 3.4 and 5.3)."""
+"""State identifier that tracks the symbols of a trial with an automaton (paper, 3.4 and 5.3)."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ Known: TypeAlias = tuple[int | None, ...]
 
 @dataclass
 class AutomatonState(Settings):
-    """State of an automaton that follows the symbols, with an additional state for unknown transitions.
+    """State identifier that runs an automaton on the symbols, with an additional state for unknown transitions.
 
     A symbol for which the current state has no transition leads to the state ``lost``, which has the highest number.
     Each symbol has an anchor: the state to which it usually leads. At the next symbol, the automaton continues from the
     anchor of the previous symbol if that state has a transition; otherwise it remains lost.
 
-    The fields are plain values for files; :meth:`of` derives them from a machine.
+    The fields are plain values that can be stored in files; :meth:`of` derives them from a machine.
 
     Attributes:
         automaton: Names of the automaton's states.
         transitions: Next state by state and symbol, (states, symbols); None if unknown.
-        anchors: Anchor of each symbol, (symbols,); None if it has none.
+        anchors: Anchor of each symbol, (symbols,); None for a symbol without one.
 
     Raises:
         ConfigurationError: The sizes are inconsistent, or a state is named ``lost``.
@@ -71,10 +71,10 @@ class AutomatonState(Settings):
         *,
         symbols: Iterable[str] | None = None,
     ) -> AutomatonState:
-        """Return an identifier that follows a machine.
+        """Create an identifier that runs a machine.
 
         Args:
-            machine: Any machine; only its transitions matter.
+            machine: Any machine; only its transitions are used.
             strings: Strings from which it was inferred. Transitions that no string takes are then unknown, because a
                 network has a transition even for input that it was not trained on. The anchor of a symbol is the state
                 to which it leads most often in the strings, or, without strings, in most transitions.
@@ -100,7 +100,7 @@ class AutomatonState(Settings):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the automaton's states, and ``lost``."""
+        """Names of the automaton's states, followed by ``lost``."""
         return (*self.automaton, LOST)
 
     @property
@@ -129,7 +129,7 @@ class AutomatonState(Settings):
         """Return the state after one more symbol; the action is ignored.
 
         Raises:
-            CommandError: There is no such symbol.
+            CommandError: The symbol does not exist.
         """
         if not 0 <= symbol < len(self.symbols):
             raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
@@ -159,7 +159,7 @@ class AutomatonState(Settings):
         """Resume from a state returned by :meth:`get_state`.
 
         Raises:
-            ConfigurationError: It is not a state of this identifier.
+            ConfigurationError: The state does not belong to this identifier.
         """
         accepted = "a state and a last symbol, from get_state"
         values: tuple[float, float] = fitted(f"{_FIELD}.state", state, tuple[float, float])
@@ -173,7 +173,7 @@ class AutomatonState(Settings):
 
 
 def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
-    """Return how often the strings take each transition, (states, symbols); without strings, 1 for each transition."""
+    """Return the number of times that strings take each transition, (states, symbols); without strings, 1 for each."""
     off = len(machine.transitions)
     known = np.array([[off if target is None else target for target in row] for row in machine.transitions])
     if tree is None:
@@ -187,7 +187,7 @@ def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
 
 
 def _entered(machine: Machine, taken: Integers) -> Integers:
-    """Return how often each symbol leads to each state, (symbols, states)."""
+    """Return the number of times that each symbol leads to each state, (symbols, states)."""
     entered = np.zeros(taken.T.shape, dtype=np.int64)
     for row, counts in zip(machine.transitions, taken, strict=True):
         for symbol, target in enumerate(row):

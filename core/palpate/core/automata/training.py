@@ -1,8 +1,8 @@
-"""Training of many restarts in parallel, by backpropagation through the prefix tree and Adam (paper, 3.4 and 5.3).
+"""Parallel training of many restarts, using Adam and backpropagation through the prefix tree (paper, 3.4 and 5.3).
 
 A single small network often converges to a poor minimum. Choosing the best of many cheap restarts helps more than a
-better optimiser. For acceptance, the choice uses only the training strings. For prediction, held-out strings select the
-best version of each network and end the training.
+better optimiser. For acceptance, the choice uses only the training strings. For prediction, held-out strings determine
+the best version of each network and the end of the training.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingSettings(Settings):
-    """Settings of the training."""
+    """Settings for training the networks."""
 
     TABLE: ClassVar[str] = "training"
 
@@ -78,7 +78,7 @@ class TrainedNetwork:
 
     Attributes:
         loss: Cross-entropy in nats per symbol, on held-out strings if there are any; in nats per string for acceptance.
-        consistent: Whether it labels every training string correctly; false for prediction.
+        consistent: True if it labels every training string correctly; always False for prediction.
     """
 
     network: Network
@@ -233,7 +233,7 @@ def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Limit torch to one thread: with more, the order of summation, and thus the last bits, would vary."""
+    """Limit torch to one thread, because several would vary the order of summation, and thus the last bits."""
     import torch
 
     threads = torch.get_num_threads()

@@ -2,7 +2,7 @@
 
 All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
 newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in brackets
-refer to measurements in the simulated cell, ``docs/results.md``.
+refer to measurements in the simulated cell (``docs/results.md``).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
 """Torque threshold divided by pressing force and peg radius, in the source paper."""
 _NOISES_PRESSED: Final = 26.0
-"""Pressing force in standard deviations of the force, for a torque as clear as in the paper's cell with its noisiest
-acceptable sensor."""
+"""Pressing force, in standard deviations of the force, that makes the torque as clear as in the paper's cell with its
+noisiest acceptable sensor."""
 _CONTACT_SHARE: Final = 0.2
 """Contact threshold as a fraction of the pressing force, as in the source paper."""
 _MOST_CONTACT_SHARE: Final = 0.9
 """Largest contact threshold as a fraction of the pressing force, even for a sensor too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
-"""Contact threshold in standard deviations of the force: one false contact in 30 000 samples."""
+"""Contact threshold in standard deviations of the force, for one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
 """Torque threshold in standard deviations of the filtered torque."""
 NOISE_BAND: Final = 1.11
@@ -33,25 +33,25 @@ NOISE_BAND: Final = 1.11
 _NOISES_UNEXPECTED: Final = 9.3
 """Bound on the norm of the difference of two samples, in standard deviations of one channel."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
-"""Smallest force limit in standard deviations of the force; below it the limit and an unexpected contact coincide."""
+"""Smallest force limit in standard deviations of the force; below it, unexpected contact would have the same limit."""
 _LETS_GO: Final = 4.0
 """Change of force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
-twice its press, sqrt(1.3^2 + 1.5^2) of dither and edge, and an undamped rebound doubles it; 2.6 was measured."""
+twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
 _GAIN_TIMES_LAG: Final = 0.7
-"""Gain of the force control times the arm's lag: above 1 it rings, from pi / 2 it is unstable."""
+"""Gain of the force control times the arm's lag. Above 1 the control rings, and from pi / 2 it is unstable."""
 JAMS_FROM: Final = 0.8
 """Jam number above which the pressing force of the insertion increases."""
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
 """Largest pressing force of an insertion as a fraction of the force limit; walls and stops add to it."""
 _FRICTION_PEAK: Final = 1.3
-"""Press at the peak of the dither, divided by the press."""
+"""Pressing force at the peak of the dither, divided by its mean."""
 _NOISE_SHARE: Final = 0.15
 """Four standard deviations of the force divided by the press, for the noisiest acceptable sensor."""
 _STEP_SHARE: Final = 0.2
 """Step length divided by half the width of the area: five steps from the centre to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
-"""Time for a search, divided by that for one sweep of the area."""
+"""Time for a search, divided by the time for one sweep of the area."""
 _SMALLEST_SWEEP: Final = 1.8
 """Distance between neighbouring paths in a reliable sweep, divided by the capture half-width."""
 
@@ -109,7 +109,7 @@ class Quantities:
 
     Attributes:
         radius_m: Radius of the peg, or of its inscribed circle.
-        lever_m: Distance of the tip from the sensor's origin.
+        lever_m: Distance from the sensor's origin to the tip.
         deviation_m: Largest distance of the hole from its nominal position.
         start_m: Largest distance of a start from the nominal position.
         height_m: Largest error of the plate's height.
@@ -198,12 +198,12 @@ class Derived:
 
 
 def sliding_N(friction: float, press_N: float) -> float:
-    """Return the largest sideways force of a peg sliding under a press with its dither and noise."""
+    """Return the largest lateral force on a sliding peg, including the effects of dither and noise on the press."""
     return (_FRICTION_PEAK * friction + _NOISE_SHARE) * press_N
 
 
 def wall_force_N(job: Quantities) -> float:
-    """Return the force of each of the two walls on a tilted peg, the largest over all depths.
+    """Return the largest force, over all depths, of each of the two walls on a tilted peg.
 
     A peg tilted by theta fits freely down to l = 2 c / theta. Deeper, the walls bend the gripper back by theta - 2 c /
     l over a lever l. They carry the force k (theta - 2 c / l) / l, which is largest at l = 4 c / theta.
@@ -216,12 +216,12 @@ def wall_force_N(job: Quantities) -> float:
 
 
 def jamming_force_N(job: Quantities) -> float:
-    """Return the friction of both walls on a tilted peg along the hole."""
+    """Return the friction force of both walls on a tilted peg, along the hole."""
     return 2.0 * job.friction * wall_force_N(job)
 
 
 def derive(job: Quantities, known: Constants = Constants()) -> Derived:
-    """Return the settings of a job."""
+    """Derive the settings of a job."""
     press_N = min(max(known.press_N, _NOISES_PRESSED * job.noise_N), max(known.most_press_N, known.press_N))
     press_N = min(press_N, MOST_PRESS_SHARE * job.force_N)
     jam_N = jamming_force_N(job)

@@ -1,4 +1,4 @@
-"""The regime of a job: the physical quantities that determine the task and policy for it.
+"""The regime of a job: the physical quantities that determine its task and policy.
 
 All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
 """
@@ -13,7 +13,7 @@ from palpate.core.job.derived import Constants, Derived, Quantities, jamming_for
 from palpate.core.job.verification import AXIAL, Spring, farthest_m
 
 DEVIATIONS: Final = 4.0
-"""Tolerance in standard deviations of depth: one floor in 16 000 lies outside."""
+"""Tolerance in standard deviations of depth; one floor in 16 000 lies outside it."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
 
 
 def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[float, float, float]:
-    """Return the standard deviations of depth from force noise, tilt and encoders.
+    """Return the standard deviations of depth due to force noise, tilt and encoders.
 
-    A depth is the difference of two readings, floor and surface. The force passes through the low-pass of the gripper's
-    spring and damper with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge by up to
-    R theta relative to its centre, uniformly distributed.
+    The depth is the difference between two readings, at the floor and at the surface. The force passes through the
+    low-pass of the gripper's spring and damper with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta
+    moves the peg's edge by up to R theta relative to its centre, uniformly distributed.
     """
     tau_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.axial_N_per_m)
     passed = sqrt(known.period_s / (known.period_s + 2.0 * tau_s))
@@ -93,7 +93,7 @@ def largest_tilt_rad(job: Quantities, force_N: float) -> float:
 
 
 def _jam_depth_m(job: Quantities, press_N: float) -> float:
-    """Return the smallest depth l with 2 mu k (theta - 2 c / l) / l = P."""
+    """Return the smallest depth l for which 2 mu k (theta - 2 c / l) / l = P."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     square = (slope * job.tilt_rad) ** 2 - 8.0 * job.clearance_m * slope * press_N
     if square < 0.0:

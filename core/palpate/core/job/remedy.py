@@ -13,9 +13,9 @@ from palpate.core.job.regime import Regime, regime_of
 from palpate.core.job.verification import ACROSS, FAIR, MOST_SAMPLES, PUSH_SHARE, Spring
 
 _STEP, _STEPS = 1.05, 48
-"""Remedies are tried in steps of 5 %, down to a tenth and up to ten times the value."""
+"""Factor between remedies, and number of factors down to a tenth and up to ten times the value."""
 _NAMED: Final = 3
-"""Number of remedies in a message."""
+"""Maximum number of remedies in a message."""
 _BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
 
 
@@ -62,11 +62,11 @@ class Verification:
 
     @property
     def axis(self) -> str:
-        """Return the tool's field for the stiffness whose response is hidden."""
+        """Return the name of the tool's stiffness setting whose response is hidden."""
         return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:
-        """Return why verification is impossible, with the cheapest remedies; empty if it is possible."""
+        """Return the reason why verification is impossible, with the cheapest remedies; empty if it is possible."""
         if self.is_possible:
             return ""
         regime, job, (least_N, most_N) = self.regime, self.job, self.push_N

@@ -1,4 +1,4 @@
-"""The derived quantities as tables of settings, in the units of the settings."""
+"""Conversion of derived quantities to tables of settings, in the units of those settings."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0
-"""Tilt that the known arms reach in every direction; small pegs need it."""
+"""Largest tilt that the known arms reach in every direction; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
-"""Tilt beyond the hole's at which a corner is the lowest point of the peg."""
+"""Tilt in excess of the hole's at which a corner is the lowest point of the peg."""
 _TWO_WALLS: Final = 1.27
 """Torsional stiffness of a corner between two walls divided by lateral stiffness and squared axis distance."""
 _YAW_SHARE: Final = 0.43
@@ -34,19 +34,19 @@ _SLIP: Final = 5.0
 """Slip distance of a peg in a simulation step, divided by its radial clearance. With higher values the peg is driven
 into both walls at once and chatters."""
 _LEAST_LEVER_MM: Final = 60.0
-"""Lever of the inertia of a tool on a small peg, whose centre of mass is about this far above the tip."""
+"""Smallest inertia lever: the height above the tip of the centre of mass of a tool with a small peg."""
 _LEAST_SPEED_MM_S: Final = 1.0
 """Lowest speed that the task accepts."""
 _RANGE_SHARE: Final = 0.9
 """Largest torque limit as a fraction of the sensor's range, so that it trips before the sensor saturates."""
 _TURN_RAD: Final = 10e-3
-"""Error of tilt and yaw after a corner has been pushed into its corner of the hole."""
+"""Error in tilt and yaw after a corner has been pushed into its corner of the hole."""
 _ATTEMPT_S: Final = 6.0
-"""Time to push, lower and stop."""
+"""Duration of one attempt: pushing, lowering and stopping."""
 _KNOWN_POSITION_MM: Final = 1.0
-"""Threshold of the source paper's symbols for the position relative to the goal, for a known hole."""
+"""Position threshold of the source paper's symbols, relative to the goal, for a known hole."""
 _UNKNOWN_POSITION_MM: Final = 50.0
-"""Larger than any area: for an unknown hole the symbols use only the torque."""
+"""Position threshold for an unknown hole, larger than any area, so that the symbols use only the torque."""
 
 
 def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]:

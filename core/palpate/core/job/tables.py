@@ -1,4 +1,4 @@
-"""The tables of a job file: part, tool, place and limits."""
+"""Tables of a job file: part, tool, place and limits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
-"""Decimals kept in the difference of two sizes in millimetres: a nanometre."""
+"""Number of decimals kept in the difference of two sizes in millimetres, to a nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
@@ -42,7 +42,7 @@ _Length: TypeAlias = Annotated[float, Range(-2000.0, 2000.0)]
 
 @dataclass(frozen=True)
 class PartConfig(Settings):
-    """The part, as on its drawing."""
+    """The part, as specified on its drawing."""
 
     TABLE: ClassVar[str] = "part"
 
@@ -59,7 +59,7 @@ class PartConfig(Settings):
     chamfer_mm: Annotated[float, _none_or(0.02, 10.0)] = 0.0
     """Chamfer of the peg's end at 45 degrees; 0 for a broken edge."""
     depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
-    """Depth to reach."""
+    """Required insertion depth."""
     hole_depth_mm: Annotated[float, Range(0.0, 80.0)] = 0.0
     """Depth of the hole's floor; 0 uses depth_mm."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
@@ -105,7 +105,7 @@ class PartConfig(Settings):
 
 @dataclass(frozen=True)
 class ToolConfig(Settings):
-    """The tool on the arm's flange: force sensor, and gripper with the peg.
+    """The tool on the arm's flange: a force sensor, and a gripper with the peg.
 
     The sensor's z axis points out of the tool. All stiffnesses are those at the tip.
     """
@@ -156,7 +156,7 @@ class ToolConfig(Settings):
 
     @property
     def moving_centre_above_tip_mm(self) -> float:
-        """Return the height above the tip of the centre of mass of the compliant part; the rest is at the sensor."""
+        """Return the height of the compliant part's centre of mass above the tip; the rigid part is at the sensor."""
         return round(self.tip_mm[2] - self.centre_of_mass_mm[2] * self.mass_kg / self.moving_mass_kg, 3)
 
     @override
@@ -181,14 +181,14 @@ class ToolConfig(Settings):
 
 @dataclass(frozen=True)
 class PlaceConfig(Settings):
-    """Nominal pose of the hole, and its uncertainty."""
+    """Nominal pose of the hole and its uncertainty."""
 
     TABLE: ClassVar[str] = "place"
 
     x_mm: _Place = 400.0
-    """Centre of the hole's mouth in front of the arm's base."""
+    """Distance of the hole's mouth in front of the arm's base."""
     y_mm: _Place = 0.0
-    """Centre of the hole's mouth to the left of the arm's base."""
+    """Distance of the hole's mouth to the left of the arm's base."""
     z_mm: _Place = 20.0
     """Height of the plate's surface above the base."""
     further_mm: tuple[_Point, ...] = ()
@@ -221,7 +221,7 @@ class LimitsConfig(Settings):
     force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """Highest force on the part."""
     drawn_from_N: Annotated[float, _none_or(1.0, 500.0)] = 0.0
-    """Lowest force limit in training, where each simulated trial draws its own up to force_N; 0 disables it."""
+    """Lowest force limit in training, when simulated trials draw limits up to force_N; 0 disables this."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Highest speed of the tip in free space."""
     lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0

@@ -1,4 +1,4 @@
-"""The verdict on a job: feasible or not, the reasons, and the best shipped task and policy."""
+"""Verdict on a job: its feasibility, the reasons, and the best shipped task and policy."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from palpate.core.ports import SensorFacts
 PLAIN: Final = "insertion"
 SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
-"""Half the side of the largest area that a belief covers within a tick."""
+"""Half the side of the largest area whose belief can be updated within a tick."""
 _SLIDES_SHARE: Final = 0.52
 """Largest fraction of the sticking friction at which a corner still slides in time."""
 _TIGHT_MM: Final = 0.05
-"""Radial clearance above which broken edges let in a corner that sticks next to its corner of the hole."""
+"""Radial clearance above which a corner that sticks next to its corner of the hole still enters past broken edges."""
 _MOST_WEDGED: Final = 1.6
-"""Largest wedge number at which search and gripper still free a peg."""
+"""Largest wedge number at which the search and the gripper can still free a peg."""
 _MANY_ATTEMPTS: Final = 5.0
 """Number of attempts that take more than half the time limit of the smallest search."""
 _LEAST_CORNER_MM: Final = 4.0
@@ -35,7 +35,7 @@ class Choice:
     """The best task and policy for a job.
 
     Attributes:
-        learner: The learner to train; ``q-learning``, the preset of settings, if a rule needs no training.
+        learner: Learner to train; ``q-learning``, the default setting, for a rule that needs no training.
         policy: Name of the rule; empty for a learner.
         reason: Reason for the choice.
     """
@@ -55,7 +55,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Assessment of a job before anything moves.
+    """Assessment of a job before any motion.
 
     Attributes:
         reasons: Reasons why the job is not feasible, each with a remedy; empty for a feasible job.
@@ -200,7 +200,7 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
 
 
 def _wedge(job: Job, regime: Regime) -> str:
-    """Describe wedging by Whitney's condition: the line between two contacts is in both friction cones."""
+    """Describe wedging by Whitney's condition: the line between the two contacts lies in both friction cones."""
     tilt_mrad = job.place.tilt_uncertainty_mrad
     return f"a peg tilted by {tilt_mrad:g} mrad may wedge in the mouth of the hole (W = {regime.wedge_number:.1f})"
 
@@ -210,7 +210,7 @@ def _free_mrad(job: Job, regime: Regime) -> float:
 
 
 def _caution(job: Job, choice: Choice, regime: Regime) -> str:
-    """Return why trials may fail more often, with a remedy."""
+    """Return the reason why trials may fail more often, with a remedy."""
     part, sides = job.part, SIDES.get(job.part.shape, 0)
     if choice.task == PLAIN and regime.wedge_number > _MOST_WEDGED:
         return f"{_wedge(job, regime)}: a tilt below {_free_mrad(job, regime):.2g} mrad helps"

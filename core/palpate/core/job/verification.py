@@ -17,34 +17,34 @@ HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
 PEAK: Final = 1.5
 """Ratio of peak to mean velocity in a half-period, s * s * (3 - 2 * s)."""
 _FARTHEST: Final = 0.75
-"""Amplitude divided by the travel in a mean half-period, if the speed limits it: random half-periods add up."""
+"""Amplitude divided by the travel in a mean half-period, if the speed limits it; random half-periods add up."""
 DITHER_SHARE: Final = 0.3
 """Amplitude of the dither's force, divided by the press. Contact is kept, and the roughness of sliding friction, about
 a tenth of the press, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
-"""Largest amplitude divided by the press, with much noise; the rest of the press maintains contact."""
+"""Largest amplitude divided by the press, for a noisy sensor; the rest of the press maintains contact."""
 AXIAL: Final = (0.65, 1.5)
-"""Accepted fraction of the stiffness, which is known to about ten per cent; half and twice the force are outside."""
+"""Accepted range of measured over nominal stiffness, known to ten per cent; half and twice the force are outside."""
 _SMOOTHED: Final = 0.5
 """RMS force of the dither divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
-"""Half-width of the confidence interval, in standard deviations: 95 %."""
+"""Half-width of the 95 % confidence interval, in standard deviations."""
 NARROW: Final = 0.25
 FAIR: Final = 0.5
-"""Largest half-width of the interval divided by the stiffness, for a result that ends the trial and for continuing.
-Both distinguish half and twice the stiffness."""
+"""Largest half-widths of the interval, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
+continue. Both distinguish half and twice the stiffness."""
 _FEWEST: Final = 18
-"""Samples of the shortest window: three periods of a dither. Two are matched by chance within a second."""
+"""Number of samples in the shortest window, three dither periods. Two are matched by chance within a second."""
 MOST_SAMPLES: Final = 56
-"""Samples of the longest window, 0.4 s: a sensor that needs more is too noisy for this press."""
+"""Number of samples in the longest window, 0.4 s; a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
-"""Accepted fraction of the lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders lower it, to
-at least 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
+"""Accepted range of measured over nominal lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders
+lower the ratio, to 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
 PUSH_SHARE: Final = 0.25
-"""Bend of the gripper by a push, divided by the budget, at which the push stops growing. With the same amount again,
-and the growth until it is measured, the bend stays below the budget."""
+"""Bend of the gripper by a push, divided by the budget, at which the push stops growing. Even if it grows by the same
+amount again before it is measured, the bend stays below the budget."""
 ATTENUATED: Final = 0.7
-"""Limit to which attenuation is corrected; half a force then stays below the accepted stiffness."""
+"""Limit of the correction for attenuation; half the force then stays below the accepted stiffness."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Spring:
     """The gripper's spring along one axis, and the accepted range of its measured stiffness.
 
     Attributes:
-        damping_s: Damping over stiffness.
+        damping_s: Damping divided by stiffness.
         rigid_kg: Mass between sensor and spring.
         lowest, highest: Accepted measured stiffness, divided by the true one.
     """

@@ -14,7 +14,7 @@ from palpate.core.errors import AssetError, ConfigurationError, did_you_mean
 from palpate.core.ports import Holds, OneOf, Range, Settings, kinds_of
 
 GROUP: Final = "palpate.arms"
-"""Entry points of other packages: the name for ``--arm``, and an :class:`ArmDescription`."""
+"""Entry point group of other packages; an entry maps a name for ``--arm`` to an :class:`ArmDescription`."""
 
 _ROBOT_DATA: Final = "package://example-robot-data/"
 _OURS: Final = "package://palpate/"
@@ -27,7 +27,7 @@ _AboveZero: TypeAlias = Annotated[float, Range(0.0, above=True)]
 class ArmDescription(Settings):
     """An arm of six or seven revolute joints. Its URDF is the only source of geometry, for Pinocchio and MuJoCo.
 
-    Vectors have one number per joint, (n,), from base to flange.
+    Vectors have one element per joint, (n,), from base to flange.
     """
 
     TABLE: ClassVar[str] = "arm"
@@ -38,7 +38,7 @@ class ArmDescription(Settings):
     flange: Annotated[str, Holds(bool, "the name of a link of the URDF")]
     """Link of the URDF that carries the force sensor."""
     posture_rad: tuple[float, ...]
-    """Initial posture of the inverse kinematics, elbow bent; a seventh joint is drawn towards it."""
+    """Initial posture of the inverse kinematics, with the elbow bent; a seventh joint is drawn towards it."""
     name: str = ""
     """Name for logs and messages; empty uses the URDF's file name."""
     tool_axis: Annotated[str, OneOf("x", "y", "z")] = "z"
@@ -46,7 +46,7 @@ class ArmDescription(Settings):
     encoder_step_rad: tuple[_AboveZero, ...] = ()
     """Joint angle per encoder count; empty assumes 131 072 counts per turn."""
     lower_rad: tuple[float, ...] = ()
-    """Lower joint limits in place of the URDF's; required if it has none, as for a continuous joint."""
+    """Lower joint limits that replace those of the URDF; required if it has none, as for a continuous joint."""
     upper_rad: tuple[float, ...] = ()
     """Upper joint limits, under the same rule."""
     velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
@@ -156,7 +156,7 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """Convert a table ``[arm]`` to a setting: the name if there is no other key; other keys modify that arm.
+    """Convert an ``[arm]`` table to a setting: the name alone, or the named arm as modified by other keys.
 
     Raises:
         ConfigurationError: No arm has that name.
@@ -175,7 +175,7 @@ def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
 
 
 def arm_named(arm: str | ArmDescription) -> ArmDescription:
-    """Return the arm of that name, from palpate or another package; a description is returned unchanged.
+    """Return the arm with that name, from palpate or another package; a description is returned unchanged.
 
     Raises:
         ConfigurationError: No arm has that name, or its package cannot be loaded.

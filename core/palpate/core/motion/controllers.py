@@ -9,7 +9,7 @@ from palpate.core.ports import Vector3
 
 
 class Controller(Protocol):
-    """Computes the velocity of the tip's reference until the next control tick."""
+    """Interface of a controller, which computes the velocity of the tip's reference until the next control tick."""
 
     @abstractmethod
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
@@ -28,7 +28,7 @@ class Controller(Protocol):
 
 
 def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
-    """Scale a velocity to the speed limit; the direction is kept."""
+    """Scale a velocity to the speed limit without changing its direction."""
     x, y, z = velocity_m_s
     square = x * x + y * y + z * z
     if square <= speed_limit_m_s * speed_limit_m_s:
@@ -70,7 +70,7 @@ class DampingControl(Controller):
 
     Stability: with an environment (in series with the gripper) of stiffness K, the force error is multiplied by 1 - K T
     / B each tick, so K T / B < 2 is required. The lag of servos and sensor reduces the phase margin, so K T / B must be
-    at most 0.5. A 4 Hz filter would reduce it further: this controller uses the unfiltered force.
+    at most 0.5. A 4 Hz filter would reduce it further, so this controller uses the unfiltered force.
 
     Args:
         damping_N_s_per_m: B.
@@ -105,7 +105,7 @@ class DampingControl(Controller):
 
 
 class PositionControl(Controller):
-    """Moves towards the target with limited speed: v = K (target - reference).
+    """Position control towards the target at limited speed: v = K (target - reference).
 
     Stability: with control period T the error is multiplied by 1 - K T each tick, so 0 < K T < 2 is required; K T must
     be at most 1, which excludes overshoot.

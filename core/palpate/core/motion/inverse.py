@@ -32,10 +32,10 @@ _SETTLED_RAD: Final = 1e-6
 
 
 class InverseKinematics:
-    """Tracks a moving tip placement with the joints.
+    """Inverse kinematics that tracks a moving tip placement.
 
     Args:
-        kinematics: Its own instance; every call changes it.
+        kinematics: An instance that is not shared; every call changes it.
         period_s: Time between two steps; with the velocity limits it bounds each step.
     """
 
@@ -60,7 +60,7 @@ class InverseKinematics:
 
         Returns:
             New joint angles, (n,), and True if a limit or a singularity kept the tip from its target. An angle beyond
-            its limits may only move back.
+            its limits can only move back towards them.
         """
         jacobian = self._kinematics.tip_jacobian(q_rad)
         error = self._kinematics.tip_error(tip_target_in_base)
@@ -85,7 +85,7 @@ class InverseKinematics:
         Args:
             free_yaw: True leaves the rotation about the tool axis free.
             seed_rad: Initial angles, (n,); they select the branch of the solution.
-            field: The setting named in the error if there is no solution.
+            field: Setting to name in the error if there is no solution.
 
         Returns:
             Joint angles, (n,), with the tip within 1 micrometre and 1 microradian.

@@ -29,7 +29,7 @@ from palpate.core.ports import JointVector, Vector3
 
 @dataclass(frozen=True)
 class _Loaded:
-    """Pinocchio's model of the joints up to the flange, the others fixed at zero, and frames of the URDF."""
+    """Pinocchio's model of the joints up to the flange, with the others fixed at zero, and the frames of the URDF."""
 
     model: pin.Model
     flange: pin.Frame
@@ -41,7 +41,7 @@ def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.
     """Return the placements of the controller's base and flange in the arm's root at joint angles (n,).
 
     These are the links ``base`` and ``tool0`` of ROS descriptions of industrial arms; if they are missing, the root and
-    the flange.
+    the flange are used.
     """
     loaded = _loaded(arm)
     data = loaded.model.createData()
@@ -82,12 +82,12 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _LOCAL: Final = pin.ReferenceFrame.LOCAL
 FASTEST_RAD_S: Final = 6.9
-"""Velocity limit of faster joints. A tick's step then stays below the supervisor's widest limit, 50 mrad for a jump of
-the command, and no task needs more."""
+"""Velocity limit of joints that could move faster. A tick's step then stays below the supervisor's widest limit, 50
+mrad for a jump of the command, and no task needs more."""
 
 
 class Kinematics:
-    """An arm with its tool. It contains Pinocchio's data, so each user needs a separate instance.
+    """An arm with its tool. It contains Pinocchio's mutable data, so each user needs a separate instance.
 
     Attributes:
         model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
@@ -166,7 +166,7 @@ class Kinematics:
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
         """Return the Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
 
-        It includes the work of ``update``, at little more than its cost.
+        It also does the work of ``update``, and takes little longer.
         """
         self._q[:] = q_rad
         pin.computeJointJacobians(self.model, self._data, self._q)
@@ -197,7 +197,7 @@ def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
 
 
 class FixedFrame:
-    """Transforms points and vectors, (3,), between the base frame and this one."""
+    """A fixed frame that transforms points and vectors, (3,), from and to the base frame."""
 
     def __init__(self, in_base: pin.SE3) -> None:
         self._origin_m: list[float] = in_base.translation.tolist()

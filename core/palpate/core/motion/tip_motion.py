@@ -71,19 +71,19 @@ class AngularCompliance:
 
 
 FASTEST_TURN_RAD_S: Final = radians(20.0)
-"""Highest turn rate of a reference: faster reactions to torque oscillate between the walls of a hole."""
+"""Highest turn rate of a reference; faster reactions to torque would oscillate between the walls of a hole."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
-"""Joint speed of a turn: an arm that lags by 20 ms is 8 mrad behind; supervision accepts 10 mrad."""
+"""Highest joint speed of a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
 
 
 _NOWHERE: Final = np.zeros(3)
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _UPRIGHT_RAD: Final = 8e-3
-"""A stationary tool that is off by less, for example because a servo sags, counts as upright."""
+"""Error, such as from a sagging servo, below which a stationary tool counts as upright."""
 
 
 class TipMotion:
-    """The commanded tip: a reference moved by controllers, and the joint angles that follow it.
+    """The commanded tip, a reference moved by controllers, and the joint angles that follow it.
 
     The tool keeps its orientation unless :meth:`turn` is called.
 

@@ -23,11 +23,11 @@ _MOST_RAD: Final = 4.0 * pi
 _FARTHEST_M: Final = 10.0
 """Largest total distance between an arm's joints; a small arm in millimetres exceeds it."""
 _UNIT: Final = 1e-2
-"""Error of an axis's length caused by rounding to two digits."""
+"""Error in the length of an axis caused by rounding to two digits."""
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""Largest shift of a joint by a calibration: real ones shift it by millimetres, so a larger one is for another arm."""
+"""Largest shift of a joint by a calibration: real ones are a few millimetres, so a larger one is for another arm."""
 
 Refusal = Callable[[str], AssetError]
 
@@ -167,7 +167,7 @@ def _set_axis(joint: Element, refused: Refusal) -> None:
 
 
 def _calibrate(moving: Sequence[Element], content: bytes, path: str) -> None:
-    """Replace the origins of the joints by those of a calibration."""
+    """Replace the origins of the joints with those of a calibration."""
 
     def refused(accepted: str) -> AssetError:
         return AssetError("arm.calibration", path, accepted)

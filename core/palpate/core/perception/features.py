@@ -1,4 +1,4 @@
-"""Feature extraction: reduce the measurement vector (paper, 3.2 and 5.2).
+"""Feature extraction, which reduces the measurement vector (paper, 3.2 and 5.2).
 
 There are three methods: selected channels, principal components, and a self-organising map. The last two are fitted to
 samples offline with scikit-learn and MiniSom, which are imported only then. The results are stored as plain numbers,
@@ -29,7 +29,7 @@ _Side: TypeAlias = Annotated[int, Range(1, _MOST_ROWS)]
 
 @runtime_checkable
 class FeatureExtractor(Protocol):
-    """Maps a measurement vector to a feature vector."""
+    """Interface that maps a measurement vector to a feature vector."""
 
     @property
     @abstractmethod
@@ -61,7 +61,7 @@ class _OfChannels(Settings):
 
 @dataclass(frozen=True)
 class SelectedChannels(_OfChannels):
-    """Uses some of the channels, unchanged, as features.
+    """Feature extractor that selects channels without changing them.
 
     Attributes:
         channels: Names from ``CHANNELS``, in the required order.
@@ -84,15 +84,15 @@ class SelectedChannels(_OfChannels):
 
 @dataclass(frozen=True)
 class PrincipalComponents(_OfChannels):
-    """Uses the directions of largest variance in the samples as features, dimensionless.
+    """Feature extractor that uses the directions of largest variance in the samples; features are dimensionless.
 
     Attributes:
-        normalisation: Mean and scale of the channels, (n,), whose units differ.
+        normalisation: Mean and scale of each channel, (n,), because the units differ.
         components: Directions in the normalised channels, (features, n), orthonormal rows.
-        channels: The n channels, names from ``CHANNELS``.
+        channels: Names of the n channels, from ``CHANNELS``.
 
     Raises:
-        ConfigurationError: Shapes do not match.
+        ConfigurationError: The shapes do not match.
     """
 
     normalisation: Normalisation
@@ -136,12 +136,12 @@ class PrincipalComponents(_OfChannels):
 
 @dataclass(frozen=True)
 class SelfOrganisingMap(_OfChannels):
-    """Uses the grid coordinates of the unit nearest to the measurement as features.
+    """Feature extractor that uses the grid coordinates of the map's unit nearest to the measurement.
 
     Attributes:
-        normalisation: Mean and scale of the channels, (n,).
-        units: Normalised channels of each unit, (rows * columns, n), row by row.
-        channels: The n channels, names from ``CHANNELS``.
+        normalisation: Mean and scale of each channel, (n,).
+        units: Normalised channels of each unit, (rows * columns, n), in row order.
+        channels: Names of the n channels, from ``CHANNELS``.
 
     Raises:
         ConfigurationError: Shapes do not match, or the grid has one unit.

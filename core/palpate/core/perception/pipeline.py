@@ -14,7 +14,7 @@ from palpate.core.ports import CHANNELS, STAGES, Settings, kinds_of, require_key
 
 @dataclass(frozen=True)
 class Perception:
-    """Maps a filtered measurement vector to a state.
+    """The stages that map a filtered measurement vector to a state.
 
     Attributes:
         identifier: Maps symbols to a state; the only stage that may have a memory.
@@ -48,13 +48,13 @@ class Perception:
     def observe(self, signal: tuple[float, ...], action: str | None = None) -> tuple[int, int]:
         """Process a measurement vector in the order of ``CHANNELS``, SI units; return symbol and state.
 
-        A task may append values of its own after the channels.
+        A task may append its own values after the channels.
 
         Args:
-            action: Name of the action before it; None at the start.
+            action: Name of the preceding action; None at the start.
 
         Raises:
-            CommandError: There are fewer than nine numbers, or a number that is used is not finite.
+            CommandError: There are fewer than nine numbers, or one that is used is not finite.
         """
         if len(signal) < len(CHANNELS):
             raise CommandError(f"a measurement vector must have {len(CHANNELS)} channels", signal)
@@ -94,7 +94,7 @@ STAGES.update(
 
 
 def stage_to_dict(stage: object) -> dict[str, Any]:
-    """Write a stage as plain JSON values.
+    """Convert a stage to plain JSON values.
 
     Raises:
         ConfigurationError: The stage is not of a registered kind.
@@ -127,7 +127,7 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
 
 
 def perception_to_dict(perception: Perception) -> dict[str, Any]:
-    """Write a whole perception as plain JSON values, for a file or inside another document."""
+    """Convert a whole perception to plain JSON values, for a separate file or for part of another document."""
     return {"schema": SCHEMA, **{role: stage_to_dict(getattr(perception, role)) for role in _ROLES}}
 
 

@@ -1,4 +1,4 @@
-"""The measurement vector of the task, and tare, scaling and noise filter of the wrench (paper, 3.1, 5.1).
+"""The task's measurement vector, and the taring, scaling and filtering of the wrench (paper, 3.1, 5.1).
 
 The feature extractors receive this vector once per decision:
 
@@ -68,7 +68,7 @@ class Normalisation(Settings):
 
     @classmethod
     def fit(cls, values: Iterable[Sequence[float]] | Array) -> Normalisation:
-        """Fit mean 0 and variance 1 to samples, (m, n); a constant channel keeps its unit.
+        """Fit mean 0 and variance 1 to samples, (m, n); the gain of a constant channel is 1.
 
         Raises:
             ConfigurationError: There are fewer than two samples, or a value is not finite.
@@ -93,13 +93,13 @@ _SIX = 6
 
 @dataclass(eq=False)
 class SignalProcessor(Settings):
-    """Tares, scales and low-pass filters a wrench, sample by sample.
+    """Signal processor that tares, scales and low-pass filters a wrench, sample by sample.
 
     It computes ``(raw - tare) * scale``, then the normalisation if there is one, then a Butterworth low-pass. The
     filter is the bilinear transform of the analogue one, pre-warped at the cut-off, and equals ``scipy.signal.butter``.
     It is implemented as trapezoidal integrators whose contents are the state. In this form a constant passes unchanged
-    to the last bit with any rounding of the coefficients, and low cut-offs lose no digits. Plain floats are faster for
-    six channels than numpy, and avoid BLAS kernels whose last bits depend on the processor.
+    to the last bit with any rounding of the coefficients, and low cut-offs lose no precision. Plain floats are faster
+    for six channels than numpy, and avoid BLAS kernels whose last bits depend on the processor.
 
     Attributes:
         cutoff_Hz: Frequency at which the gain is -3 dB; below half the rate.
@@ -202,7 +202,7 @@ class SignalProcessor(Settings):
 
 
 def samples(value: Iterable[Sequence[float]] | Array, columns: int | None = None) -> Array:
-    """Return two or more finite samples to fit, (n, columns); any width if ``columns`` is None."""
+    """Convert two or more finite samples to an array, (n, columns); any width is accepted if ``columns`` is None."""
     field = "perception.samples"
     accepted = f"two or more rows of {'equally many' if columns is None else columns} finite numbers"
     try:

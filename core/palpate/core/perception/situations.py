@@ -7,14 +7,14 @@ from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, Names, Settings
 
 FACTS: Final = ("tilt", "corner_depth", "depth", "wall_force", "yaw_torque")
-"""Each is a fraction of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole; depth of
-an upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's two
-walls; the torque about the tool's axis that turns it."""
+"""Values, each a fraction of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole;
+depth of an upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's
+two walls; the torque about the tool's axis that turns it."""
 
 
 @dataclass(frozen=True)
 class TaskFacts(Settings):
-    """Uses the values that the task appends to the channels, unchanged, as features.
+    """Feature extractor that uses the values that the task appends to the channels, unchanged.
 
     Attributes:
         facts: Names of the values, in the task's order.
@@ -30,7 +30,7 @@ class TaskFacts(Settings):
         return self.facts
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the values in their own units; zeros if the task gave none."""
+        """Return the values in their own units; zeros if the task appended none."""
         facts = signal[len(CHANNELS) :]
         return facts if facts else (0.0,) * len(self.facts)
 
@@ -40,13 +40,13 @@ class Situations(Settings):
     """Eight situations of a peg with corners, from :data:`FACTS`.
 
     Attributes:
-        tilted: A tool with less tilt is upright.
-        air: A corner at least this far above the plate is in the air.
-        plate: A tilted corner that is no deeper is on the plate.
-        upright: An upright tool that is no deeper is on the plate.
-        seated: A tilted tool with a shallower tip is held only by its walls.
-        wall: Force from which a wall carries load.
-        quiet: A smaller torque does not turn the tool.
+        tilted: Tilt below which a tool is upright.
+        air: Height above the plate beyond which a corner is in the air.
+        plate: Depth from which a tilted corner is in the hole, not on the plate.
+        upright: Depth from which an upright tool is in the hole, not on the plate.
+        seated: Depth of the tip from which a tilted tool is seated, not held only by its walls.
+        wall: Force above which a wall carries load.
+        quiet: Torque below which the tool does not turn.
     """
 
     TABLE: ClassVar[str] = "perception.symboliser"
@@ -65,11 +65,11 @@ class Situations(Settings):
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the values that it uses."""
+        """Return the names of the required values."""
         return FACTS
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the situation."""
+        """Return the number of the situation."""
         require_finite("features", features)
         tilt, corner, tip, wall, torque = features
         if tilt < self.tilted:

@@ -1,4 +1,4 @@
-"""State identification: from the symbols of a trial to its state (paper, 3.4 and 5.3)."""
+"""State identification, which maps the symbols of a trial to a state (paper, 3.4 and 5.3)."""
 
 from abc import abstractmethod
 from collections import deque
@@ -19,7 +19,7 @@ _TABLE: Final = "perception.identifier"
 
 @runtime_checkable
 class StateIdentifier(Protocol):
-    """Maps symbols, one by one, to states; it may have a memory within a trial."""
+    """Interface that maps symbols, one by one, to states, possibly using memory within a trial."""
 
     @property
     @abstractmethod
@@ -65,10 +65,10 @@ class _Memoryless(Settings):
     TABLE: ClassVar[str] = _TABLE
 
     def reset(self) -> None:
-        """Do nothing: there is no memory."""
+        """Do nothing, because there is no memory."""
 
     def get_state(self) -> list[float]:
-        """Return an empty list: there is no memory."""
+        """Return an empty list, because there is no memory."""
         return []
 
     def set_state(self, state: Sequence[float]) -> None:
@@ -79,13 +79,13 @@ class _Memoryless(Settings):
 
 @dataclass(frozen=True)
 class IdentityState(_Memoryless):
-    """Uses the last symbol as the state, without a memory.
+    """State identifier without memory that uses the last symbol as the state.
 
     Attributes:
         symbols: Names of the symbols, which are also the states.
 
     Raises:
-        ConfigurationError: Names are missing or repeated.
+        ConfigurationError: A name is missing or repeated.
     """
 
     symbols: Names
@@ -96,7 +96,7 @@ class IdentityState(_Memoryless):
         return self.symbols
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """Return the symbol itself, for any action."""
+        """Return the symbol itself, regardless of the action."""
         _require_symbol(symbol, len(self.symbols))
         return symbol
 
@@ -107,7 +107,7 @@ BETWEEN = " > "
 
 @dataclass(frozen=True)
 class LastSymbols(Settings):
-    """Uses the last few symbols, in order, as the state; fewer at the beginning of a trial.
+    """State identifier that uses the last symbols, in order, as the state; there are fewer when a trial begins.
 
     All combinations are states, shorter ones first, even if they cannot occur: states need their numbers before any
     observation.
@@ -116,7 +116,7 @@ class LastSymbols(Settings):
         length: Number of remembered symbols, at least 1.
 
     Raises:
-        ConfigurationError: Names are missing or repeated, or there are too many states to learn.
+        ConfigurationError: A name is missing or repeated, or there are too many states to learn.
     """
 
     TABLE: ClassVar[str] = _TABLE
@@ -147,7 +147,7 @@ class LastSymbols(Settings):
         self._recent.clear()
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """Return the state after another symbol, for any action.
+        """Return the state after another symbol, regardless of the action.
 
         Raises:
             CommandError: The symbol does not exist.
@@ -169,7 +169,7 @@ class LastSymbols(Settings):
         """Set the remembered symbols.
 
         Raises:
-            ConfigurationError: There are too many, or one is not a symbol.
+            ConfigurationError: There are too many symbols, or one does not exist.
         """
         known = all(value in range(len(self.symbols)) for value in state)
         if len(state) > self.length or not known:
@@ -185,13 +185,13 @@ _AT_FIRST: Final = "at first"
 
 @dataclass(frozen=True)
 class LastAction(_Memoryless):
-    """Uses the last symbol and the kind of the action before it as the state; the kind is the first word of its name.
+    """State identifier that uses the last symbol and the kind of action before it, the first word of its name.
 
     Attributes:
         kinds: Kinds of the actions.
 
     Raises:
-        ConfigurationError: Names are missing or repeated, or there are too many states to learn.
+        ConfigurationError: A name is missing or repeated, or there are too many states to learn.
     """
 
     symbols: Names
@@ -210,7 +210,7 @@ class LastAction(_Memoryless):
         return (*states, *(f"{symbol}{AFTER}{kind}" for kind in self.kinds for symbol in self.symbols))
 
     def update(self, symbol: int, action: str | None = None) -> int:
-        """Return the state after an action of that kind; an unknown kind counts as no action.
+        """Return the state after a symbol and the action before it; an unknown kind counts as no action.
 
         Raises:
             CommandError: The symbol does not exist.

@@ -1,4 +1,4 @@
-"""Symbolic conversion: named regions of feature space (paper, 3.3 and 5.2).
+"""Symbolic conversion, which maps features to named regions (paper, 3.3 and 5.2).
 
 Regions are defined by thresholds from knowledge of the task, by a random partition, or by unsupervised clustering.
 """
@@ -22,13 +22,13 @@ from palpate.core.perception.signal import MOST_SEED, Array, Normalisation, requ
 from palpate.core.ports import Matrix, Names, Settings, fitted
 
 MOST_SYMBOLS = 100_000
-"""Largest number of symbols; no table of values could be learned for more."""
+"""Maximum number of symbols; a table of values for more could not be learned."""
 _TABLE = "perception.symboliser"
 
 
 @runtime_checkable
 class Symboliser(Protocol):
-    """Maps a feature vector to a symbol."""
+    """Interface that maps a feature vector to a symbol."""
 
     @property
     @abstractmethod
@@ -51,11 +51,11 @@ class Symboliser(Protocol):
 
 @dataclass(frozen=True)
 class Thresholds(Settings):
-    """Divides each feature into bands; a symbol is a combination of bands, the first feature most significant.
+    """Symboliser with bands for each feature; a symbol combines the bands, with the first feature most significant.
 
     With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; otherwise they are counted from
-    0, for example ``"fz:1"``. A value on a threshold belongs to the band nearer to the middle, so the middle of -t and
-    t is ``|value| <= t``; with a single threshold it belongs to the upper band.
+    0, for example ``"fz:1"``. A value on a threshold belongs to the band nearer to the middle, so the middle band
+    between -t and t is ``|value| <= t``; with a single threshold it belongs to the upper band.
 
     Attributes:
         thresholds: Thresholds of each feature in ascending order, in the feature's unit.
@@ -91,7 +91,7 @@ class Thresholds(Settings):
 
     @classmethod
     def of(cls, thresholds: Mapping[str, Sequence[float]]) -> Thresholds:
-        """Create it from a mapping such as ``{"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}``."""
+        """Create thresholds from a mapping such as ``{"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}``."""
         return cls(tuple(thresholds), tuple(tuple(cuts) for cuts in thresholds.values()))
 
     def symbol(self, features: tuple[float, ...]) -> int:
@@ -112,10 +112,10 @@ class Thresholds(Settings):
 
 @dataclass(frozen=True)
 class GatedThresholds(Settings):
-    """Uses symbols of the outer features, and of the inner ones only if all outer ones are in their middle band.
+    """Symboliser that uses the outer features, and the inner ones only if all outer ones are in their middle band.
 
     With x, y as outer and tx, ty as inner features and two thresholds each, these are the 8 + 9 = 17 symbols of the
-    paper (5.2): torque is used where the position is not distinctive. The outer symbols come first.
+    paper (5.2): torque is used if the position is not distinctive. The outer symbols come first.
 
     Attributes:
         outer: Thresholds of the features that are checked first, an even number for each.
@@ -152,7 +152,7 @@ class GatedThresholds(Settings):
 
     @classmethod
     def of(cls, outer: Mapping[str, Sequence[float]], inner: Mapping[str, Sequence[float]]) -> GatedThresholds:
-        """Create it from two mappings; see :meth:`Thresholds.of`."""
+        """Create thresholds from two mappings; see :meth:`Thresholds.of`."""
         return cls(Thresholds.of(outer), Thresholds.of(inner))
 
     def symbol(self, features: tuple[float, ...]) -> int:
@@ -173,7 +173,7 @@ def _band_names(feature: str, thresholds: int) -> list[str]:
 
 @dataclass(frozen=True)
 class NearestPrototype(Settings):
-    """Uses the number of the nearest prototype as the symbol (Euclidean, in normalised features).
+    """Symboliser that uses the number of the nearest prototype (Euclidean, in normalised features).
 
     Attributes:
         normalisation: Makes features with different units comparable, (n,).
@@ -204,20 +204,20 @@ class NearestPrototype(Settings):
         return np.array(self.prototypes)
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the number of the nearest prototype, or the first one in a tie."""
+        """Return the number of the nearest prototype; if several tie, of the first one."""
         require_finite("features", features)
         apart = self._prototypes - self.normalisation.apply(features)
         return int((apart * apart).sum(axis=1).argmin())
 
 
 class RandomPartition(NearestPrototype):
-    """Voronoi cells of random points; see :class:`NearestPrototype`."""
+    """Symboliser with Voronoi cells of random points; see :class:`NearestPrototype`."""
 
     _word = "region"
 
     @classmethod
     def draw(cls, bounds: Mapping[str, tuple[float, float]], regions: int, seed: int) -> RandomPartition:
-        """Draw the points uniformly inside bounds: for each feature the lowest and highest value, in its unit.
+        """Draw the points uniformly within bounds: the lowest and highest value of each feature, in its unit.
 
         Distances are relative to the bounds, so that no feature dominates.
 
@@ -238,7 +238,7 @@ class RandomPartition(NearestPrototype):
 
 
 class Clusters(NearestPrototype):
-    """Cells around the k-means centres of samples; see :class:`NearestPrototype`."""
+    """Symboliser with cells around the k-means centres of samples; see :class:`NearestPrototype`."""
 
     _word = "cluster"
 

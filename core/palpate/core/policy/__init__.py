@@ -1,4 +1,4 @@
-"""Policies, from state to action: programmed, from examples, or learned (paper, section 3.5)."""
+"""Policies that map a state to an action: programmed, from examples, or learned (paper, section 3.5)."""
 
 import lazy_loader
 

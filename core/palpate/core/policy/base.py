@@ -1,6 +1,6 @@
 """Observations, decisions and transitions: the interface of every policy.
 
-The task calls ``choose`` before each action, and afterwards ``learn`` with the result if the action is in the set. An
+The task calls ``choose`` before each action, and ``learn`` with the result after it, if the action is in the set. An
 aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overrate
 regions far from the hole. At the end of the trial, ``end_trial`` receives the episode outcome from port data.
 """
@@ -22,7 +22,7 @@ COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
 
 class ControllerKind(enum.Enum):
-    """Controller of an action in six degrees of freedom, by direction of the tip."""
+    """Controller of the tip during an action in six degrees of freedom."""
 
     STEP = "step"
     """Slide to a position, pressing and turning to an orientation."""
@@ -41,7 +41,7 @@ class Spatial:
     """Parameters of an action in six degrees of freedom in addition to its step.
 
     Attributes:
-        controller: Its controller.
+        controller: Controller of the action.
         rise_m: Lift of the tip away from the plate. A push keeps the tip this far above the plate, or below it if
             negative; 0 sets no such bound.
         turn_rad: Turn of the tool, (3,): tilt about the task's x and y, and yaw about its z.
@@ -66,7 +66,7 @@ class Spatial:
 
     @classmethod
     def of(cls, controller: str, numbers: Sequence[float]) -> Self:
-        """Create it from a controller and these numbers."""
+        """Create the parameters from a controller and these numbers."""
         rise_m, tilt_x, tilt_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
         return cls(ControllerKind(controller), rise_m, (tilt_x, tilt_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
 
@@ -90,7 +90,7 @@ class Action:
 
 
 DONE: Final = Action("done", (0.0, 0.0))
-"""States that the peg is in: the task verifies the depth and ends the trial with the result."""
+"""Action that reports the peg as inserted; the task verifies the depth and ends the trial with the result."""
 
 
 def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
@@ -112,7 +112,7 @@ def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
 
 
 def _unit_vector(k: int, directions: int) -> tuple[float, float]:
-    """Return direction ``k``, rotated by whole quarters, so that axes have exact zeros and opposites cancel."""
+    """Return direction ``k``, using whole quarter turns, so that axes have exact zeros and opposites cancel."""
     quarters, rest = divmod(4 * k, directions)
     if 2 * rest == directions:
         x = y = sqrt(0.5)  # cos and sin of 45 degrees differ in the last bit, and between machines
@@ -128,7 +128,7 @@ PROGRAMMED: Final = "programmed"
 EXAMPLES: Final = "examples"
 LEARNED: Final = "learned"
 PERSON: Final = "person"
-"""Source of decisions that a replay takes from the log, because no code can repeat them."""
+"""Source of a person's decisions, which a replay takes from the log because no code can repeat them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +138,7 @@ class Observation:
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
-        press_N: Pressing force of this trial. Torque divided by press is a lever arm, the same at any force limit.
+        press_N: Pressing force of this trial. Torque divided by press is a lever arm, the same for any force limit.
         limit_N: Force limit of this trial.
     """
 
@@ -165,7 +165,7 @@ class Decision:
         index: Index in the action set; None if it is not in the set, so that nothing learns from it.
         source: Origin of the choice: ``"programmed"``, ``"examples"``, ``"learned"``, ``"person"`` or the name of a
             baseline.
-        grounds: Numbers on which a policy based the choice, such as its belief, for comparing two runs.
+        grounds: Numbers on which the policy based the choice, such as its belief, used to compare two runs.
     """
 
     action: Action
@@ -180,7 +180,7 @@ class Transition:
 
     Attributes:
         reinforcement: The immediate reward, at most 0 here.
-        next_state: State afterwards; None if the goal was reached, whose value is 0.
+        next_state: State after the action; None for the goal, whose value is 0.
         next_action_index: The action that another policy will take in ``next_state``; None if the learner itself
             chooses there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
     """
@@ -202,11 +202,11 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeOutcome:
-    """Episode outcome from port data: the label of a trial's observations.
+    """Episode outcome from port data, which labels a trial's observations.
 
     Attributes:
-        inserted: True if the peg was found to be in the hole; never for a trial that the supervisor ended.
-        tip_m: Tip from the encoders, (3,), as ``position_m`` of an observation: the position of the hole if inserted.
+        inserted: True if the peg was found to be in the hole; always False for a trial that the supervisor ended.
+        tip_m: Tip from the encoders, (3,), like ``position_m`` of an observation; the position of the hole if inserted.
             Zeros if no sample was valid.
         depth_m: Depth of the tip below the plate's surface, at least 0.
     """
@@ -224,7 +224,7 @@ class EpisodeOutcome:
 
 @runtime_checkable
 class Policy(Protocol):
-    """Chooses actions; may learn."""
+    """Interface of a policy, which chooses actions and may learn."""
 
     @property
     @abstractmethod
@@ -266,7 +266,7 @@ class Policy(Protocol):
 
 
 class FixedPolicy(Policy):
-    """A policy that does not learn. It serves every state, and draws only from the generator of its trial."""
+    """A policy that does not learn. It serves every state and uses no random numbers but those of its trial."""
 
     def __init__(self) -> None:
         self._rng: np.random.Generator | None = None
@@ -293,7 +293,7 @@ def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
     """Refuse a state space or an action set that is empty, or has duplicate or unprintable names.
 
     Raises:
-        ConfigurationError: Names ``policy.states`` or ``policy.actions``.
+        ConfigurationError: The message names ``policy.states`` or ``policy.actions``.
     """
     require_names("policy.states", states)
     require_names("policy.actions", [action.name for action in actions])

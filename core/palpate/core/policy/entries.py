@@ -1,4 +1,4 @@
-"""The parts of a policy file (action, learner) in JSON, and a row of the printed table."""
+"""Parts of a policy file in JSON (actions and learners), and rows of the printed table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LEARNERS: Final[dict[str, type[Settings]]] = {
     "belief": BeliefParameters,
     "hmm": HmmParameters,
 }
-"""Kinds of learners in files, with the settings of each."""
+"""Settings of each kind of learner in files."""
 _LEARNED: Final = ("q", "visits", "trials", "trials_learned")
 """Parts of a learner's state that persist between trials."""
 OwnLearner = TabularLearner | BeliefLearner | HmmLearner
@@ -114,7 +114,7 @@ class ActionEntry(Settings):
         """Refuse an action that differs from the task's by more than rounding.
 
         Raises:
-            ConfigurationError: Names the first field that differs, after ``where``.
+            ConfigurationError: The message names the first field that differs, after ``where``.
         """
         _require_same(where, asdict(self), asdict(other))
 
@@ -142,7 +142,7 @@ def _same(mine: Any, wanted: Any) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class LearnerEntry(Settings):
-    """A learner: its settings and what it has learned."""
+    """Settings and learned state of a learner."""
 
     TABLE: ClassVar[str] = "learner"
 
@@ -197,14 +197,14 @@ class LearnerEntry(Settings):
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """The action in one state and its origin.
+    """Action in one state, with its origin.
 
     Attributes:
         source: Origin of the action: programmed, examples or learned.
         action: Name of the assigned action, or of the best learned one.
         q: Q of each action, (n actions,); None without a table of Q.
         visits_per_action: Number of updates of each action; None without a table of Q.
-        best: Index of that action.
+        best: Index of ``action``.
     """
 
     state: str

@@ -11,9 +11,9 @@ _FIELD = "policy.examples"
 
 
 class ExamplesPolicy(AssignedPolicy):
-    """Takes the most frequent action of the examples for a state, or in a tie the first in the action set.
+    """Policy that takes the most frequent action of the examples for a state; in a tie, the first in the set.
 
-    It does not serve states without an example.
+    The policy does not serve states without an example.
 
     Raises:
         ConfigurationError: ``policy.examples`` names an unknown state or action.

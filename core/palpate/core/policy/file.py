@@ -1,7 +1,7 @@
-"""The policy file: the content of a policy, human-readable and exact to the last bit.
+"""The policy file, which holds a policy in human-readable form, exact to the last bit.
 
-It is JSON with schema id ``palpate.policy/4``. It states for each state whether a programmed action, an example, or the
-learner acts, and holds the learner's settings and state.
+It is JSON with schema id ``palpate.policy/4``. It specifies for each state whether a programmed action, an example, or
+the learner acts, and contains the learner's settings and state.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class PolicyDocument(Settings):
     created_with: Mapping[str, Any]
     """Versions of the software that wrote it, for information."""
     perception: Mapping[str, Any]
-    """Settings that map sensor data to these states; not interpreted here."""
+    """Settings of the perception that maps sensor data to these states; not interpreted here."""
     states: tuple[str, ...]
     """Names of the states."""
     actions: tuple[ActionEntry, ...]
@@ -90,7 +90,7 @@ class PolicyDocument(Settings):
 
     @property
     def reads_states(self) -> bool:
-        """Return True if a choice depends on the state; that of a belief alone depends on lever arms only."""
+        """Return True if a choice depends on the state; that of a belief alone depends only on lever arms."""
         return bool(self.learner is None or self.learner.kind != "belief" or self.programmed or self.examples)
 
     def to_json_text(self) -> str:
@@ -102,7 +102,7 @@ class PolicyDocument(Settings):
         """Read the text of a file.
 
         Raises:
-            ConfigurationError: The text is not a policy file of this schema, or contradicts itself.
+            ConfigurationError: The text is not a policy file of this schema, or is inconsistent.
         """
         read = cls.read(parse_json(text, POLICY_FILE, SCHEMA))
         require_names("states", read.states)
@@ -124,7 +124,7 @@ class PolicyDocument(Settings):
         """Refuse a task with other states or actions.
 
         Raises:
-            ConfigurationError: States the first difference.
+            ConfigurationError: The message states the first difference.
         """
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])

@@ -1,4 +1,4 @@
-"""Base classes of learners, and of those that learn a model: model, belief, and a planner on both."""
+"""Base classes of learners, and of learners with a model, a belief and a planner."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -46,8 +46,8 @@ class Learner(Policy):
     def get_state(self) -> dict[str, Any]:
         """Return everything that learning has changed, as plain JSON values that keep every bit.
 
-        It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner set to this state and
-        begins the same trial continues identically. The random generator belongs to the caller and is not included.
+        It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner that is set to this
+        state and begins the same trial continues identically. The caller's random generator is not included.
         """
 
     @abstractmethod
@@ -71,7 +71,7 @@ T = TypeVar("T", bound=Remembered)
 
 
 class ModelLearner(Learner, Generic[T]):
-    """Learns a model from whole trials, tracks a belief over hidden quantities, and plans with both.
+    """Learner that fits a model to whole trials, tracks a belief over hidden quantities, and plans with both.
 
     The model is fitted between trials and only read during a trial. It is a function of the remembered trials, so these
     are the state of the learner.
@@ -97,7 +97,7 @@ class ModelLearner(Learner, Generic[T]):
         self._begin(rng)
 
     def learn(self, transition: Transition) -> None:
-        """Ignore single steps: their value is known only at the end of the trial."""
+        """Ignore single steps, because their value is known only at the end of the trial."""
 
     def get_state(self) -> dict[str, Any]:
         """Return the remembered trials as plain JSON values; the model is fitted to them again."""

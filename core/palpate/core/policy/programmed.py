@@ -1,4 +1,4 @@
-"""Programmed knowledge: the action that a person specified for a state (paper, section 3.5)."""
+"""Programmed knowledge: actions that a person specified for states (paper, section 3.5)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ from palpate.core.policy.base import (
 
 
 class AssignedPolicy(FixedPolicy):
-    """Always takes the assigned action; serves only states that have one.
+    """Policy that always takes the assigned action, and serves only states that have one.
 
     Args:
         assigned: Index of each state's action, or None, (n states,).
@@ -57,7 +57,7 @@ def check_known(field: str, state: str, action: str, states: Sequence[str], acti
     """Refuse an unknown state or action.
 
     Raises:
-        ConfigurationError: States ``field`` and the accepted names.
+        ConfigurationError: The message states ``field`` and the accepted names.
     """
     if state not in states:
         raise ConfigurationError(field, state, f"a state of this task: {', '.join(states)}")
@@ -67,7 +67,7 @@ def check_known(field: str, state: str, action: str, states: Sequence[str], acti
 
 
 class ProgrammedPolicy(AssignedPolicy):
-    """Takes the programmed action; does not serve states without an entry.
+    """Policy that takes the programmed action, and serves only states that have one.
 
     Raises:
         ConfigurationError: ``policy.programmed`` names an unknown state or action.
@@ -82,7 +82,7 @@ class ProgrammedPolicy(AssignedPolicy):
 
 
 class RandomWalkPolicy(FixedPolicy):
-    """Draws each action uniformly, with exactly one random number per choice.
+    """Policy that draws each action uniformly, with exactly one random number per choice.
 
     Raises:
         ConfigurationError: The action set is empty.
@@ -101,7 +101,7 @@ class RandomWalkPolicy(FixedPolicy):
 
 
 class MixedPolicy(Policy):
-    """Delegates each state to the first part that serves it.
+    """Policy that delegates each state to the first part that serves it.
 
     Every part receives every transition, regardless of which part chose the action. Q-learning is off-policy, and a
     learner needs the values of states in which others act, to judge the actions that lead there. In those states it
@@ -113,7 +113,7 @@ class MixedPolicy(Policy):
         parts: Policies over these states and one action set, in order of priority.
 
     Raises:
-        ConfigurationError: A state is served by no part.
+        ConfigurationError: No part serves one of the states.
     """
 
     def __init__(self, states: Sequence[str], parts: Sequence[Policy]) -> None:

@@ -1,4 +1,4 @@
-"""Reinforcement signals: the cost of an action. All are at most 0; reaching the goal only ends the cost."""
+"""Reinforcement signals, the costs of actions. All are at most 0; reaching the goal only ends the cost."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class ActionOutcome:
 
 @runtime_checkable
 class Reinforcement(Protocol):
-    """Turns the outcome of an action into a reward."""
+    """Interface that turns the outcome of an action into a reward."""
 
     @abstractmethod
     def __call__(self, outcome: ActionOutcome) -> float:
@@ -58,7 +58,7 @@ class ActionPenalty(Settings, Reinforcement):
 
 @dataclass(frozen=True, slots=True)
 class TimePenalty(Settings, Reinforcement):
-    """A penalty in proportion to the duration of an action, for options of variable duration."""
+    """A penalty proportional to the duration of an action, for options of variable duration."""
 
     TABLE: ClassVar[str] = "reinforcement"
 
@@ -81,11 +81,11 @@ class InternalEffort(Settings, Reinforcement):
     TABLE: ClassVar[str] = "reinforcement"
 
     per_action: _Cost = -1.0
-    """Reward for each action. With 0, an action without excess force is free, so short and long paths cost the same."""
+    """Reward for each action. If 0, actions without excess force are free, so short and long paths cost the same."""
     per_N_s: _Cost = -1.0
     """Reward for each N s of impulse above the free force."""
     free_force_N: Annotated[float, Range(0.0)] = 0.0
-    """Contact force without cost, such as the set-point of the force control."""
+    """Contact force that has no cost, such as the set-point of the force control."""
 
     @override
     def check(self) -> None:

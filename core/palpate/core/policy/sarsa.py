@@ -17,20 +17,20 @@ from palpate.core.ports import Range, fitted, require_keys
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SarsaParameters(QParameters):
-    """Settings of Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and one more."""
+    """Settings of Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and the trace decay."""
 
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Lambda: fraction of the credit that an action gets for later steps. 0 is one-step Sarsa; 1 without discount
+    """Lambda: fraction of the credit that an action gets for later steps. 0 gives one-step Sarsa; 1 without discount
     credits the rest of the trial."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OptionParameters(SarsaParameters):
-    """Settings of a learner of options, which learns by Sarsa: the end of a trial rewards all its options."""
+    """Settings of a learner of options, which uses Sarsa so that the end of a trial rewards all its options."""
 
 
 class Sarsa(TabularLearner):
-    """Learns ``Q(i, a) <- Q(i, a) + alpha e(i, a) delta``, with ``delta = r + gamma Q(j, b) - Q(k, c)``.
+    """Sarsa learner: ``Q(i, a) <- Q(i, a) + alpha e(i, a) delta``, with ``delta = r + gamma Q(j, b) - Q(k, c)``.
 
     ``k, c`` is the step just made, ``j, b`` the step after it, and ``e`` the trace of each pair: 1 for the pair just
     tried, 0 for the other actions of its state from then on, decayed by ``gamma lambda`` with every step.

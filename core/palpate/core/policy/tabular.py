@@ -19,8 +19,8 @@ from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Set
 class QParameters(Settings):
     """Settings of a tabular learner.
 
-    The learning rate of a state-action pair after n visits is ``max(alpha_floor, alpha / (1 + n / alpha_visits))``;
-    with ``alpha_visits`` of 0 it is ``alpha``.
+    The learning rate of a state-action pair after n visits is ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; if
+    ``alpha_visits`` is 0, it is ``alpha``.
     """
 
     TABLE: ClassVar[str] = "policy"
@@ -32,7 +32,7 @@ class QParameters(Settings):
     temperature: TemperatureSchedule
     """Temperature of the exploration."""
     alpha_visits: HalvingVisits = 0.0
-    """Visits that halve the learning rate; 0 keeps it constant."""
+    """Number of visits that halves the learning rate; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0
     """Lower bound of the learning rate, at most ``alpha``."""
     initial_value: float = 0.0
@@ -50,7 +50,7 @@ class QParameters(Settings):
 
 
 class TabularLearner(Learner):
-    """Chooses by Boltzmann exploration over a table of Q; subclasses define how the table is learned.
+    """Learner with Boltzmann exploration over a table of Q; subclasses define how the table is learned.
 
     Args:
         frozen: True disables learning and uses the temperature for frozen policies.
@@ -88,7 +88,7 @@ class TabularLearner(Learner):
 
     @property
     def visits(self) -> tuple[tuple[int, ...], ...]:
-        """Return the number of updates of each action in each state."""
+        """Return the number of updates for each state and action."""
         return tuple(map(tuple, self._visits))
 
     def serves(self, state: int) -> bool:
@@ -159,7 +159,7 @@ class TabularLearner(Learner):
         self._trials_learned, self._trial_counted = trials, counted
 
     def _rows(self, state: Mapping[str, Any], key: str, kind: Any) -> list[list[Any]]:
-        """Return the rows of a state, one per state of the learner with one number per action."""
+        """Return the rows of a saved table, one per state of the learner, with one number per action."""
         rows: tuple[tuple[Any, ...], ...] = fitted(f"learner.{key}", state.get(key), tuple[tuple[kind, ...], ...])
         if [len(row) for row in rows] != [len(self.actions)] * len(self.states):
             accepted = f"{len(self.states)} rows of {len(self.actions)} numbers"
@@ -168,7 +168,7 @@ class TabularLearner(Learner):
 
 
 class QLearning(TabularLearner):
-    """Learns ``Q(i, a) <- (1 - alpha) Q(i, a) + alpha (r + gamma V(j))``, with ``V(j) = max_a Q(j, a)``.
+    """Q-learning: ``Q(i, a) <- (1 - alpha) Q(i, a) + alpha (r + gamma V(j))``, with ``V(j) = max_a Q(j, a)``.
 
     The value of the goal is 0. If another policy acts in ``j`` (see
     :class:`~palpate.core.policy.programmed.MixedPolicy`), ``V(j)`` is the Q of its action.

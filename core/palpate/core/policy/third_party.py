@@ -18,7 +18,7 @@ from palpate.core.policy.learner import Learner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 LONGEST_CHOICE_NS: Final = 200_000_000
-"""A choice on a rig that takes longer ends the trial; the set-point time-out stops an arm after such a pause anyway."""
+"""Longest time for a choice on a rig; beyond it the trial ends, as the set-point time-out would stop the arm anyway."""
 _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 
@@ -28,7 +28,7 @@ class PolicyContext:
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.
-        bounds: Bounds of the tip, and duration of an action.
+        bounds: Bounds of the hole and the tip, and the longest step of an action.
     """
 
     states: tuple[str, ...]
@@ -49,7 +49,7 @@ class ThirdPartyEntry(Settings):
     version: str
     """Version of that package."""
     source_sha256: str
-    """Digest of the module's source; empty if there is none."""
+    """SHA-256 digest of the module's source; empty if there is none."""
     trials_learned: Annotated[int, Range(0)]
     """Number of trials in which it learned."""
     state: Mapping[str, Any] | None = None

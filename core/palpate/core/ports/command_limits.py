@@ -7,13 +7,13 @@ from typing import Final
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector
 
 _CREDIT_PERIODS: Final = 1.25
-"""Unused time is kept for at most this number of command periods: an early command may follow a late one."""
+"""Maximum unused time that is kept, in command periods, because an early command may follow a late one."""
 _ROUNDING_S: Final = 1e-6
 """Tolerance on the allowed time, because ticks are whole nanoseconds."""
 
 
 class StepLimiter:
-    """Clamps a command to the position limits, then shortens the step to what the velocity limits allow.
+    """Limiter that clamps a command to the position limits, then shortens the step to the velocity limits.
 
     All joints are scaled by the same factor, so the direction in joint space stays the same.
 
@@ -57,7 +57,7 @@ class StepLimiter:
 
 
 class CommandLimiter:
-    """Limits commands that arrive at any time: the elapsed time counts, not the number of commands.
+    """Limiter for commands that arrive at any time, based on the elapsed time, not the number of commands.
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
     is longer than one period allows. If several commands have the same time, the latest replaces the others.
@@ -81,7 +81,7 @@ class CommandLimiter:
         self._left_s = 0.0
 
     def start(self, held_rad: JointVector) -> None:
-        """Start counting steps from this position of the arm."""
+        """Begin limiting steps from this position of the arm."""
         self._held, self._now_ns = held_rad, None
 
     def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:

@@ -7,7 +7,7 @@ from palpate.core.ports.lifecycle import ActiveInside, Life
 
 
 class DeviceDecorator(ActiveInside):
-    """Forwards the life cycle."""
+    """Decorator that forwards the life cycle to its device."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -19,7 +19,7 @@ class DeviceDecorator(ActiveInside):
 
     @property
     def fault(self) -> str | None:
-        """The latched fault, or None."""
+        """The latched fault of the device, or None."""
         return self._device.fault
 
     @override

@@ -1,7 +1,7 @@
 """The four ports between the core and its environment.
 
-They are structural: a third-party class only needs the same members. Semantics that types cannot express are in the
-contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass:
+The ports are structural types: a third-party class only needs the same members. Semantics that types cannot express are
+in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass:
 
 * Units are SI, angles in rad, time in integer ns of the run's clock.
 * A sample carries source time, receive time, sequence number and validity. Silence is never hidden: an old sample is
@@ -47,7 +47,7 @@ class Device(Protocol):
 
     @abstractmethod
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person may decide this."""
+        """Clear a latched fault, which only a person may decide."""
 
     @abstractmethod
     def close(self) -> None:
@@ -64,7 +64,7 @@ class ForceSensor(Device, Protocol):
 
         Raises:
             LifecycleError: The sensor is not active.
-            DeviceError: The device is gone.
+            DeviceError: The device is no longer available.
         """
 
 
@@ -78,7 +78,7 @@ class JointEncoder(Device, Protocol):
 
         Raises:
             LifecycleError: The encoder is not active.
-            DeviceError: The device is gone.
+            DeviceError: The device is no longer available.
         """
 
 
@@ -100,7 +100,7 @@ class ArmCommand(Device, Protocol):
     def stop(self) -> None:
         """Stop the arm at its current pose; works in every state and from any thread, even when the loop is late.
 
-        It may interrupt ``send``, for example from a signal handler; the rest of that ``send`` moves nothing.
+        It may interrupt ``send``, for example from a signal handler; the rest of that ``send`` causes no motion.
 
         After ``stop`` an active arm holds its position, and ``send`` applies nothing (reason ``STOPPED``) until the arm
         is deactivated and activated again.
@@ -122,7 +122,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """The four ports of a run; the core does not know whether they are a simulator, hardware or a recorded trial."""
+    """The four ports of a run, which look the same for a simulator, hardware and a recorded trial."""
 
     clock: Clock
     force_sensor: ForceSensor

@@ -39,7 +39,7 @@ def register_stage(kind: str, stage: type[Any]) -> None:
         stage: A dataclass derived from :class:`Settings`; its fields are plain JSON values or other stages.
 
     Raises:
-        ConfigurationError: The name is in use by another class, or the class does not derive from :class:`Settings`.
+        ConfigurationError: Another class uses the name, or the class does not derive from :class:`Settings`.
     """
     if not issubclass(stage, Settings):
         raise ConfigurationError("perception.stage", stage, "a dataclass that derives from Settings")
@@ -51,7 +51,7 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
     """Refuse an empty list of names, duplicates, and names that cannot be printed.
 
     Raises:
-        ConfigurationError: States the first invalid name.
+        ConfigurationError: The message states the first invalid name.
     """
     if not names:
         raise ConfigurationError(field, names, "a list of at least one")

@@ -39,7 +39,7 @@ class FaultLatch:
 
     @property
     def remedy(self) -> str:
-        """Return the action required of a person."""
+        """Return the action that a person must take."""
         return "acknowledge it first"
 
     def set(self, cause: str) -> None:
@@ -47,7 +47,7 @@ class FaultLatch:
         self.cause = self.cause or cause
 
     def release(self) -> None:
-        """Clear the latch without a person; only for the simulator, in which each trial starts from a new world."""
+        """Clear the latch without a person; only for the simulator, where each trial starts in a new world."""
         self.cause = ""
 
     def require_free(self) -> None:
@@ -60,7 +60,7 @@ class FaultLatch:
             raise FaultLatchedError(_NAME, self.cause, self.remedy)
 
     def acknowledge(self, by: str, reason: str) -> None:
-        """Let trials begin again; only a person may decide this.
+        """Allow trials to begin again, which only a person may decide.
 
         Raises:
             LifecycleError: No fault is latched.

@@ -1,4 +1,4 @@
-"""The life cycle of every device adapter, as one table.
+"""The life cycle of every device adapter, defined by a table.
 
 ``construct`` opens nothing; ``configure`` opens and checks the device; ``activate`` enables it; ``deactivate`` undoes
 that; ``close`` releases the device permanently. A fault latches. Only ``acknowledge_fault``, the decision of a person,
@@ -47,7 +47,7 @@ TRANSITIONS: Final[dict[tuple[Life, LifeRequest], Life]] = {
 
 
 class ActiveInside:
-    """Makes a device a context manager: active inside, closed on exit."""
+    """Base class that makes a device a context manager, active inside the block and closed on exit."""
 
     @abstractmethod
     def configure(self) -> None:
@@ -75,7 +75,7 @@ class ActiveInside:
 
 
 class ManagedDevice(ActiveInside):
-    """Base class of palpate's adapters: keeps the life-cycle state and refuses illegal requests.
+    """Base class of palpate's adapters, which keeps the life-cycle state and refuses illegal requests.
 
     A subclass overrides the ``_on_...`` hooks that it needs. As a context manager it is configured and activated on
     entry and closed on exit.
@@ -114,7 +114,7 @@ class ManagedDevice(ActiveInside):
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person may decide this.
+        """Clear a latched fault, which only a person may decide.
 
         Raises:
             LifecycleError: There is no fault.
@@ -136,7 +136,7 @@ class ManagedDevice(ActiveInside):
                 self._life = TRANSITIONS[self._life, LifeRequest.CLOSE]
 
     def _latch(self, cause: str) -> None:
-        """Enter the faulted state; the first cause is kept. A device that is not open cannot fail."""
+        """Enter the faulted state; the first cause is kept. A device that is not open ignores this."""
         if self._life not in (Life.CONSTRUCTED, Life.CLOSED):
             # Set the cause first, so that another thread that sees the fault also sees its cause.
             self._fault = self._fault or cause

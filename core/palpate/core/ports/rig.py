@@ -13,7 +13,7 @@ from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
-"""The table of a rig file that states the facts."""
+"""Table of a rig file that contains these facts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +52,14 @@ class SensorFacts:
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """Ground truth of a trial; no port carries it.
+    """Ground truth of a trial, which no port provides.
 
     Attributes:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
         depth_m: Depth of the tip below the plate's surface, along the hole's axis; 0 while it is above.
         peak_force_N: Largest norm of the force through the wrist over all physics steps, without the tool's weight.
-        drawn: Other quantities drawn for this trial or its batch, by names with units.
+        drawn: Other quantities drawn for this trial or its batch, by name, including the unit.
         hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: tilt of the
             plate and yaw of the hole.
     """
@@ -96,11 +96,11 @@ SIMULATOR: Final = "simulator"
 
 @dataclass(frozen=True)
 class WorldRecord:
-    """Record of what is behind the ports, for the log.
+    """Record of the world behind the ports, for the log.
 
     Attributes:
         kind: ``simulator``, or the name of a rig.
-        facts: Plain JSON values that reproduce it for this trial, with the ground truth if there is one.
+        facts: Plain JSON values that reproduce the world for this trial, with the ground truth if there is one.
     """
 
     kind: str
@@ -108,11 +108,11 @@ class WorldRecord:
 
 
 class Rig(Protocol):
-    """A context manager: on exit the arm is stopped and every device closed.
+    """A rig, used as a context manager that stops the arm and closes every device on exit.
 
     Attributes:
-        latch: Set by a trip or a device fault; while it is set, no trial begins on this rig.
-        simulated: True if all ports are the simulator's; a trip is then a result, not a danger.
+        latch: Fault latch, set by a trip or a device fault; while it is set, no trial begins on this rig.
+        simulated: True if all ports belong to the simulator, in which a trip is a result, not a danger.
     """
 
     ports: Ports
@@ -126,7 +126,7 @@ class Rig(Protocol):
 
     @abstractmethod
     def prepare(self, trial: int) -> None:
-        """Prepare a trial: set up what the core does not control, and release the arm from its last stop."""
+        """Prepare a trial by setting up everything outside the core and releasing the arm from its last stop."""
 
     @abstractmethod
     def world(self) -> WorldRecord:
@@ -144,7 +144,7 @@ class Rig(Protocol):
             ready: Their ready pose.
 
         Raises:
-            ConfigurationError: This rig has one place.
+            ConfigurationError: The rig has only one place.
         """
         raise ConfigurationError("place.further_mm", "further places", "left out: this rig has one place")
 
@@ -155,18 +155,18 @@ class Rig(Protocol):
     def device_behind(self, sample: str) -> str:
         """Return the name of the device that provides ``force`` or ``joint`` samples; empty if there is none.
 
-        Any recent errors of its connection follow after ": ".
+        Recent errors of its connection, if any, follow after ": ".
         """
         return ""
 
     @property
     @abstractmethod
     def clock_ticks(self) -> int:
-        """Return the clock in control ticks, or 0 if the time of this world cannot be set."""
+        """Return the time of the clock in control ticks, or 0 if it cannot be set."""
 
     @abstractmethod
     def set_clock_ticks(self, ticks: int) -> None:
-        """Set the clock to this time, if it can be set."""
+        """Set the clock to this time, if possible."""
 
     @abstractmethod
     def __enter__(self) -> Self: ...

@@ -1,4 +1,4 @@
-"""Declaration of settings: once, in a frozen dataclass, for TOML, flags, Python, JSON and messages.
+"""Declaration of settings in a single frozen dataclass for TOML, flags, Python, JSON and messages.
 
 ::
 
@@ -9,8 +9,8 @@
         step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
         # below it, as a docstring, the help text
 
-The annotation is the type and range, the assignment the default, the docstring the help text. Every field is checked
-whenever an instance is constructed. :meth:`Settings.check` checks conditions over several fields.
+The annotation gives the type and range, the assignment the default, and the docstring the help text. Every field is
+checked whenever an instance is constructed. :meth:`Settings.check` checks conditions across fields.
 """
 
 import operator
@@ -26,7 +26,7 @@ from palpate.core.errors import ConfigurationError, did_you_mean
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """A finite number between two bounds.
+    """Restriction to a finite number between two bounds.
 
     Attributes:
         unit: Unit, if the name of the setting does not state it or a message needs it.
@@ -64,7 +64,7 @@ class Range:
 
 
 class OneOf:
-    """One of several values."""
+    """Restriction to one of several values."""
 
     def __init__(self, *values: str | int) -> None:
         self.values = values
@@ -80,7 +80,7 @@ class OneOf:
 
 @dataclass(frozen=True, slots=True)
 class Holds:
-    """A condition on one value that is neither a range nor a list of values."""
+    """Condition on one value that is neither a range nor a list of values."""
 
     test: Callable[[Any], bool]
     text: str
@@ -123,14 +123,14 @@ class Settings:
         """Refuse settings that contradict each other.
 
         Raises:
-            ConfigurationError: States one of these settings.
+            ConfigurationError: The message states one of these settings.
         """
 
     def require(self, name: str, holds: bool, accepted: str) -> None:
         """Refuse the value of a field unless a condition holds.
 
         Raises:
-            ConfigurationError: States the field, its value and the accepted values.
+            ConfigurationError: The message states the field, its value and the accepted values.
         """
         if not holds:
             raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
@@ -169,11 +169,11 @@ def _kinds_of(table: type) -> dict[str, Any]:
 
 
 kinds_of: Callable[[type], dict[str, Any]] = cache(_kinds_of)
-"""Return the annotation of each field of a dataclass, with its marks, in the order of declaration."""
+"""Return the annotation of each field of a dataclass, with metadata, in the order of declaration."""
 
 
 def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
-    """Split an annotation into its type and its marks."""
+    """Split an annotation into its type and its metadata."""
     if get_origin(kind) is not Annotated:
         return kind, ()
     base, *marks = get_args(kind)
@@ -199,7 +199,7 @@ def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], ot
     """Refuse an object with a missing or an unknown key.
 
     Raises:
-        ConfigurationError: Lists the accepted keys.
+        ConfigurationError: The message lists the accepted keys.
     """
     missing = [key for key in needed if key not in given]
     unknown = [key for key in given if key not in (*needed, *others)]
@@ -225,7 +225,7 @@ def accepted_by(kind: Any) -> str:
 
 @cache
 def _analysed(kind: Any) -> tuple[Any, ...]:
-    """Return type, marks, type without None, table in place of a name, origin and items of an annotation."""
+    """Return the type, metadata, type without None, table in place of a name, origin and items of an annotation."""
     base, marks = parts_of(kind)
     return base, marks, optional_of(base), table_or(base), get_origin(base) or base, get_args(base)
 

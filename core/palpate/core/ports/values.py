@@ -1,8 +1,8 @@
-"""Value objects that cross the ports: frozen, validated once, units in the names.
+"""Value objects that cross the ports: frozen, validated once, and named with units.
 
-Vectors are tuples of floats, not arrays: they are immutable, compare and hash by value, keep every bit, and are several
-times cheaper to create at 140 Hz than read-only arrays. Types without validation are named tuples, which are created in
-a quarter of the time of a frozen dataclass.
+Vectors are tuples of floats, not arrays: they are immutable, are compared and hashed by value, keep every bit, and are
+several times cheaper to create at 140 Hz than read-only arrays. Types without validation are named tuples, which are
+created in a quarter of the time of a frozen dataclass.
 """
 
 import enum
@@ -13,17 +13,17 @@ from typing import Final, NamedTuple, TypeAlias
 from palpate.core.errors import CommandError
 
 CONTROL_RATE_HZ: Final = 140
-"""The paper's sampling rate; an integer, so that tick times are exact."""
+"""Sampling rate of the paper, an integer so that tick times are exact."""
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 Vector3: TypeAlias = tuple[float, float, float]
 JointVector: TypeAlias = tuple[float, ...]
 ZERO_VELOCITY: Final[Vector3] = (0.0, 0.0, 0.0)
-"""Zero velocity or turn rate."""
+"""Zero velocity, or zero turn rate."""
 
 
 class Validity(enum.Enum):
-    """Validity of a sample; the worst one that applies."""
+    """Validity of a sample; if several values apply, the worst one."""
 
     VALID = "valid"
     SATURATED = "saturated"
@@ -61,7 +61,7 @@ class WrenchSample:
         torque_Nm: Torque about the origin of ``frame``, (3,), in ``frame``.
         source_time_ns: Run-clock time of the measurement.
         receive_time_ns: Run-clock time at which the host received the sample.
-        sequence: Counts the device's samples; equal numbers mean the same sample.
+        sequence: Sample number of the device; equal numbers denote the same sample.
         validity: Validity of the sample.
         kind: Raw, tared or gravity-compensated.
         frame: Name of the right-handed frame, normally ``"sensor"``: z along the tool axis, out of
@@ -93,7 +93,7 @@ class JointSample:
         position_rad: Joint angles, (n,), in the order of the kinematic model.
         source_time_ns: Run-clock time of the measurement.
         receive_time_ns: Run-clock time at which the host received the sample.
-        sequence: Counts the device's samples; equal numbers mean the same sample.
+        sequence: Sample number of the device; equal numbers denote the same sample.
         validity: Validity of the sample.
     """
 
@@ -139,7 +139,7 @@ class Snapshot(NamedTuple):
     """Everything that reaches the core in one control tick.
 
     Attributes:
-        tick: Counts the ticks of a trial from 0.
+        tick: Number of the tick in the trial, from 0.
         applied: The applied command of the previous tick; None at the first tick.
     """
 

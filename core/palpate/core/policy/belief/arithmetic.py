@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-"""Double precision, or single precision for arrays over the grid."""
+"""Array in double precision, or in single precision for values over the grid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ _FORMATS: Final = {
 def exponential(x: Floats) -> Floats:
     """Return e to the power of each element; elements below -700, in single precision -60, are clipped.
 
-    Elements must not exceed 700, or 60.
+    Elements must not exceed 700, in single precision 60.
     """
     by = _FORMATS[x.dtype]
     high, low = by.ln2

@@ -1,4 +1,4 @@
-"""Contacts of a trial, with the hole's position if the trial ended in it: training data of the contact model."""
+"""Training data for the contact model: the contacts of a trial that ended in the hole, and the hole's position."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.core.policy.base import EpisodeOutcome, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
-"""Unit of stored positions, which are whole multiples in every log; an encoder step is far larger."""
+"""Unit of stored positions, which are whole multiples of it in every log; an encoder step is far larger."""
 TORQUE_NM: Final = 1e-6
 """Unit of stored torques, a thousandth of the noise of a precise sensor."""
 FORCE_N: Final = 1e-3
@@ -25,7 +25,7 @@ _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MAX_CONTACTS: Final = 120
-"""Number of contacts stored per trial, the latest ones; a blind search has many similar ones."""
+"""Maximum number of most recent contacts stored per trial; a blind search has many similar ones."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
@@ -41,7 +41,7 @@ class ContactObservation:
     Attributes:
         place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.
         torque: Torque about the tip, (2,), in units of ``TORQUE_NM``.
-        press: Force with which the peg is pressed on the plate, in units of ``FORCE_N``.
+        press: Force with which the peg presses on the plate, in units of ``FORCE_N``.
     """
 
     place: tuple[int, int]
@@ -50,7 +50,7 @@ class ContactObservation:
 
     @classmethod
     def of(cls, observation: Observation) -> ContactObservation:
-        """Extract it from an observation."""
+        """Extract the contact from an observation."""
         x, y, _ = observation.reference_m
         tx, ty, _ = observation.torque_Nm
         press_N = max(-observation.force_N[2], _LEAST_N)
@@ -94,7 +94,7 @@ class ContactTrial:
 
     @classmethod
     def of(cls, episode: EpisodeOutcome, contacts: Sequence[ContactObservation]) -> ContactTrial:
-        """Create it from the outcome of a trial that ended in the hole, with its last contacts."""
+        """Create the record from the outcome of a trial that ended in the hole, and its last contacts."""
         x, y, _ = episode.tip_m
         return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(contacts[-_MAX_CONTACTS:]))
 
@@ -108,7 +108,7 @@ class ContactTrial:
         """Read the result of :meth:`to_dict`.
 
         Raises:
-            ConfigurationError: The data have a different form.
+            ConfigurationError: The data have an invalid form.
         """
         accepted = (
             "the hole as two whole numbers, each contact as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"

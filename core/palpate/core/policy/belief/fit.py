@@ -1,6 +1,6 @@
-"""Fit a contact model to labelled contacts: each part in turn to the residual of the others, repeatedly.
+"""Fit a contact model to labelled contacts by repeatedly fitting each part to the residual of the others.
 
-It solves no matrix and draws no random numbers, so the same contacts give the same model to the last bit.
+The fit solves no matrix equation and draws no random numbers, so the same contacts give the same model to the last bit.
 """
 
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from palpate.core.policy.belief.contacts import ContactTrial, Examples
 from palpate.core.policy.belief.model import RINGS_M, SECTORS, ContactModel, Directions, Pair
 
 MIN_CONTACTS: Final = 6
-"""Fewest contacts for a fit."""
+"""Minimum number of contacts for a fit."""
 _LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
 """Lags of the torque to try, as fractions of the last step."""
 _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
-"""The cue of a ring is shrunk towards that of all rings with the weight of this many contacts."""
+"""Weight, in contacts, with which the cue of a ring is shrunk towards that of all rings."""
 _RESIDUAL_SHARE: Final = 0.12
 """Prior standard deviation of the asymmetric residual, divided by that of all torques."""
 _GAIN: Final = 0.5
@@ -28,13 +28,13 @@ _GAIN: Final = 0.5
 _UPRIGHT_TRIALS: Final = 1.0
 """Number of trials without tilt assumed before the first trial."""
 _RECENT: Final = 0.7
-"""Weight of a trial's tilt, divided by that of the next trial: the last grip is the most likely one."""
+"""Weight of a trial's tilt, divided by that of the next trial; the last grip is the most likely one."""
 _NOISE_COUNT: Final = 5.0
-"""The noise of a ring is shrunk towards that of all rings with the weight of this many contacts."""
+"""Weight, in contacts, with which the noise of a ring is shrunk towards that of all rings."""
 _BORROWED: Final = 0.1
 """Fraction of its neighbours' contacts that a ring also uses."""
 _BIAS_TRIALS: Final = 2.0
-"""Weight, in trials, of the prior of the bias, a variance as large as the noise."""
+"""Weight, in trials, of the prior of the bias, whose variance is that of the noise."""
 _LEAST_NM: Final = 1e-4
 """Lower bound of a standard deviation."""
 
@@ -53,7 +53,7 @@ def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
 
 
 class _ModelFit:
-    """The fit at one lag."""
+    """Fit of a contact model at a given lag."""
 
     def __init__(self, examples: Examples, lag: float) -> None:
         self._gain = np.zeros((len(RINGS_M), 2))
@@ -110,7 +110,7 @@ class _ModelFit:
         self._residuals = self._at.between_cells(self._residual)
 
     def _fit_tilts(self, left: Floats, gains: Floats) -> None:
-        """Fit the tilt of each trial as a random intercept, its mean and variance by expectation maximisation."""
+        """Fit the tilt of each trial as a random intercept, with mean and variance by expectation maximisation."""
         weights = gains * gains
         xx, xy, yy = (self._by_trial(part) / self.pooled for part in _turned_square(weights, self._at.unit))
         pulls = self._at.turned(gains * self._at.turned_back(left)) / self.pooled
@@ -168,7 +168,7 @@ def _borrowing(table: Floats) -> Floats:
 
 
 def _as_pair(values: Floats) -> Pair:
-    """Return two numbers, (2,), as a pair."""
+    """Convert two numbers, (2,), to a tuple."""
     return float(values[0]), float(values[1])
 
 

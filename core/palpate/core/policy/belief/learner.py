@@ -1,4 +1,4 @@
-"""Learns the position of the hole from the end of each trial, and acts on a belief over that position."""
+"""Learner of the hole's position from the end of each trial, which acts on a belief over that position."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from palpate.core.policy.learner import ModelLearner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 SEARCH: Final = "search"
-"""Name of the search steps; steps by the belief are named by their displacement."""
+"""Name of the search steps; steps chosen with the belief are named after their displacement."""
 _WIDEST_M: Final = 8e-3
-"""Largest half-width; more than 161 by 161 cells cannot be processed within a tick."""
+"""Largest half-width, because more than 161 by 161 cells cannot be processed within a tick."""
 
 _MIDDLE_M: Final = (0.0, 0.0)
 
@@ -63,7 +63,7 @@ class BeliefParameters(Settings):
 
 
 class BeliefLearner(ModelLearner[ContactTrial]):
-    """A contact model, a belief over the hole's position, and a planner on it.
+    """A learner with a contact model, a belief over the hole's position, and a planner.
 
     Until a trial has ended in the hole there is no contact model, and the learner searches in a spiral.
 
@@ -94,7 +94,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._searched: int
 
     def step_within(self, bounds: TaskBounds) -> None:
-        """Plan with the longest step of other task bounds, as a trial with its own force limit requires."""
+        """Plan with the longest step of other task bounds, as required by a trial with its own force limit."""
         capture_m, search, speed = (
             each * 1e-3
             for each in (self.parameters.capture_mm, self.parameters.search_speed_mm_s, self.parameters.speed_mm_s)
@@ -160,7 +160,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         return Decision(self._actions[displacement_m], None, LEARNED, grounds)
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> tuple[Floats, tuple[int, int]]:
-        """Return the weights after the path from the last contact, and the cell to which the next torque belongs."""
+        """Return the weights after the path from the last contact, and the cell of the next torque."""
         before = self._contacts[-1].place if self._contacts else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]

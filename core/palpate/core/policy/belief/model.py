@@ -1,4 +1,4 @@
-"""The contact model: the expected torque at a distance and direction from the hole.
+"""The contact model, which predicts the torque at a distance and direction from the hole.
 
 ::
 
@@ -53,7 +53,7 @@ class Directions:
 
     @classmethod
     def of(cls, x_m: Floats, y_m: Floats) -> Directions:
-        """Create it from displacements of the hole from the tip, (n,) each."""
+        """Convert displacements of the hole from the tip, (n,) each."""
         distance = np.sqrt(x_m * x_m + y_m * y_m)
         ring = np.searchsorted(_KNOTS, distance, side="right") - 1
         ring = np.minimum(ring, len(RINGS_M) - 2)

@@ -1,4 +1,4 @@
-"""The belief over the hole's position: a grid with the evidence for each cell; it also estimates the tilt."""
+"""The belief over the hole's position, a grid with the evidence for each cell, and an estimate of the tilt."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.core.policy.belief.model import ContactModel, Directions
 from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places
 
 MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
-"""Weights of cells passed without a drop, by distance from the path in capture widths; nearer cells get lower ones. In
+"""Weights of cells passed without a drop, by distance from the path in capture widths; near cells have lower ones. In
 `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
 
 
@@ -60,7 +60,7 @@ class ContactTable:
 
 
 class PlaceBelief:
-    """Evidence of one trial's torques for each position.
+    """Evidence from the torques of one trial for each position.
 
     The torque of the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
     distributions, near that of the last trials or arbitrary. The evidence thus has a closed form in six running sums.

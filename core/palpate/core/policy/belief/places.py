@@ -15,9 +15,9 @@ PITCH_M: Final = 1e-4
 SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
 """Beliefs are computed in single precision: faster, with rounding errors far below a sensor's noise."""
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
-"""Widths of the kernels, for holes that are constant, scatter a little, or scatter widely."""
+"""Widths of the kernels, for hole positions that are constant, vary slightly, or vary widely."""
 _MEMORY: Final = 0.9
-"""Forgetting factor of a width's predictive success per trial, so that moving holes are tracked."""
+"""Forgetting factor, per trial, of a width's predictive success, so that moving holes are tracked."""
 _LEAST: Final = 1e-9
 
 Hole = tuple[float, float]
@@ -33,7 +33,7 @@ def off_path_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
 
 
 class Places:
-    """A square grid of positions, centred at the nominal goal, parallel to its axes.
+    """A square grid of positions, centred at the nominal goal and parallel to its axes.
 
     Attributes:
         axis_m: Coordinates, equal for x and y, (size,).

@@ -1,4 +1,4 @@
-"""Planner on a belief over the hole's position."""
+"""Planner that uses a belief over the hole's position."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places, off_path_
 
 _HEADINGS: Final = 16
 _LENGTHS_M: Final = (2e-4, 4e-4)
-"""Step lengths in addition to the longest, the distance that the tool travels in an action."""
+"""Step lengths in addition to the longest one, which is the distance that the tool travels in an action."""
 _BLOCK: Final = 3
-"""Cells in a row of a block."""
+"""Number of cells in a row of a block."""
 _UNLIKELY: Final = 1e-4
-"""Blocks less probable than this relative to the most probable one are ignored."""
+"""Probability relative to the most probable block below which a block is ignored."""
 
 
 class Planner:
-    """Plans one step ahead: it minimises the expected time from the step's end to the hole if the step misses.
+    """One-step planner that minimises the expected time from the end of an unsuccessful step to the hole.
 
     Attributes:
-        moves: The possible steps, (dx, dy) in m.
+        moves: Possible steps, (dx, dy) in m.
     """
 
     def __init__(self, places: Places, capture_m: float, speed_m: float) -> None:
@@ -61,7 +61,7 @@ class Planner:
         Args:
             belief: Probability of the hole at each cell, (size, size).
             from_m: Position of the tip, (x, y) in m, task frame.
-            limit_m: Steps that end further than this from the goal in x or y are excluded, unless all do.
+            limit_m: Largest distance from the goal in x or y at which a step may end, unless all steps end beyond it.
         """
         # Actions from the end of each path to the centre of each block.
         ends = self._ends + np.array(from_m)
@@ -93,7 +93,7 @@ def _in_threes(rows: Floats) -> Floats:
 
 
 class SpiralSearch:
-    """An Archimedean spiral about a point in chords short enough to leave no gap, repeated between its turns.
+    """An Archimedean spiral about a point, in chords short enough to leave no gaps, repeated between its turns.
 
     Args:
         step_m: Largest length of a step.
@@ -108,7 +108,7 @@ class SpiralSearch:
         self._angle = self._phase = 0.0
 
     def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
-        """Return the step from here to the next point; at first straight to the centre."""
+        """Return the step from here to the next point; the first step leads straight to the centre."""
         to_centre = self._centre[0] - from_m[0], self._centre[1] - from_m[1]
         if self._angle == 0.0:
             away = hypot(*to_centre)

@@ -1,4 +1,4 @@
-"""Models of hidden states, learned from trials of actions and symbols, tracked as a belief and planned on."""
+"""Hidden-state models, learned from the actions and symbols of trials, with belief tracking and planning."""
 
 import lazy_loader
 

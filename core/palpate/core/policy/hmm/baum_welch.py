@@ -24,7 +24,7 @@ class RecordedTrial:
     """Alternating readings and actions of one trial.
 
     Attributes:
-        symbols: Readings from the start on; there is none at the goal.
+        symbols: Readings from the start onwards; there is no reading at the goal.
 
     Raises:
         ConfigurationError: The numbers of readings and actions do not match, or there is no reading.
@@ -75,8 +75,8 @@ class Batch:
         symbols: Readings, (trials, longest); 0 after the end of a trial.
         weights: Number of equal trials in each row, (trials,).
         lengths: Number of readings of each trial, (trials,).
-        reached: Whether each trial ended at the goal, (trials,).
-        running: Number of trials with a reading at each time, (longest,); these are the first rows.
+        reached: True for each trial that ended at the goal, (trials,).
+        running: Number of trials with a reading at each time, (longest,); these trials are the first rows.
     """
 
     symbols: Numbers

@@ -83,7 +83,7 @@ class DisplacementHmm:
         return np.array(rows, dtype=np.intp)
 
     def plan(self) -> PointBasedPlan:
-        """Return a point-based plan; its seed is fixed, so it depends on the model alone."""
+        """Return a point-based plan; its seed is fixed, so it depends only on the model."""
         states = len(self.offsets)
         targets = self.targets()
         stays = np.where(targets == states + 1, 1.0, self.blocked)
@@ -97,7 +97,7 @@ class DisplacementHmm:
 
     @classmethod
     def blank(cls, steps: tuple[Offset, ...], reach: int, symbols: int, rng: np.random.Generator) -> Self:
-        """Return an untrained model: all offsets within ``reach`` steps, and nearly uniform symbols."""
+        """Return an untrained model with all offsets within ``reach`` steps and nearly uniform symbols."""
         sides = range(-reach, reach + 1)
         offsets = tuple((u, v) for v in sides for u in sides if (u, v) != (0, 0))
         emissions = 1.0 + _NOISE * rng.random((len(offsets), symbols))

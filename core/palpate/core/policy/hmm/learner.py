@@ -32,12 +32,12 @@ GREEDY_ACTIONS: Final = 20
 are random."""
 
 _ROUND: Final = 5 * GREEDY_ACTIONS
-"""Number of actions after which this count restarts and the plan is used again; the offset has changed meanwhile."""
+"""Number of actions after which this count restarts and the plan is used again; by then the offset has changed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HmmParameters(Settings):
-    """Settings of the learner that models hidden states: offsets from the goal in steps."""
+    """Settings of the learner whose hidden states are offsets from the goal, in steps."""
 
     TABLE: ClassVar[str] = "learning.hmm"
 
@@ -49,8 +49,8 @@ class HmmParameters(Settings):
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
     """Fraction of random actions once there is a model; before that, all actions are random."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 1000
-    """Maximum number of trials to fit the model to: half of them the first, half the latest. The latest trials alone
-    lack the situations that the plan avoids."""
+    """Maximum number of trials to fit the model to, half of them the first and half the latest. The latest alone lack
+    the situations that the plan avoids."""
 
 
 def fitted_after(trials: int) -> int:
@@ -62,10 +62,10 @@ def fitted_after(trials: int) -> int:
 
 
 class HmmLearner(ModelLearner[RecordedTrial]):
-    """Learner that fits a hidden Markov model to actions and symbols, and acts by a plan on its belief over the states.
+    """Learner that fits a hidden Markov model to actions and symbols, and acts by a plan over its belief.
 
-    The first trials are random. The model is fitted from scratch after :data:`REFITS` trials, so it depends on the
-    trials alone.
+    The first trials are random. The model is fitted from scratch after :data:`REFITS` trials, so it depends only on the
+    trials.
 
     Args:
         symbols: Names of the symbols, which are the states of its observations.

@@ -1,4 +1,4 @@
-"""Plans over beliefs: QMDP, which assumes full observability after one step, and Perseus, which does not.
+"""Planning over beliefs by QMDP, which assumes full observability after one step, or Perseus, which does not.
 
 Perseus (Spaan and Vlassis, 2005) improves a set of vectors at beliefs sampled by simulating the model. Each vector
 holds the cost of one plan from every hidden state; the cost of a belief is the minimum over the vectors. Costs, beliefs
@@ -143,7 +143,7 @@ def qmdp(model: FinitePomdp) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class PointBasedPlan:
-    """A plan made of cost vectors over the states of a model.
+    """A plan that consists of cost vectors over the states of a model.
 
     Attributes:
         vectors: Discounted number of steps to the goal under each plan, (plans, states).
@@ -157,7 +157,7 @@ class PointBasedPlan:
         return _on_grid(self.vectors, _COST)
 
     def costs(self, probabilities: Floats) -> Floats:
-        """Return the discounted number of steps to the goal if an action precedes the best plan, (actions,).
+        """Return the discounted number of steps to the goal for each action followed by the best plan, (actions,).
 
         Args:
             probabilities: Probabilities of the hidden states, (states,).
@@ -208,7 +208,7 @@ def perseus(model: FinitePomdp, rng: np.random.Generator) -> PointBasedPlan:
 
 
 def _backed_up(model: FinitePomdp, moves: Sequence[Any], beliefs: Floats, vectors: Floats) -> Floats:
-    """Return for each belief the best plan: one action, then one of the vectors per symbol, (beliefs, states)."""
+    """Return the best plan for each belief, one action and then one vector per symbol, (beliefs, states)."""
     # Cost of each vector after the move, times the probability of each symbol.
     read = np.rint(model.emissions.T[:, None, :] * vectors[None])
     columns = np.ascontiguousarray(read.reshape(-1, model.states).T)
