@@ -1,4 +1,4 @@
-"""The supervisor: it monitors every tick, and clamps or trips; after a trip a person must acknowledge the fault."""
+"""The supervisor, which monitors every tick and clamps or trips. A person must acknowledge each trip."""
 
 import lazy_loader
 

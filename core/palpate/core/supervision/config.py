@@ -1,4 +1,4 @@
-"""The limits of the supervisor, and the check for weakened ones."""
+"""The limits of the supervisor, and the check for weakened limits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -47,11 +47,11 @@ class SupervisionConfig(Settings):
     max_repeats: Annotated[int, Limit(1, 140, "ticks")] = 14
     """Consecutive control ticks without a new sample."""
     max_equal_samples: Annotated[int, Limit(1, 1_000_000, "samples")] = 5
-    """Consecutive new force samples equal in all six channels; noise prevents that in a live sensor."""
+    """Consecutive new force samples that are equal in all six channels; noise prevents that in a live sensor."""
     max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
-    """Consecutive new force samples that repeat earlier ones in order, as only a recording does."""
+    """Consecutive new force samples that repeat earlier ones in order, which only a recording does."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
-    """Consecutive new force samples of a channel within a third of its noise, as only a dead channel does."""
+    """Consecutive new force samples of a channel within a third of its noise, which only a dead channel does."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
     """Noise of a channel during taring, while nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0
@@ -63,9 +63,9 @@ class SupervisionConfig(Settings):
     max_tracking_error_mrad: Annotated[float, Limit(0.2, 500.0, "mrad")] = 10.0
     """Difference between a measured joint angle and its command."""
     tracking_lag_ticks: Annotated[int, Limit(0, 70, "ticks")] = 3
-    """Control ticks for the arm to follow a command."""
+    """Control ticks that the arm may take to follow a command."""
     max_command_jump_mrad: Annotated[float, Limit(0.1, 1000.0, "mrad")] = 50.0
-    """Change of a joint's command in one tick that counts as a fault of the task; smaller ones are clamped."""
+    """Change of a joint's command in one tick that counts as a fault of the task; smaller changes are clamped."""
     side_margin_mm: Annotated[float, Limit(1.0, 1000.0, "mm")] = 20.0
     """Sideways distance of the tip from the region of starts and exploration, in any phase."""
     depth_margin_mm: Annotated[float, Limit(9.0, 200.0, "mm")] = 12.0
@@ -121,7 +121,7 @@ def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the names of the settings weaker than their defaults.
 
     Args:
-        values: Some or all settings of supervision by name; values of another type are checked elsewhere.
+        values: Some or all supervision settings by name; values of other types are checked elsewhere.
     """
     numbers = {name: value for name, value in values.items() if isinstance(value, int | float)}
     found = [name for name, default in DEFAULTS.items() if numbers.get(name, default) > default]
@@ -138,7 +138,7 @@ def _strength(name: str) -> str:
 
 
 def weakened_lines(config: SupervisionConfig) -> list[str]:
-    """Return one line per weakened setting, printed at every start of a run."""
+    """Return one line per weakened setting, for printing at every start of a run."""
     shown = []
     for name in weaker_settings(vars(config)):
         value, default, unit = getattr(config, name), getattr(config.__class__, name), _UNITS.get(name)

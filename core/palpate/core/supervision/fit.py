@@ -1,4 +1,4 @@
-"""Check of the limits against task, arm and sensor; a limit that always or never trips is refused."""
+"""Check the limits against task, arm and sensor, and refuse a limit that always or never trips."""
 
 from math import inf
 from typing import Final
@@ -13,20 +13,20 @@ from palpate.core.supervision.retreat import Retreat
 from palpate.core.trial import N_PER_KGF, TaskConfig
 
 _NOISE: Final = 9.0
-"""The difference between two samples of three channels stays below this many standard deviations of one channel."""
+"""Bound on the difference between two samples of three channels, in standard deviations of one channel."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 WITHDRAWAL_SHARE: Final = 2.0
-"""Force allowed while a tool is withdrawn from a hole, relative to the limit; stored elastic force is released."""
+"""Force allowed while a tool is withdrawn from a hole, divided by the limit, because elastic force is released."""
 
 
 def require_fitting(
     config: SupervisionConfig, task: TaskConfig, kinematics: Kinematics, ready_rad: Array, sensor: SensorFacts
 ) -> None:
-    """Check the limits once arm, task and sensor are known.
+    """Check the limits against arm, task and sensor.
 
     Args:
         kinematics: Kinematics of the arm; its state is changed.
-        ready_rad: The pose above the goal, (n,), from which the retraction is computed.
+        ready_rad: Pose above the goal, (n,), from which the retraction is computed.
 
     Raises:
         ConfigurationError: A limit always or never trips, the arm cannot make the retraction, or the sensor's frame is
@@ -84,7 +84,7 @@ def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready
 
 
 def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
-    """Return the limits of the force in the order in which they stop the arm, printed when a run on a rig starts."""
+    """Return the force limits in the order in which they stop the arm, for printing when a run on a rig starts."""
     limits = [
         (supervision.unexpected_contact_N, "supervision.unexpected_contact_N"),
         (task.max_force_N, "task.max_force_N"),

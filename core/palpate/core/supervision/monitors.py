@@ -1,4 +1,4 @@
-"""Monitors of force, joints, samples and workspace. Forces are unfiltered, because a filter lags by half an action."""
+"""Monitors of force, joints, samples and workspace. They use unfiltered forces, as a filter lags by half an action."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -22,11 +22,11 @@ from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.trial import PhaseConstraints, Trip, TripReason, Workspace
 
 _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
-"""Shortest time for a rate: between closer samples, noise would look like a rate."""
+"""Shortest time over which a rate is computed; between closer samples, noise would look like a rate."""
 
 
 class WrenchMonitor:
-    """Monitors force, torque, rate of the force, and unexpected contact.
+    """Monitor of force, torque, force rate, and unexpected contact.
 
     Args:
         scale: Factors on the sensor's six channels after taring, (6,).
@@ -48,7 +48,7 @@ class WrenchMonitor:
         self._last_ns: int
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the wrench of this tick, which is valid; None if it is within limits."""
+        """Return the trip for the valid wrench of this tick; None if it is within limits."""
         wrench, bias = snapshot.wrench, constraints.bias
         force_N = wrench.force_N
         if self._first is None:
@@ -109,15 +109,15 @@ def _exceeded(
 _WINDOW_NS: Final = 25_000_000
 """Minimum time between samples for a velocity, so that an encoder step has little effect."""
 _STUCK_SHARE: Final = 0.3
-"""Fraction of the tracking limit: commands over this range change a joint's angle by many encoder steps at any lag."""
+"""Fraction of the tracking limit. Commands over this range move a joint by many encoder steps at any lag."""
 _STUCK_SAMPLES: Final = CONTROL_RATE_HZ // 10
-"""Samples with the same angle; a servo barely follows a faster dither."""
+"""Number of samples with the same angle; a servo barely follows a faster dither."""
 _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
-"""Oldest command, four ticks, with which an older or repeated sample is compared."""
+"""Age of the oldest command, four ticks, with which an old or repeated sample is compared."""
 
 
 class JointMonitor:
-    """Compares measured joint angles with the arm's limits and with the commands.
+    """Monitor that compares measured joint angles with the arm's limits and with the commands.
 
     Args:
         lower_rad: Lower joint limits of the arm, (n,).
@@ -151,7 +151,7 @@ class JointMonitor:
         self._same: list[tuple[float, int, float, float]] = []
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
-        """Return the trip for the joint angles of this tick, which are valid; None if they are within limits.
+        """Return the trip for the valid joint angles of this tick; None if they are within limits.
 
         Args:
             held_rad: Command sent in the previous tick, (n,).
@@ -188,7 +188,7 @@ class JointMonitor:
         return self._stuck(snapshot.tick, q, commands[0][1]) if is_new else None
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
-        """Trip on a joint whose new samples all show one angle while its earlier commands changed."""
+        """Trip on a joint whose new samples all have the same angle although its earlier commands changed."""
         same = self._same or [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
         self._same = [
             (angle, samples + 1, min(low, command), max(high, command))
@@ -212,7 +212,7 @@ class JointMonitor:
         return None
 
     def _astray(self, tick: int, q: JointVector) -> Trip | None:
-        """Trip on a joint beyond all commands of the last ticks; the angle of a lagging arm is between them."""
+        """Trip on a joint beyond all commands of the last ticks; an arm that lags is between them."""
         limit, held = self._tracking_rad, [each for _, each in self._commands]
         for number, (value, commands) in enumerate(zip(q, zip(*held, strict=True), strict=True), start=1):
             error = max(min(commands) - value, value - max(commands))
@@ -226,10 +226,10 @@ _NS_PER_MS = 1e6
 
 
 class SampleMonitor:
-    """Monitors validity, age and progress of both sensors' samples, and the time between ticks.
+    """Monitor of the validity, age and progress of both sensors' samples, and of the time between ticks.
 
     Args:
-        sensor: Its frame is that of every wrench. If it has noise, equal samples mean a frozen sensor.
+        sensor: Facts about the sensor. All wrenches must have its frame. With noise, equal samples mean it is frozen.
     """
 
     def __init__(self, config: SupervisionConfig, sensor: SensorFacts) -> None:
@@ -249,7 +249,7 @@ class SampleMonitor:
         self._values: tuple[Vector3, Vector3] | None = None
 
     def trip(self, snapshot: Snapshot) -> Trip | None:
-        """Return the trip for the samples of this tick; None if they are sound."""
+        """Return the trip for the samples of this tick; None if they are acceptable."""
         wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
         if wrench.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "force", wrench.validity)
@@ -325,7 +325,7 @@ def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: in
 
 
 class WorkspaceMonitor:
-    """Compares the tip with the workspace, a box in the task frame, and with the exploration area."""
+    """Monitor that compares the tip with the workspace, a box in the task frame, and with the exploration area."""
 
     def __init__(self, config: SupervisionConfig, workspace: Workspace) -> None:
         self._sides_m = tuple((side + config.side_margin_mm) * 1e-3 for side in workspace.side_mm)

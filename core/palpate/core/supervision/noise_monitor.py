@@ -1,4 +1,4 @@
-"""Liveness check of the force sensor: live channels show noise, and samples never recur."""
+"""Liveness check of the force sensor, whose live channels have noise and whose samples never recur."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -12,22 +12,22 @@ from palpate.core.trial import PhaseConstraints, TaskConfig, Trip, TripReason
 BAND: Final = 1.0 / 3.0
 """Half-width of the band that counts as flat, in standard deviations of the channel's noise.
 
-White noise stays within it of its start for 20 samples with a probability of 1.9e-12, the integral of phi(x) (Phi(x +
-1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels, that means 2e-5 false trips. A dead
-channel, with a twentieth of the noise, stays within it with a probability near one.
+White noise stays within this distance of its start for 20 samples with a probability of 1.9e-12, the integral of phi(x)
+(Phi(x + 1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels, that means 2e-5 false trips. A
+dead channel, with a twentieth of the noise, stays within it with a probability near one.
 """
 _FEWEST: Final = 8
-"""Fewest samples for a meaningful standard deviation."""
+"""Minimum number of samples for a meaningful standard deviation."""
 CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
 _DIGITS: Final = 6
-"""Decimals of the ratio, because a gain rounds each sample. Equal ratios occur by chance about once in several
-thousand."""
+"""Number of decimals of the ratio, because a gain rounds each sample. Equal ratios occur by chance about once in
+several thousand."""
 
 
 class NoiseMonitor:
-    """Compares each channel with its noise and each new sample with earlier ones.
+    """Monitor that compares each channel with its noise and each new sample with earlier samples.
 
     Flat lines: a channel that stays within :data:`BAND` of its noise for the number of samples in the settings is dead,
     even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
@@ -62,7 +62,7 @@ class NoiseMonitor:
         self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the wrench of this tick, which is valid; None if it is sound."""
+        """Return the trip for the valid wrench of this tick; None if it is acceptable."""
         wrench = snapshot.wrench
         if wrench.sequence == self._sequence:
             return None
@@ -129,7 +129,7 @@ class NoiseMonitor:
 
 
 def _deviation(values: Sequence[float]) -> float:
-    """Return the sample standard deviation; the standard library's exact one takes too long."""
+    """Return the sample standard deviation; the exact function of the standard library takes too long."""
     mean = sum(values) / len(values)
     return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
 

@@ -1,4 +1,4 @@
-"""The retraction after a trip: straight along the tool axis in its actual orientation."""
+"""The retraction after a trip, straight along the tool axis in its actual orientation."""
 
 from math import ceil
 from typing import Final
@@ -23,7 +23,7 @@ class Retreat:
         self.finished: bool
 
     def start(self, held_rad: JointVector) -> None:
-        """Begin at the commanded joint angles, (n,)."""
+        """Start from the commanded joint angles, (n,)."""
         self._kinematics.update(held_rad)
         self._target = self._kinematics.tip_in_base
         self._start = self._target.copy()

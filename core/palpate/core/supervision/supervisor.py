@@ -1,4 +1,4 @@
-"""The supervisor between task and arm: at each tick it passes a command, clamps it, or trips."""
+"""The supervisor between task and arm, which passes or clamps the command of each tick, or trips."""
 
 from math import isfinite, pi
 from operator import sub
@@ -36,11 +36,11 @@ from palpate.core.trial import (
 _NAME = "supervisor"
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _PULLS: Final = 4
-"""Consecutive samples with a pull after which a retraction ends; a single one may be a spike."""
+"""Number of consecutive samples with a pull that end a retraction; a single one may be a spike."""
 
 
 class Supervisor:
-    """Monitors one arm, trial by trial, without I/O or clock: a function of the snapshots so far.
+    """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, without I/O or clock.
 
     Commands beyond a joint limit are clamped. A violation that must end the trial trips: the first cause is latched,
     the tool is retracted or held, and the next trial requires a person's acknowledgement at the latch.
@@ -48,14 +48,14 @@ class Supervisor:
     Args:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks them for this arm.
         task: Number of samples averaged for taring.
-        sensor: Facts about the force sensor. Declared noise must be present in its samples.
+        sensor: Facts about the force sensor. Its samples must contain the declared noise.
         scale: Factors of the task on the sensor's six channels after taring, (6,).
         latch: The latch of the rig; None creates a new one.
         ready_rad: The ready pose, (n,); each joint must be within half a turn of it at the start of a trial. None if
             unknown.
 
     Attributes:
-        retracting: True while a retraction needs more ticks.
+        retracting: True while the retraction is not complete.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Settings of a task as the user describes it, in the paper's units (mm, kgf)."""
+"""Settings of a task as the user specifies it, in the paper's units (mm, kgf)."""
 
 from dataclasses import dataclass, field
 from math import sqrt
@@ -41,7 +41,7 @@ class TaskConfig(Settings):
     """Settings of that task only, as names and values."""
     goal: GoalConfig = GoalConfig()
     start_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 3.0
-    """A trial starts anywhere within this distance of the nominal goal."""
+    """Maximum distance of a trial's start from the nominal goal."""
     start_shape: Annotated[str, OneOf("disc", "ball")] = "disc"
     """disc: uniform over the circle; ball: uniform in a ball, projected onto the plate."""
     area_half_width_mm: Annotated[float, Range(0.1, 50.0)] = 3.5
@@ -59,7 +59,7 @@ class TaskConfig(Settings):
     motion_duty: Annotated[float, Range(0.1, 1.0)] = 0.8
     """Fraction of an action's time in which the tip moves; the torque settles in the rest. 1 means no pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
-    """Exploration ends after this time."""
+    """Time after which exploration ends."""
     contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10
     """Reaction force along the tool axis above which there is contact."""
     press_kgf: Annotated[float, Range(0.02, 10.0)] = 0.5
@@ -76,7 +76,7 @@ class TaskConfig(Settings):
     lever_mm: Annotated[float, Range(10.0, 500.0)] = 60.0
     """Longest lever about the tip of a force on the peg or of its inertia."""
     insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
-    """Depth to reach."""
+    """Required insertion depth."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """Largest shortfall of the estimated depth; includes errors of encoders, force noise and contact height."""
     release_s: Annotated[float, Range(0.0, 10.0)] = 0.0
@@ -88,7 +88,7 @@ class TaskConfig(Settings):
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """Additional play in the mouth of the hole from chamfers or broken edges; 0 computes it, at least 0.2."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
-    """A measured force above this ends the trial immediately; a true peak above it is not a success."""
+    """Measured force above which the trial ends immediately; with a true peak above it, a trial is not a success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
     """Height above the plate at which the sensor is tared and the approach begins."""
     travel_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
@@ -138,7 +138,7 @@ class ControlConfig(Settings):
     lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
     """Stiffness of the gripper across the tool axis; bounds the lateral gains."""
     moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
-    """Mass on the gripper's springs."""
+    """Mass supported by the gripper's springs."""
     damping_ratio: Annotated[float, Range(0.0, 5.0)] = 0.7
     """Damping ratio of the gripper's springs; with the mass it gives the lead of the force over the spring
     deflection."""

@@ -1,4 +1,4 @@
-"""Inputs of the supervisor in addition to snapshots, and its outputs."""
+"""Inputs of the supervisor other than snapshots, and its outputs."""
 
 import enum
 from dataclasses import dataclass
@@ -95,7 +95,7 @@ class CommandOverride:
 
 
 class Supervised(NamedTuple):
-    """The command to the arm.
+    """Command to the arm after supervision.
 
     Attributes:
         command_override: The change of the task's command and its reason; None if unchanged.

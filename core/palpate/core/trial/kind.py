@@ -22,13 +22,13 @@ S = TypeVar("S", bound=Settings)
 
 @dataclass(frozen=True, slots=True)
 class TaskParts:
-    """Components of a task, not shared with other tasks.
+    """Components that a task does not share with other tasks.
 
     Attributes:
-        measurement: Transforms snapshots to the task frame.
-        perception: Maps signals to states; for tasks in which a policy chooses.
-        policy: Chooses actions; for the same tasks.
-        reinforcement: Computes the reward of an action; for the same tasks.
+        measurement: Measurement, which transforms snapshots to the task frame.
+        perception: Perception, which maps signals to states; only for tasks in which a policy chooses.
+        policy: Policy, which chooses actions; only for the same tasks.
+        reinforcement: Reinforcement, which computes the reward of an action; only for the same tasks.
     """
 
     task: TaskConfig
@@ -59,7 +59,7 @@ class TaskKind(Protocol):
     """Interface of the object behind an entry point of the group ``palpate.tasks``; its name selects the task.
 
     Attributes:
-        preset: Nested tables of initial settings of a run, applied over those of the scenario.
+        preset: Nested tables of initial settings of a run, which override those of the scenario.
         options: The class that reads ``task.options``.
     """
 
@@ -110,7 +110,7 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def achieved(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
-        """Return True if a trial is a success according to both its report and the ground truth."""
+        """Return True if both the report and the ground truth of a trial indicate success."""
 
     def untrue(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
         """Return True if the report claims a success that the ground truth contradicts, the worst effect of a fault."""

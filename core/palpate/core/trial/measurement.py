@@ -12,20 +12,20 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-"""A force sample at most one tick older than the encoders' sample counts as simultaneous."""
+"""Largest age, relative to the encoders' sample, of a force sample that counts as simultaneous: one tick."""
 _KEPT: Final = 16
 """Number of depths and bends kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
-"""Times in ns and values in m; the latest last."""
+"""Pairs of time in ns and value in m, the latest one last."""
 
 
 class Measurement:
     """The first stage of every tick. Attributes hold the latest tick in SI units and the task frame.
 
     Args:
-        signal: Tares, scales and filters the six wrench channels.
+        signal: Processor that tares, scales and filters the six wrench channels.
         axial_N_per_m: Stiffness between flange and tip, along the tool axis.
-        damping_s: Damping over stiffness of the same spring.
+        damping_s: Damping divided by stiffness of the same spring.
 
     Attributes:
         depth_step_m: Standard deviation of the tip position along the tool axis caused by encoder steps.
@@ -33,9 +33,9 @@ class Measurement:
         position_m: Tip from the encoders, (3,); excludes the deflection of the gripper.
         tip_depth_m: Depth of the tip below the nominal plane, from the encoders and the deflection of spring and
             damper, at the latest time for which both force and joint angles are known.
-        turned_rad: Tilt and yaw of the tool, (2,); zero unless weight compensation is on, as it is for tools that turn.
+        turned_rad: Tilt and yaw of the tool, (2,); zero unless weight compensation is on, as for tools that turn.
         force_N: Tared, scaled, unfiltered force, (3,).
-        force_norm_N: Its norm.
+        force_norm_N: Norm of ``force_N``.
         torque_across_at_tip_Nm: Norm of the tared, scaled, unfiltered torque about the tip, across the tool axis; the
             lever of a contact at the tip is at most the tip's radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
@@ -141,7 +141,7 @@ class Measurement:
         self.tip_depth_m = _value_at(time_ns, self._depths) + _value_at(time_ns, self._bends)
 
     def _turned_rad(self) -> tuple[float, float]:
-        """Return tilt and yaw. Yaw is the heading of the tool's x axis; a tilt of 10 degrees changes it by 0.4."""
+        """Return tilt and yaw. Yaw is the heading of the tool's x axis, which a tilt of 10 degrees changes by 0.4."""
         (ax, ay, az), ((u, _, _), (v, _, _), (w, _, _)) = self._axis, self._tip_in_base
         x, y, _ = self._task.vector((u, v, w))
         heading_rad = atan2(y, x)
@@ -166,7 +166,7 @@ class Measurement:
         return force, torque
 
     def live_torque_at_tip_Nm(self) -> Vector3:
-        """Return the tared, scaled torque about the tip, (3,), unfiltered to avoid delay in control."""
+        """Return the tared and scaled torque about the tip, (3,), which is unfiltered to avoid delay in control."""
         torque_Nm = wrench_about(self._live_N, self._live_Nm, self._tip_in_sensor)
         torque = self._task.vector_of(self._tip_in_base, torque_Nm)
         return self._righted(torque) if self._weight_N else torque

@@ -50,7 +50,7 @@ class ReadyPose:
 
 
 def wander_m(task: TaskConfig) -> float:
-    """Return the largest distance of the peg from the nominal goal in a trial: a corner of the exploration area."""
+    """Return the largest distance of the peg from the nominal goal in a trial, at a corner of the exploration area."""
     centre_mm = task.start_uncertainty_mm if task.area_centre == "start" else 0.0
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
@@ -105,7 +105,7 @@ def require_turns(
         turns_deg: Required tilt about x and about y, and required turn about the tool axis.
 
     Raises:
-        UnreachableError: The first turn that the arm cannot make.
+        UnreachableError: The arm cannot make one of the turns; the message names it.
     """
     description, goal = arm_named(arm), goal_in_base(task.goal)
     inverse = InverseKinematics(Kinematics(description, tool), PERIOD_S)

@@ -1,4 +1,4 @@
-"""Inputs and results of a trial, as plain values."""
+"""Inputs and results of a trial as plain values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Phase(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """End of a trial, according to port data; a completed task other than an insertion is DONE."""
+    """Outcome of a trial, according to port data; DONE denotes a completed task other than an insertion."""
 
     INSERTED = "inserted"
     DONE = "done"
@@ -45,7 +45,7 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class TrialSetup:
-    """The data that distinguish trials for the core.
+    """Data that distinguish one trial from another in the core.
 
     Attributes:
         index: Number of the trial within its run, from 0.
@@ -96,12 +96,12 @@ class DecisionRecord:
 
 @dataclass
 class TrialTiming:
-    """Regularity of ticks and samples in a trial; always perfect in a simulator.
+    """Timing of ticks and samples in a trial; always perfect in a simulator.
 
     Attributes:
         worst_late_ns: Largest delay of a tick relative to its slot.
-        late_ticks: Ticks that began more than a millisecond late.
-        repeated_samples: Ticks at which a sensor had no new sample.
+        late_ticks: Number of ticks that began more than a millisecond late.
+        repeated_samples: Number of ticks at which a sensor had no new sample.
     """
 
     worst_late_ns: int = 0
@@ -142,7 +142,7 @@ INTERRUPT: Final = "interrupt"
 
 
 class Purpose(enum.IntEnum):
-    """Purposes of random numbers. The values are part of every log: never renumber them."""
+    """Purposes of random numbers. Never renumber the values, because they are part of every log."""
 
     START = 0
     HOLE = 1

@@ -10,14 +10,14 @@ from palpate.core.trial.report import TrialReport, TrialSetup
 
 
 class Task(Protocol):
-    """The behaviour of an arm in a trial: one snapshot in and one joint command out per tick, without I/O or clock.
+    """The behaviour of an arm in a trial, which turns each tick's snapshot into a joint command, without I/O or clock.
 
     A task must be a function of its configuration, the trial's setup and the snapshots; otherwise it cannot be
     replayed. It is reused for every trial; :meth:`begin` resets it.
 
     Attributes:
         constraints: Current constraints on contact and position, for the supervisor.
-        tip_m: Tip from the encoders at the last tick, (3,), task frame.
+        tip_m: Tip position from the encoders at the last tick, (3,), task frame.
         turned_rad: Tilt of the tool and turn about its axis from the encoders, (2,).
     """
 
@@ -31,7 +31,7 @@ class Task(Protocol):
 
     @abstractmethod
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """Process a snapshot, the first half of a tick; :meth:`act` is the second.
+        """Process a snapshot, in the first half of a tick; :meth:`act` is the second half.
 
         Returns:
             The observation for a policy's choice in the second half; None at ticks without a choice.
@@ -46,13 +46,13 @@ class Task(Protocol):
 
     @abstractmethod
     def act(self) -> JointCommand:
-        """Return the command to the arm, the second half of a tick."""
+        """Return the command to the arm, in the second half of a tick."""
 
     @abstractmethod
     def interrupt(self) -> None:
         """End the trial as soon as possible, and any later trial at once. Safe to call from a signal handler.
 
-        The first tick that notices it records an event :data:`~palpate.core.trial.report.INTERRUPT`, at which a replay
+        The first tick that detects it records an event :data:`~palpate.core.trial.report.INTERRUPT`, at which a replay
         interrupts the trial.
         """
 

@@ -1,4 +1,4 @@
-"""Base class of tasks with contact: path to the start, taring, force limit, and early ends."""
+"""Base class of tasks with contact, with path to the start, taring, force limit, and early termination."""
 
 from abc import abstractmethod
 from enum import Enum
@@ -30,15 +30,15 @@ from palpate.core.trial import (
 
 
 class ContactTask(Task):
-    """Lifts, moves to the start and tares; a subclass adds its own phases in :meth:`_follow`.
+    """Task that lifts, moves to the start and tares; a subclass adds its own phases in :meth:`_follow`.
 
     Args:
         measurement: Transforms snapshots to the task frame.
 
     Attributes:
         constraints: Constraints on contact and position in this phase, for the supervisor.
-        tip_m: Tip from the encoders at the last tick, (3,), task frame.
-        turned_rad: Tilt and yaw of the tool from the encoders, (2,), in tasks that turn it.
+        tip_m: Tip position from the encoders at the last tick, (3,), task frame.
+        turned_rad: Tilt and yaw of the tool from the encoders, (2,), in tasks that turn the tool.
     """
 
     def __init__(
@@ -88,10 +88,10 @@ class ContactTask(Task):
         return self.act()
 
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """Process a snapshot, the first half of a tick; :meth:`act` is the second.
+        """Process a snapshot, in the first half of a tick; :meth:`act` is the second half.
 
         Returns:
-            The observation for the policy's choice in the second half; None at most ticks, which have no choice.
+            The observation for the policy's choice in the second half; None at ticks without a choice.
 
         Raises:
             DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command; or the
@@ -142,7 +142,7 @@ class ContactTask(Task):
         return state.observation
 
     def act(self) -> JointCommand:
-        """Return the command, the second half of a tick, after a choice if one is due."""
+        """Return the command, in the second half of a tick, after a choice if one is due."""
         if self._state.observation is not None:
             self.choose()
         return self._motion.move(self._monitor.bounded(self._velocity_m_s))
@@ -169,9 +169,9 @@ class ContactTask(Task):
         self._state.enter(phase, PhaseConstraints(contact, self._settle.bias, area))
 
     def interrupt(self) -> None:
-        """End the trial after the running action, and any later trial at once.
+        """End the trial after the running action, and any later trial immediately.
 
-        Safe to call from a signal handler.
+        This is safe to call from a signal handler.
         """
         self._interrupted = True
 

@@ -18,7 +18,7 @@ class Dither:
         self.amplitude_m, self._speed_m_s = amplitude_m, speed_m_s
 
     def usual_m(self, amplitude_m: float) -> float:
-        """Return the distance that a half-period of mean length reaches at this amplitude and speed."""
+        """Return the distance covered in a half-period of mean length at this amplitude and speed."""
         return min(amplitude_m, 0.5 * self._speed_m_s * HALF_PERIOD * PERIOD_S / PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""The contact monitor: checks that the force responds to the motion, and limits the motion until it does."""
+"""The contact monitor, which checks that the force responds to the motion, and limits the motion until it does."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from palpate.core.trial import (
 )
 
 _TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
-"""Stationary ticks until the force must respond: two of the longest windows."""
+"""Number of stationary ticks until the force must respond: two of the longest windows."""
 _PUSH_N: Final = 3.0
 """Force of a push against a wall; the response to half of it has a narrow interval at a noise of 0.3 N."""
 _GROWTH: Final = 1.02
@@ -35,21 +35,21 @@ _SIMILAR: Final = 0.5
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
 """Angular frequency of a dither with half-periods of mean length."""
 _TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
-"""A force below this fraction of the press, half the dither's amplitude, is not a contact."""
+"""Fraction of the press, half the dither's amplitude, below which a force is not a contact."""
 _PULL_SHARE: Final = 0.5
-"""A pull above this fraction of the press, plus friction, is implausible; a rebounding peg pulls less."""
+"""Fraction of the press, plus friction, above which a pull is implausible; a rebounding peg pulls less."""
 _SAMPLES: Final = 4
-"""Consecutive samples of an implausible wrench, longer than an impact."""
+"""Number of consecutive samples of an implausible wrench; an impact is shorter."""
 _TILT_RAD: Final = 6e-3
-"""Orientation error of arm and grip that no job states; servos sag by up to 8 mrad and start from there."""
+"""Orientation error of arm and grip, which no job states; servos sag by up to 8 mrad and start from there."""
 _NOISES_TORQUE: Final = 3.0
 """Standard deviations of a torque about the tip; four consecutive samples exceed this once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
-"""A tip this far below the lowest possible plate is not on it; the overshoot of an approach is smaller."""
+"""Distance below the lowest possible plate at which the tip is not on it; an approach overshoots by less."""
 
 
 class Monitor:
-    """Dither, response and budget of a trial, along and across the tool axis.
+    """Contact monitor of a trial, with dither, response and budget along and across the tool axis.
 
     The budget limits the bend of the gripper since the last verification, because a faulty sensor may hide it.
 
@@ -64,11 +64,11 @@ class Monitor:
         across: Response along a push.
         direction: Direction of the push, (2,); None without a push.
         spent_N: Bend of the gripper since the last verification, assuming that the tip moved only by the play.
-        spent: True if that exceeds the budget; the tool must not advance until the force responds.
+        spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
         budget_N: Largest bend without verification.
         play_m: Lateral distance that does not bend the gripper.
-        timeout_ticks: Stationary ticks before a mismatch is reported.
-        pull_N: Pull of the tool itself.
+        timeout_ticks: Number of stationary ticks before a mismatch is reported.
+        pull_N: Pull that the tool itself causes.
         axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
     """
 
@@ -310,7 +310,7 @@ class Monitor:
 
     @property
     def contradicted(self) -> bool:
-        """Return True if the response along the axis contradicts the gripper's stiffness."""
+        """Return True if the response along the axis does not match the gripper's stiffness."""
         return self.axial.verdict() is Verdict.CONTRADICTED
 
     @property

@@ -13,18 +13,18 @@ from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import Measurement, TaskConfig
 
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
-"""In free space no force is controlled."""
+"""Force for the controllers in free space, where none is controlled."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _RIGHTING_RAD_S: Final = radians(6.0)
-"""A wrist joint near its singularity turns several times as fast."""
+"""Rate of turning upright; a wrist joint near its singularity turns several times as fast."""
 Bias = tuple[float, float, float, float, float, float]
 
 
 class RunningPhase(Protocol):
-    """A running phase of a trial; each phase defines how it is entered.
+    """A running phase of a trial; each phase defines its own entry.
 
     Attributes:
-        over: True if the last :meth:`step` was the last of the phase; False if the trial ended in the phase.
+        over: True if the latest :meth:`step` completed the phase; False if the trial ended in the phase.
     """
 
     over: bool
@@ -35,7 +35,7 @@ class RunningPhase(Protocol):
 
 
 class Lift(RunningPhase):
-    """Moves straight up to the ready height."""
+    """Phase that moves straight up to the ready height."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller) -> None:
         self._motion, self._controller = motion, controller
@@ -49,7 +49,7 @@ class Lift(RunningPhase):
 
 
 class Transfer(RunningPhase):
-    """Moves at the ready height to the start of the trial; a turned tool is turned upright meanwhile."""
+    """Phase that moves at the ready height to the start of the trial, and turns a turned tool upright."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller, state: TrialState) -> None:
         self._motion, self._controller, self._state = motion, controller, state

@@ -1,4 +1,4 @@
-"""Regression of the measured force on the motion of the flange, to check the response of the gripper's spring."""
+"""Regression of measured force on flange motion, which checks the response of the gripper's spring."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LAGS: Final = 5
 _DECIDED: Final = 7e-3
 """Relative likelihood, exp(-5), below which a lag is excluded."""
 _EVERY: Final = 2
-"""A sliding window is fitted at every second sample, which halves the time of a tick."""
+"""Number of samples per fit of a sliding window; 2 halves the time of a tick."""
 _LEAST: Final = 1e-9
 """Lower bound in place of zero, in N or N^2."""
 _NS: Final = 1e-9
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 class Verdict(enum.Enum):
-    """Result of a window."""
+    """Result of the regression over a window."""
 
     VERIFIED = "verified"
     CONTRADICTED = "contradicted"
@@ -46,10 +46,10 @@ class Response:
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None without a window.
         half_width: Half-width of its confidence interval.
-        lag: Ticks by which the force is older than its time stamp; None until the responses determine it.
+        lag: Number of ticks by which the force is older than its time stamp; None until the responses determine it.
         window: Number of samples in a window.
-        stationary_ticks: Ticks since the tool began to wait. The window grows with them, because a sliding window would
-            be verified by chance eventually.
+        stationary_ticks: Number of ticks since the tool began to wait. The window grows with it, because a sliding
+            window would eventually be verified by chance.
     """
 
     def __init__(self, spring: Spring) -> None:
@@ -117,7 +117,7 @@ class Response:
             self._fit_last(samples)
 
     def verified_since_restart(self) -> bool:
-        """Return whether all samples since the restart verify the response narrowly, with a stationary tool."""
+        """Return True if all samples since the restart verify the response narrowly, with a stationary tool."""
         if self._end - self._first < self.window:
             return False
         self._fit_last(min(self._end - self._first, MOST_SAMPLES))

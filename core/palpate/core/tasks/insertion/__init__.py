@@ -1,4 +1,4 @@
-"""The insertion task: its phases, the exploring agent, and its controllers."""
+"""The insertion task, with its phases, exploring agent and controllers."""
 
 import lazy_loader
 

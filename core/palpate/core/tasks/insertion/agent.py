@@ -1,4 +1,4 @@
-"""The learning part of the task: perceive a state, choose an action, learn from the result."""
+"""The learning part of the task, which perceives a state, chooses an action and learns from the result."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from palpate.core.trial import DecisionRecord
 
 
 class Agent:
-    """Combines perception, policy and reinforcement.
+    """Agent that combines perception, policy and reinforcement.
 
     Attributes:
         percept: Indices of the symbol and state last perceived in this trial; None before the first.
@@ -32,7 +32,7 @@ class Agent:
         self.decisions: list[DecisionRecord]
 
     def begin(self, trial: int, rng: np.random.Generator) -> None:
-        """Start a trial; ``rng`` belongs to the policy."""
+        """Start a trial; ``rng`` is the generator for the policy."""
         self._perception.reset()
         self._policy.begin_trial(trial, rng)
         self._pending = self._requested = self.percept = None
@@ -112,7 +112,7 @@ class Agent:
         self._settle(next_state=None)
 
     def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
-        """Record that the trial ended without reaching the goal; the running action leads to the current state."""
+        """Record a trial that ended without reaching the goal; its running action leads to the current state."""
         if self._pending is not None:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
 

@@ -1,4 +1,4 @@
-"""Insertions as a kind of task, the interface for the rest of palpate."""
+"""The insertion as a kind of task, for use by the rest of palpate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ _ASIDE_M: Final = 1e-3
 
 @dataclass(frozen=True)
 class NoOptions(Settings):
-    """An insertion has no options; the table ``task`` configures it."""
+    """Empty options of an insertion, which the table ``task`` configures."""
 
     TABLE: ClassVar[str] = "task.options"
 
@@ -48,7 +48,7 @@ class Insertion(TaskKind):
     options: type[Settings] = NoOptions
 
     def workspace(self, task: TaskConfig) -> Workspace:
-        """Return the box of all starts, the exploration and the whole depth."""
+        """Return the box that contains all starts, the exploration area and the whole depth."""
         # If the area is centred at the start, the two add up.
         side_mm = task.start_uncertainty_mm + task.area_half_width_mm
         return Workspace((side_mm, side_mm), task.ready_height_mm, task.insertion_depth_mm)

@@ -1,7 +1,7 @@
-"""The insertion task: approach to contact, exploration of the surface, insertion to full depth.
+"""The insertion task, with approach to contact, exploration of the surface, and insertion to full depth.
 
-A state machine without I/O: one :class:`~palpate.core.ports.values.Snapshot` in and one joint command out per tick at
-140 Hz. A tick has two halves; an external policy may choose an action between them. The task uses port data only.
+This state machine without I/O turns a :class:`~palpate.core.ports.values.Snapshot` into a joint command in each tick,
+at 140 Hz. An external policy may choose an action between the two halves of a tick. The task uses port data only.
 Encoders cannot measure the gripper's deflection, so the hole is found by the loss of the reaction force and confirmed
 by motion along the tool axis until contact again. Depth is the encoders' depth corrected by force over stiffness.
 """
@@ -19,7 +19,7 @@ from palpate.core.trial import ControlConfig, Measurement, Outcome, Phase, Purpo
 
 
 class InsertionTask(ContactTask):
-    """Inserts a peg with one arm, trial by trial.
+    """Task that inserts a peg with one arm, trial by trial.
 
     Args:
         measurement: Transforms snapshots to the task frame.
@@ -83,7 +83,7 @@ class InsertionTask(ContactTask):
     def conclude(self) -> None:
         """Pass the outcome to the policy after the last tick.
 
-        It is not passed as soon as the peg is in: a trip at that tick, or while the arm stops, would invalidate it.
+        The outcome is not passed earlier, because a trip at that tick, or while the arm stops, would invalidate it.
         """
         report = self._state.report
         self._agent.end(EpisodeOutcome(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))

@@ -1,4 +1,4 @@
-"""State that the phases of an insertion share, and its end."""
+"""State that the phases of an insertion share, and the end of an insertion."""
 
 from typing_extensions import override
 
@@ -12,14 +12,14 @@ class InsertionState(TrialState):
     """State of an insertion trial.
 
     Args:
-        agent: Learns from the end of the trial.
+        agent: Agent that learns from the end of the trial.
 
     Attributes:
-        explore_start: Tick of the first contact; 0 before.
-        hole_tick: Tick at which the hole was found; None before, and after a false drop.
+        explore_start: Tick of the first contact; 0 before it.
+        hole_tick: Tick at which the hole was found; None before that, and after a false drop.
         surface_m: Estimated height of the plate's surface below the nominal plane.
         slack_m: Uncertainty of that height; 0 if the plate was touched.
-        claimed: True if the policy has stated that the peg is in; then the trial ends with what is verified.
+        claimed: True if the policy has stated that the peg is in; the trial then ends with the verified result.
         edge_m: Distance by which the surface may be higher, if the contact was brief enough to be the hole's edge.
     """
 
@@ -36,13 +36,13 @@ class InsertionState(TrialState):
         self.surface_m = self.slack_m = self.edge_m = 0.0
 
     def agent_begun(self) -> None:
-        """Take over decisions and temperature after the agent has begun the trial."""
+        """Adopt decisions and temperature after the agent has begun the trial."""
         # The list is shared: an observer sees each decision when it is made.
         self.report.temperature, self.report.decisions = self._agent.temperature, self._agent.decisions
 
     @property
     def exploration_s(self) -> float:
-        """Return the time from the first contact to the hole, or until now."""
+        """Return the time from the first contact to the hole, or to the present tick."""
         end = self.tick if self.hole_tick is None else self.hole_tick
         return (end - self.explore_start) * PERIOD_S
 

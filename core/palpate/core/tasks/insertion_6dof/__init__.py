@@ -1,4 +1,4 @@
-"""Insertion in six degrees of freedom: a tool that turns, tilts and complies, for pegs with corners."""
+"""Insertion in six degrees of freedom, with a tool that turns, tilts and complies, for pegs with corners."""
 
 import lazy_loader
 

@@ -8,7 +8,7 @@ from palpate.core.policy import ControllerKind, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _TILT_RAD: Final = radians(2.0)
-"""Turn per action, 20 degrees/s. A slower arm takes more actions."""
+"""Turn per action, 20 degrees/s. Slower arms take more actions."""
 _STEP_M: Final = 1.8e-3
 """Step per action above the plate: 18 mm/s, below the usual speed in free space."""
 _NEAR_M: Final = 0.5e-3
@@ -19,10 +19,10 @@ _STOOD_SHARE: Final = 0.55
 _SLIPS_SHARE: Final = 0.3
 _WEDGED_SHARE: Final = 0.91
 _SUNK_SHARE: Final = 0.15
-"""Fractions of the depth that classify the tool: a shallower tilted corner is on the plate, a deeper one is in its
-corner of the hole; likewise for an upright tool."""
+"""Fractions of the depth that classify the tool. A shallower tilted corner is on the plate, and a deeper one is in its
+corner of the hole. The same applies to an upright tool."""
 _CLEARS_M: Final = 0.4e-3
-"""Height of a corner moved over the plate: depth is known to 0.15 mm, and a dither adds the same again."""
+"""Height of a corner that moves over the plate; depth is known to 0.15 mm, and a dither adds the same again."""
 _WEDGED_N: Final = 1.5
 """Lateral force above which a tool is wedged on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
@@ -30,18 +30,18 @@ _LEAD_SHARE: Final = 1.0 / 60.0
 """Advance per action divided by the inside distance, while the force on each wall is below the friction limit."""
 _LONGEST_PUSH: Final = 30
 _SLOWEST_M: Final = 0.5e-3
-"""Actions of the longest push in place, and distance per action towards it."""
+"""Number of actions of the longest push in place, and distance per action towards that place."""
 _WALL_SHARE: Final = 0.5
 """Force on a loaded wall, divided by the push."""
 _QUIET_SHARE: Final = 0.2
-"""Torque divided by the push at the corner, below which nothing turns."""
+"""Torque divided by the push at the corner, below which the tool does not turn."""
 _BACK_SHARE: Final = 0.5
 """Force that pushes a wedged corner back during withdrawal, divided by the push."""
 _DRIVE_SHARE: Final = 1.0 / 3.0
 """Force, divided by the push, while a wedged corner is turned; it reduces the friction of its walls."""
 _ACTION_S: Final = 0.1
 _RIGHT_RAD: Final = radians(1.2)
-"""Turn towards upright per action. A tilted corner may be wedged: this turn frees it, but a pull alone does not."""
+"""Turn towards upright per action. It frees a tilted corner that is wedged; a pull alone does not."""
 _CLEAR_M: Final = 0.3e-3
 UPRIGHT_RAD: Final = radians(0.1)
 
@@ -52,7 +52,7 @@ class Corner:
     Depths are relative to the depth to which a tilted corner is lowered.
 
     Args:
-        options: Corners, tilt and push; for a peg without corners four points of its rim are used.
+        options: Options for corners, tilt and push; a peg without corners uses four points of its rim.
 
     Attributes:
         half_rad: Half the angle between two corners.
@@ -145,13 +145,13 @@ class Corner:
         return dx, dy, s * self.tilt_rad - tilt_x, -c * self.tilt_rad - tilt_y
 
     def _left(self, observation: Observation) -> int:
-        """Return the number of actions until the tool is tilted over the corner."""
+        """Return the number of remaining actions until the tool is tilted over the corner."""
         dx, dy, tilt_x, tilt_y = self._ahead(observation)
         turns = (hypot(tilt_x, tilt_y) - UPRIGHT_RAD) / _TILT_RAD
         return max(ceil(turns), ceil((hypot(dx, dy) - _NEAR_M) / _STEP_M), 0)
 
     def tilting(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """Return the next action: first up, then in equal steps over the corner and to the tilt."""
+        """Return the next action, which first moves up, then in equal steps over the corner and to the tilt."""
         self.tilted += 1
         rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.tilted == 1 else 0.0
         if self.tilted == 1 and hypot(*observation.force_N[:2]) > _WEDGED_N:

@@ -1,4 +1,4 @@
-"""A policy for pegs with corners or a flat: a corner is inserted first and pushed into place, which aligns the yaw."""
+"""A policy for pegs with corners or a flat, which first pushes a corner into place in the hole to align the yaw."""
 
 from enum import Enum
 from math import copysign, hypot
@@ -14,10 +14,10 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 NAME: Final = "corner-first"
 QUIET_ACTIONS: Final = 2
-"""Consecutive actions in which both walls must carry load without torque."""
+"""Number of consecutive actions in which both walls must carry load without torque."""
 DRIVEN_ACTIONS: Final = 7
 LONGEST_WITHDRAWAL: Final = 20
-"""Actions after which a tool still in the hole is inserted again."""
+"""Number of actions after which a tool that is still in the hole is inserted again."""
 STAND_SHARE: Final = 0.2
 """Turn towards upright per action, as a fraction of the tilt."""
 _STUCK_SHARE: Final = 0.62
@@ -34,14 +34,14 @@ class _Act(Enum):
 
 
 class CornerFirst(FixedPolicy):
-    """Pushes a corner against both walls until no torque remains, turns upright and inserts, or tries the next one.
+    """Policy that pushes a corner against both walls until torque ends, turns upright and inserts, or tries another.
 
     A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole, pushed against both walls,
     does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it, and the
     flat itself turns it.
 
     Args:
-        options: Corners, tilt and push.
+        options: Options for corners, tilt and push.
 
     Raises:
         ConfigurationError: The peg has neither corners nor a flat.

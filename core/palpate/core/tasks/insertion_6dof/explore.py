@@ -1,4 +1,4 @@
-"""The exploration in six degrees of freedom: actions with different controllers until the peg is in the hole."""
+"""The exploration in six degrees of freedom, with different controllers, until the peg is in the hole."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from palpate.core.trial import Trip, TripReason
 _FASTEST_PUSH_M_S: Final = 12e-3
 _FASTEST_YAW_RAD_S: Final = radians(12.0)
 _PULL_N: Final = 1.2
-"""A pull light enough for every contact verification."""
+"""Pull that is light enough for every contact verification."""
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _GIVEN_M: Final = 3e-4
@@ -28,8 +28,8 @@ _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """Height of the lowest corner above the plate at which there is no contact."""
 _ALONG_N: Final = 2.0
-"""Implausible force along a push, because walls act against it; without a fault, more than 0.1 N never lasted this
-long."""
+"""Implausible force in the direction of a push, because walls act against it; without a fault, more than 0.1 N never
+lasted this long."""
 _WALL_N: Final = 1.0
 """Force of contact with a wall."""
 _RAISED_M: Final = 4e-4
@@ -45,18 +45,18 @@ _DEEPEST_SHARE: Final = 0.93
 """Largest depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT: Final = 1.0
-"""Gain of the compliance times the arm's lag: above it the tool oscillates against a wall; from pi / 2, endlessly."""
+"""Gain of the compliance times the arm's lag; above it, the tool oscillates at a wall, from pi / 2 without end."""
 _UPRIGHT_RAD: Final = radians(1.0)
-"""A tool with more tilt is on an edge or a corner, so that loss of contact is not a hole."""
+"""Tilt above which a tool is on an edge or a corner, so that loss of contact does not indicate a hole."""
 
 
 class SpatialExplore(Explore):
-    """Actions in six degrees of freedom, each a motion of constant speed.
+    """Exploration by actions in six degrees of freedom, each a motion at constant speed.
 
     Args:
         equipment: Objects shared by the phases.
-        monitor: Dithers the tool, and stops it until the force responds.
-        options: Compliance of the tool, and limits of its turns.
+        monitor: Contact monitor, which dithers the tool and stops it until the force responds.
+        options: Options for the compliance of the tool and the limits of its turns.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
@@ -103,7 +103,7 @@ class SpatialExplore(Explore):
 
     @property
     def _low(self) -> bool:
-        """Return True if the lowest corner may touch something."""
+        """Return True if the lowest corner may be in contact."""
         # The encoders alone give an upper bound of the height, independent of the force that corrects them.
         tip_m = max(self._measurement.tip_depth_m, self._measurement.position_m[2]) - self._state.surface_m
         if tip_m > -_CLEAR_M:

@@ -19,19 +19,19 @@ _STUCK_TICKS: Final = 2 * CONTROL_RATE_HZ
 _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """Longest time for a tilted peg on an edge of the floor to comply until it is flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Ticks per turn of a wobble; also the ticks without progress before it begins."""
+"""Number of ticks per turn of a wobble, and of ticks without progress before it begins."""
 TILTED_RAD: Final = 0.03
 """Largest tilt of an inserted peg, 26 mrad in trials without a fault; withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
-"""Distance that a wobbling peg must sink to show that the walls held it."""
+"""Distance that a wobbling peg must sink to indicate that the walls held it."""
 
 
 class SpatialInsert(Insert):
-    """Sinks and complies with all torques; a stuck peg resumes exploration instead of ending the trial.
+    """Phase that sinks and complies with all torques; with a stuck peg, exploration resumes and the trial does not end.
 
     Args:
-        options: Compliance of the tool.
+        options: Options for the compliance of the tool.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig, options: SpatialOptions) -> None:

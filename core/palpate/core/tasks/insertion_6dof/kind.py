@@ -1,4 +1,4 @@
-"""Insertions in six degrees of freedom as a kind of task, the interface for the rest of palpate."""
+"""The insertion in six degrees of freedom as a kind of task, for use by the rest of palpate."""
 
 from __future__ import annotations
 

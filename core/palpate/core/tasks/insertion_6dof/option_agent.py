@@ -23,7 +23,7 @@ walls."""
 _PUSHES: Final = (0.67, 1.0, 1.33)
 _STANDS: Final = (1.0, 1.6)
 _UNIT: Final = SpatialOptions()
-"""Options with the tilt and the push for which the options are listed."""
+"""Tilt and push for which the options are listed."""
 _TILT_RAD: Final = radians(_UNIT.tilt_deg)
 _STAND_RAD: Final = STAND_SHARE * _TILT_RAD
 
@@ -76,11 +76,11 @@ def by_rule(option: str, state: str) -> bool:
 
 
 class OptionRunner:
-    """Runs an option action by action.
+    """Runner that executes an option action by action.
 
     Args:
-        options: Corners and weight of the peg.
-        half_width_m: Half the side of the area of the tip.
+        options: Options for the corners and weight of the peg.
+        half_width_m: Half the side of the tip's area.
     """
 
     def __init__(self, options: SpatialOptions, half_width_m: float) -> None:
@@ -160,10 +160,10 @@ class OptionRunner:
 
 
 class OptionAgent(Agent):
-    """Runs the chosen option action by action; symbols, states and learning refer to whole options.
+    """Agent that executes its choice action by action; symbols, states and learning refer to whole options.
 
     Args:
-        runner: Runs the options.
+        runner: Runner of the options.
     """
 
     def __init__(

@@ -13,7 +13,7 @@ from palpate.core.ports import Range, Settings
 
 @dataclass(frozen=True)
 class SpatialOptions(Settings):
-    """Shape and weight of the tool, and its compliance."""
+    """Shape, weight and compliance of the tool."""
 
     TABLE: ClassVar[str] = "task.options"
 

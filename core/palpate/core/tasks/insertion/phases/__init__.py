@@ -1,4 +1,4 @@
-"""The phases of a trial, one class each: entry, one tick, and end."""
+"""The phases of a trial, one class for each, with entry, one tick, and end."""
 
 import lazy_loader
 

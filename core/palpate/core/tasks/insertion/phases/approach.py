@@ -1,4 +1,4 @@
-"""The approach: a guarded move straight down to the first contact."""
+"""The approach, a guarded move straight down to the first contact."""
 
 from typing_extensions import override
 
@@ -9,7 +9,7 @@ from palpate.core.trial import N_PER_KGF
 
 
 class Approach(RunningPhase):
-    """Presses straight down until there is a reaction force.
+    """Phase that presses straight down until there is a reaction force.
 
     Attributes:
         touched: True if the plate was touched; if the phase ends without contact, the tip is below the plate.
@@ -23,7 +23,7 @@ class Approach(RunningPhase):
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 
     def enter(self) -> None:
-        """Begin, straight down from the current position."""
+        """Begin moving straight down from the current position."""
         self.over = self.touched = False
         self._target_m = self._motion.reference_m
 

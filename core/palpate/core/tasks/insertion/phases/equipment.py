@@ -11,17 +11,17 @@ from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig
 
 _ACROSS_SPEED_M_S: Final = 0.005
 _DROP_M: Final = 3e-4
-"""A tip this far below the surface is in the hole, past any chamfer or worn edge."""
+"""Depth below the surface at which the tip is in the hole, past any chamfer or worn edge."""
 
 
 @dataclass(frozen=True, slots=True)
 class Controllers:
-    """The controllers for each kind of motion.
+    """Controllers for each kind of motion.
 
     Attributes:
         press: Position control across the tool axis, constant press along it.
         along: Press along the tool axis only.
-        inserting: Descent with the lateral force controlled to zero; ignores its target.
+        inserting: Descent with the lateral force controlled to zero; it ignores its target.
     """
 
     free: Controller

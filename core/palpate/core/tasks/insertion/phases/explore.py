@@ -1,4 +1,4 @@
-"""The exploration: actions while pressing on the plate, until the plate's reaction force is lost."""
+"""The exploration, with actions while the peg presses on the plate, until the reaction force is lost."""
 
 from math import hypot
 from typing import Final
@@ -11,25 +11,25 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 
 _LOST_TICKS: Final = 4
-"""Consecutive unfiltered samples without contact after which it is lost; the filtered force lags by 60 ms."""
+"""Number of unfiltered samples without contact after which it counts as lost; the filtered force lags by 60 ms."""
 _SUNK_TICKS: Final = 2
-"""Consecutive ticks below the surface; a dithering tool appears lower for a tick if encoders lag behind the force."""
+"""Number of ticks below the surface; a dithering tool appears lower for a tick if encoders lag behind the force."""
 _WEDGED_SHARE: Final = 1.5
-"""A lateral force above this fraction of the pressing force cannot be friction: an edge of the hole holds the peg.
-Friction there may support the peg, so that neither loss of contact nor depth reveals it."""
+"""Fraction of the pressing force above which a lateral force cannot be friction, because an edge of the hole holds the
+peg. Friction there may support the peg, so that neither loss of contact nor depth reveals the hole."""
 _LAG_S: Final = 3.0 * PERIOD_S
-"""Additional time to stop: the lag that the supervisor allows, supervision.tracking_lag_ticks."""
+"""Additional time to stop, the lag that supervision.tracking_lag_ticks allows."""
 _MOUTH_M: Final = 1.2e-3
 """Distance from the hole, plus play and chamfer, beyond which a peg certainly rests on the plate, not in the mouth."""
 _SURFACE_M: Final = 1e-4
-"""A height that differs from the surface by more than this is not the surface."""
+"""Difference from the surface beyond which a height is not that of the surface."""
 
 
 class Explore(RunningPhase):
-    """Actions across the plate, each a steady step and a pause.
+    """Exploration by actions across the plate, each a steady step followed by a pause.
 
     Args:
-        monitor: Dithers the tool, and stops it until the force responds.
+        monitor: Contact monitor, which dithers the tool and stops it until the force responds.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
@@ -56,7 +56,7 @@ class Explore(RunningPhase):
         self.countdown = 0
 
     def enter(self) -> None:
-        """Begin with a pause after contact with the plate."""
+        """Begin with a pause after the contact with the plate."""
         self.countdown = self._task.ticks_per_action
         self.resume()
 
@@ -68,7 +68,7 @@ class Explore(RunningPhase):
         self._lost_ticks = self._deep_ticks = 0
 
     def step(self) -> Vector3:
-        """Continue the action; when it is over, ``state.observation`` is the input of the next choice."""
+        """Continue the action; when it is over, ``state.observation`` is the input for the next choice."""
         measured, state = self._measurement, self._state
         if self._out_of_time():
             return ZERO_VELOCITY
@@ -174,9 +174,9 @@ class Explore(RunningPhase):
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """Return how much higher the surface may be because of the filter's delay or the edge of a hole.
+        """Return the distance by which the surface may be higher, due to the filter's delay or the edge of a hole.
 
-        It is not higher than where the peg rested next to the hole's mouth.
+        The surface is not higher than at places where the peg rested next to the hole's mouth.
         """
         x, y, _ = self._motion.reference_m
         mouth_m = _MOUTH_M + 1e-3 * (self._task.play_mm + self._task.chamfer_mm)

@@ -1,4 +1,4 @@
-"""The insertion: down the hole until the peg rests on the floor, or is past its depth between responding walls."""
+"""The insertion, down the hole until the peg rests on the floor, or is past its depth between responding walls."""
 
 from enum import Enum
 from math import hypot, sqrt
@@ -20,23 +20,23 @@ _WALL_SHARE: Final = 0.4
 _DUE_SHARE: Final = 0.5
 """Fraction of the budget after which the search is repeated."""
 _PUSH_M_S: Final = 2e-3
-"""Speed of a push. The force at contact with a wall is below the push: 40 N/mm times ten ticks of servo lag is 6 N."""
+"""Speed of a push. Contact with a wall causes less force than the push: 40 N/mm times ten ticks of servo lag is 6 N."""
 _BEND_SHARE: Final = 0.5
-"""Bend of the gripper in the search for a wall, divided by the budget: a push bends it by a quarter, to either side."""
+"""Bend of the gripper in the search for a wall, divided by the budget; a push bends it by a quarter to either side."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
 """Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep needs
 a third of that time."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""Six times the stall time, which includes the harder press and the checks; also added to the time of a descent."""
+"""Six times the stall time, including the harder press and the checks; it is also added to the time of a descent."""
 _SLOWED: Final = 3.0
 """Factor by which friction may slow the descent relative to damping and press."""
 _PAST_FLOOR_M: Final = 3e-4
 """Distance below the lowest possible floor beyond which there is no floor."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
-"""Ticks at depth until floor or wall must respond: five of the longest windows."""
+"""Number of ticks at depth until floor or wall must respond, five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Ticks of the harder press, or of the release."""
+"""Number of ticks of the harder press, or of the release."""
 _HARDER_SHARE: Final = 0.25
 """Largest increase of the press, divided by the force limit."""
 _RELEASE_SHARE: Final = 0.8
@@ -44,11 +44,11 @@ _RELEASE_SHARE: Final = 0.8
 that not even the harder press moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _HALF_TICKS: Final = MOST_SAMPLES // 2
-"""Time for vibrations and friction to settle without motion, then the time of each of two means of the force."""
+"""Time for vibrations and friction to settle without motion, and time for each of two means of the force."""
 _DROP_SHARE: Final = 0.5
-"""Least motion without contact in a hole, divided by the bend of the gripper under the press, which a drop releases."""
+"""Minimum motion without contact in a hole, divided by the gripper's bend under the press, which a drop releases."""
 _DEVIATIONS: Final = 3.3
-"""Standard deviations of the depth; one in two thousand errors is larger on one side."""
+"""Number of standard deviations of the depth; one in two thousand errors is larger on one side."""
 
 
 class Stage(Enum):
@@ -63,7 +63,7 @@ class Stage(Enum):
 
 
 class Insert(RunningPhase):
-    """Sinks until the peg is inserted, on an edge, or wedged. The trial ends here unless the peg dropped on an edge."""
+    """Phase that sinks until the peg is inserted, on an edge, or wedged; it ends the trial unless on an edge."""
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
@@ -320,7 +320,7 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Keep the tool stationary and compare two means of the force: only a drifting sensor reduces it.
+        """Keep the tool stationary and compare two means of the force: only a drifting sensor reduces the force.
 
         With such a sensor a tool presses harder and harder on the plate, as if it sank without a drop.
         """
