@@ -14,7 +14,8 @@ from __future__ import annotations
 import random
 import struct
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from copy import deepcopy
 
 from benchmarks.fuzzing import drawn, require
 from palpate.simulation.emulators.ur import RtdeSession, UrController
@@ -92,6 +93,12 @@ class Conversation:
             draw.randbytes(draw.randrange(40)), data[:at] + draw.randbytes(3) + data[at:],
         ])  # fmt: skip
 
+    def pieces(self, stream: bytes) -> Iterator[bytes]:
+        while stream:
+            size = self.draw.randrange(1, len(stream) + 1)
+            yield stream[:size]
+            stream = stream[size:]
+
     def hear(self, answer: bytes) -> None:
         """It must be whole packages."""
         while answer:
@@ -130,10 +137,10 @@ class Conversation:
         for _ in range(draw.randrange(1, 40)):
             who = draw.randrange(2)
             stream = self.spoilt(self.said(who))
-            while stream:
-                size = draw.randrange(1, len(stream) + 1)
-                self.hear(self.sessions[who].receive(stream[:size]))
-                stream = stream[size:]
+            whole = deepcopy(self.sessions[who]).receive(stream)
+            answers = b"".join(self.sessions[who].receive(piece) for piece in self.pieces(stream))
+            require(answers == whole, "the same answers whatever the pieces")
+            self.hear(answers)
             line = draw.choice(LINES) if draw.random() < 0.8 else draw.randbytes(8).decode("latin-1")
             require("\n" not in controller.dashboard(line.replace("\n", "")), "one line")
             if draw.random() < 0.1:

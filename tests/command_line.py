@@ -18,9 +18,7 @@ from palpate.adapters.signals import ENDING
 QUICK = ("--task.time-limit-s", "0.5")
 """Trials with little learning end at the time limit: an early one keeps them short."""
 
-RESULTS = (
-    "trials.csv", "decisions.csv", "policy.json", "checkpoint.json", "summary.json", "learning_curve.png",
-)  # fmt: skip
+RESULTS = ("trials.csv", "decisions.csv", "policy.json", "checkpoint.json", "summary.json", "learning_curve.png")
 """Files that equal runs leave equal, byte by byte."""
 
 TIMEOUT_S = 100.0

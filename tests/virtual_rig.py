@@ -32,10 +32,7 @@ _TIMEOUT_NS = 100_000_000
 class VirtualCell(EmulatedCell):
     """The cell with its devices on a virtual desk, a tick of physics each control period."""
 
-    def __init__(
-        self, desk, config, ready, emulation, begin_ns,
-        late_ns, hidden,
-    ) :  # fmt: skip
+    def __init__(self, desk, config, ready, emulation, begin_ns, late_ns, hidden):
         super().__init__(config, ready, emulation, hidden=hidden)
         for device, table in ((self.arm, "arm"), (self.sensor, "force_sensor")):
             server = device.server
@@ -87,9 +84,7 @@ class VirtualRig(DeviceRig):
         if force == "ati-netft":
             sensor = NetFtForceSensor(NetFtTable(), clock, self.cell.box.open)
         elif force == "ros2":
-            sensor = Ros2ForceSensor(
-                lambda: self.cell.domain.link("wrench", WRENCH, ""), clock, Ros2WrenchTable()
-            )  # fmt: skip
+            sensor = Ros2ForceSensor(lambda: self.cell.domain.link("wrench", WRENCH, ""), clock, Ros2WrenchTable())
         else:
             sensor = force_sensor_maker(force)(_sensor_table(), context)
         facts = overlay(SensorFactsTable(), self.cell.sensor.facts)

@@ -1,4 +1,4 @@
-"""Help, versions, outputs that take nothing, and folders without permission."""
+"""Help, versions, ``palpate settings``, and outputs that take nothing."""
 
 import errno
 import io
@@ -10,6 +10,7 @@ import pytest
 
 from palpate.adapters.cli.commands import COMMANDS
 from palpate.adapters.cli.main import main
+from palpate.adapters.config import RunConfig, described
 from palpate.core import __version__
 
 
@@ -74,3 +75,24 @@ def test_an_output_that_is_closed_full_or_of_few_characters(palpate, trained, mo
     assert main([*words, "full"]) == 1
     sys.stdout.close()
     assert capsys.readouterr().err == "palpate: No space left on device; earlier results are kept\n"
+
+
+def test_settings_are_listed_by_groups(palpate):
+    groups = palpate.succeed("settings")
+    for group in ("presets", "task", "cell", "learning", "arm.ur-rtde", "force_sensor.facts", "watchdog"):
+        assert f"\n  {group} " in groups
+    message = palpate.succeed("settings", "task")
+    assert "task.step_mm = 0.7\n    (a number from 0.01 to 5, mm)\n    Length of one exploratory step.\n" in message
+    assert "task.goal.x_mm = " in message
+    assert palpate.succeed("settings", "task.step_mm") in message
+    assert "arm.gain = 1000.0" in palpate.succeed("settings", "arm.ur-rtde")
+    assert "--live-port = 0\n    (a whole number from 0 to 65535)" in palpate.succeed("settings", "run")
+
+
+@pytest.mark.parametrize(("name", "near"), [("taks", "did you mean task?"), ("task.nothing", "did you mean task?")])
+def test_group_of_settings_that_is_not_there(palpate, name, near):
+    assert near in palpate.refusal("settings", name)
+
+
+def test_every_setting_of_a_run_has_a_help_text():
+    assert [setting.name for setting in described(RunConfig) if not setting.text] == []

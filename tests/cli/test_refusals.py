@@ -24,6 +24,7 @@ STUDIES["slip"] = "[study]\npolicies = ['qlearning']\n"
 TEXTS = {
     "zebra.toml": rig_text("zebra-nmc", "jr3-can", "zebra-zero"),
     "deep.json": "[" * 100_000,
+    "deep.toml": f"a = {'[' * 2000}",
     "walks.txt": "AABBC\nABBC\nBBAC\n",
     "refused.py": "number = 3\n",
     "unwell.py": "1 / 0\n",
@@ -100,6 +101,7 @@ def desk(palpate, trained, tmp_path):
         ("log export sound.mcap --out x --to json", "to must be one of csv"),
         # Files that are read.
         ("compare --policy deep.json", "JSON (maximum recursion depth"),
+        ("study deep.toml", "deep.toml"),
         ("run --policy torque --job gone.toml", "job = 'gone.toml': no such file; there are examples in examples/jobs"),
         ("run --policy gone/policy.json", "policy = 'gone/policy.json': no such file; accepted: a policy file, or one"),
         ("show full", "policy file = 'full': no file, but a folder"),

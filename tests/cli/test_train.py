@@ -58,9 +58,7 @@ def test_the_summary_agrees_with_the_trials(trained):
     assert (summary["finished"], summary["trials"]) == (True, 3)
     assert summary["success"] == pytest.approx(sum(t["success"] == "True" for t in trials) / 3, abs=1e-4)
     assert summary["peak_force_N"] == pytest.approx(max(float(t["peak_force_N"]) for t in trials), abs=1e-3)
-    assert set(summary) >= {
-        "success_95", "median_s", "median_95_s", "p95_s", "p95_95_s", "outcomes", "learning",
-    }  # fmt: skip
+    assert set(summary) >= {"success_95", "median_s", "median_95_s", "p95_s", "p95_95_s", "outcomes", "learning"}
 
 
 def test_run_toml_gives_the_same_run_again(palpate, trained, tmp_path):

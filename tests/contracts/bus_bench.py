@@ -9,6 +9,18 @@ LONG_NS = 3_600 * 10**9
 """A set-point time-out that no clause waits for."""
 
 
+def loads(wrench):
+    """The knobs that load a sensor whose emulator shows this wrench, N and Nm, (6,)."""
+
+    def change(first):
+        def load(x, y, z):
+            wrench[first : first + 3] = (x, y, z)
+
+        return load
+
+    return {"push_N": change(0), "twist_Nm": change(3)}
+
+
 class BusBench(ABC):
     """An adapter and the devices that it talks to; whoever makes it plugs them in."""
 

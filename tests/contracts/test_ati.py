@@ -7,6 +7,7 @@ from palpate.adapters.hardware.ati import NetFtForceSensor, NetFtTable
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Life, Validity
 from palpate.simulation.emulators.ati import EmulatedBox
+from tests.contracts.bus_bench import loads
 from tests.virtual_box import VirtualBox
 from tests.virtual_time import VirtualTime
 
@@ -21,12 +22,6 @@ class Bench(VirtualBox):
 
     def ticks(self, count):
         self.clock.sleep(count / 140)
-
-    def push(self, first):
-        def act(x, y, z):
-            self.load[first : first + 3] = (x, y, z)
-
-        return act
 
     def fall_silent(self):
         self.box.network = lambda datagrams: []
@@ -44,8 +39,7 @@ class TestNetFt(ForceSensorContract):
         bench = Bench()
         return ForceSensorRig(
             device=bench.sensor, clock=bench.clock, advance=bench.ticks, max_age_ns=50_000_000 + 10**9 // 140,
-            push_N=bench.push(0), twist_Nm=bench.push(3),
-            tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=bench.fall_silent,
+            **loads(bench.load), tolerance_N=1e-5, tolerance_Nm=1e-5, go_silent=bench.fall_silent,
             is_open=lambda: bench.is_open, provoke_fault=bench.fail,
             disconnect=lambda: setattr(bench, "is_plugged", False),
             reconnect=lambda: setattr(bench, "is_plugged", True), runs_by_itself=True,

@@ -1,17 +1,13 @@
 """The JR3 adapter keeps the contract of a force sensor, over CAN, against a board in virtual time."""
 
-from contextlib import contextmanager
-
 import pytest
 
 from palpate.adapters.contracts import ForceSensorContract, ForceSensorRig
 from palpate.adapters.hardware.plugins import RigContext, force_sensor_maker
-from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports import Life, Validity
+from palpate.core.ports import Validity
 from palpate.simulation.emulators.jr3 import Jr3CanNode
 from tests.virtual_lines import Cable, VirtualDesk
-from tests.virtual_time import VirtualTime
 
 TICK_NS = 10**9 // 140
 MAX_AGE_MS = 200.0
@@ -88,43 +84,3 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now():
             assert abs(after.force_N[2] - before.force_N[2]) == pytest.approx(made.load_N, abs=2 * made.tolerance_N)
     finally:
         made.dispose()
-
-
-@pytest.mark.parametrize(
-    "settings", [{"interface": "slcan", "channel": "/dev/no-such-port"}, {"interface": "no such interface"}]
-)
-def test_port_that_is_not_there_is_an_error_of_configure(settings):
-    sensor = force_sensor_maker("jr3-can")(settings, context(VirtualTime()))
-    with pytest.raises(DeviceError, match="cannot be opened"):
-        sensor.configure()
-    assert sensor.life is Life.CONSTRUCTED
-    sensor.close()
-
-
-@pytest.fixture
-def desk():
-    with VirtualDesk() as desk:
-        yield desk
-
-
-@contextmanager
-def reading(desk, load):
-    """An active sensor, its board, and the bus between them."""
-    node = Jr3CanNode(1, load, BOOT_NS)
-    bus = desk.can("can0", node)
-    with force_sensor_maker("jr3-can")({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
-        desk.clock.sleep(0.04)
-        assert sensor.read().validity is Validity.VALID
-        yield sensor, node, bus
-
-
-def test_board_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged(desk):
-    with reading(desk, Load()) as (sensor, node, _):
-        node.firmware.silent = True
-        desk.clock.sleep(1.4)
-        with pytest.raises(DeviceError, match="fallen silent"):
-            sensor.read()
-        node.firmware.silent = False
-        sensor.acknowledge_fault()
-        sensor.activate()
-        assert sensor.read().validity is Validity.VALID

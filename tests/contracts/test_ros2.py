@@ -18,7 +18,7 @@ from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, make_ros2_arm
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.drivers.ros2 import WRENCH
-from tests.contracts.bus_bench import LONG_NS
+from tests.contracts.bus_bench import LONG_NS, loads
 from tests.support.arm_thread import arm_in_thread
 from tests.virtual_ros2 import HOME, NAMES, VirtualDomain
 
@@ -98,16 +98,9 @@ class TestRos2VelocityArm(TestRos2Arm):
 class TestRos2Wrench(ForceSensorContract):
     def make(self):
         bench = Bench()
-
-        def push(x, y, z):
-            bench.load[:3] = (x, y, z)
-
-        def twist(x, y, z):
-            bench.load[3:] = (x, y, z)
-
         return ForceSensorRig(
-            device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, push_N=push, twist_Nm=twist,
-            go_silent=bench.fall_silent, **bench.knobs(),
+            device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, **loads(bench.load), go_silent=bench.fall_silent,
+            **bench.knobs(),
         )  # fmt: skip
 
 

@@ -14,8 +14,7 @@ from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, make_ur_rtde
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports import Validity
-from tests.contracts.bus_bench import LONG_NS
+from tests.contracts.bus_bench import LONG_NS, loads
 from tests.support.arm_thread import arm_in_thread
 from tests.virtual_ur import HOME, VirtualUr
 
@@ -88,16 +87,9 @@ class TestUrArm(ArmCommandContract):
 class TestUrToolForce(ForceSensorContract):
     def make(self):
         bench = Bench()
-
-        def push(x, y, z):
-            bench.load[:3] = (x, y, z)
-
-        def twist(x, y, z):
-            bench.load[3:] = (x, y, z)
-
         return ForceSensorRig(
-            device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, push_N=push, twist_Nm=twist,
-            go_silent=bench.fall_silent, provoke_fault=bench.cut, **bench.knobs(),
+            device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, **loads(bench.load), go_silent=bench.fall_silent,
+            provoke_fault=bench.cut, **bench.knobs(),
         )  # fmt: skip
 
 
@@ -105,13 +97,3 @@ def test_arm_of_seven_joints_is_refused():
     context = RigContext.of("panda", VirtualUr().clock)
     with pytest.raises(Exception, match="an arm of 6 joints"):
         make_ur_rtde(UrTable(), context, VirtualUr)
-
-
-def test_tool_force_that_was_silent_activates_as_soon_as_its_fault_is_acknowledged():
-    bench = Bench()
-    with bench.sensor() as sensor:
-        bench.cut()
-        bench.ticks(200)
-        sensor.acknowledge_fault()
-        sensor.activate()
-        assert sensor.read().validity is Validity.VALID

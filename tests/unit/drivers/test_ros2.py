@@ -21,9 +21,7 @@ THERE = (*HOME[:5], HOME[5] + 0.1)
 
 
 def made(domain, **settings):
-    arm = Ros2Arm(
-        domain.link(), replace(SETTINGS, **settings), now_ns=domain.clock.now_ns, sleep=domain.clock.sleep
-    )  # fmt: skip
+    arm = Ros2Arm(domain.link(), replace(SETTINGS, **settings), now_ns=domain.clock.now_ns, sleep=domain.clock.sleep)
     arm.open()
     return arm
 

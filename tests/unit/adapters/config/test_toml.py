@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from palpate.adapters.config import RunConfig, overlay, require_corners, scenario, task_kind, with_options
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig
-from palpate.adapters.config.toml import literal, read_toml, to_toml
+from palpate.adapters.config.toml import literal, to_toml
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription
 from palpate.core.trial.config import GoalConfig, TaskConfig
@@ -39,15 +39,6 @@ def test_a_configuration_comes_back_from_its_text(config):
 def test_any_text_comes_back(name, action):
     learning = LearningConfig(programmed={name: action}, examples=name)
     assert overlay(LearningConfig(), loads(to_toml(learning))) == learning
-
-
-@pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'", b"a = " + b"[" * 2000 + b"]" * 2000])
-def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
-    path = tmp_path / "run.toml"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(ConfigurationError, match=r"run\.toml"):
-        read_toml(path)
 
 
 def test_all_options_of_a_task_are_told_and_an_insertion_has_none():

@@ -150,11 +150,3 @@ def test_line_that_was_cut_short_is_dropped(folder, remains):
             stream.write(remains)
     folder.truncate(20)
     assert content(folder) == before
-
-
-def test_damaged_trials_are_reported(folder):
-    folder.append_trial(scored_trial(0))
-    path = folder.path / "trials.csv"
-    path.write_text(path.read_text().replace("6.25", "much"))
-    with pytest.raises(OutputError, match=r"trials\.csv: cannot be read"):
-        folder.read_trials()

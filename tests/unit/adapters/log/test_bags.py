@@ -10,7 +10,7 @@ from palpate.adapters.experiments import plain_perception, ready_pose
 from palpate.adapters.log import BagTopics, export_bags, log_of_bag, read_log
 from palpate.adapters.log.bags import JOINT_STATE, WRENCH, joint_names
 from palpate.adapters.log.series import series_of
-from palpate.core.errors import ConfigurationError, LogError, OutputError
+from palpate.core.errors import ConfigurationError, LogError
 from tests.golden.record import HERE
 
 pytest.importorskip("rosbags")
@@ -102,12 +102,6 @@ def test_bag_with_one_of_two_wrenches_chosen_is_read(tmp_path):
 def test_messages_without_a_stamp_count_from_their_receipt(tmp_path):
     bag = made(tmp_path / "bag", joint_names(CONFIG), StoragePlugin.MCAP, stamped=False)
     assert len(list(imported(bag, tmp_path / "x.mcap").records())) == pytest.approx(140, abs=3)
-
-
-def test_bags_are_not_written_into_a_folder_with_others(tmp_path):
-    export_bags([HERE / "torque-ur5.mcap"], tmp_path / "bags")
-    with pytest.raises(OutputError, match="holds something already"):
-        export_bags([HERE / "torque-ur5.mcap"], tmp_path / "bags")
 
 
 def test_folder_that_is_no_bag_is_refused(tmp_path):

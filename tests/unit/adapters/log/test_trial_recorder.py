@@ -129,17 +129,6 @@ def test_trial_that_did_not_begin_is_not_taken_for_the_one_before(setting, monke
     assert (log.end.outcome, log.end.ticks, log.end.error) == ("", 0, "ValueError")
 
 
-def test_log_that_is_left_open_is_whole_but_for_its_end_when_the_next_begins(setting, monkeypatch):
-    with monkeypatch.context() as leaving:
-        leaving.setattr(setting.recorder, "end", lambda *_: None)
-        setting.run()
-    ticks = setting.task.report.ticks
-    setting.run(1)
-    log = log_of(setting.sink.logs[0])
-    assert [record.tick for record in log.records()] == list(range(ticks))
-    assert (log.missing, log.end) == ("", None)
-
-
 def test_logs_of_trials_that_run_again_are_set_aside(tmp_path):
     names = ("trial-00000.mcap", "trial-00001.mcap", "trial-00002.mcap", "trial-x.mcap", "notes.txt")
     for name in names:

@@ -33,7 +33,6 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefParameters
-from tests.unit.core.json_changes import require_refused
 from tests.unit.core.policy.bench import LEFT, TWO
 
 ACTIONS = compass_actions(0.001)
@@ -63,6 +62,14 @@ def written(policy):
     read = PolicyDocument.from_json_text(made.to_json_text())
     assert read == made
     return read
+
+
+def require_refused(made, field):
+    """The text is refused in one line that names the field."""
+    with pytest.raises(ConfigurationError) as refused:
+        PolicyDocument.from_json_text(json.dumps(made))
+    assert refused.value.field == field
+    assert len(str(refused.value).splitlines()) == 1
 
 
 def learned():
@@ -165,7 +172,7 @@ class TestPoliciesInFiles:
         assert blank.contact_model is None
         made = json.loads(read.to_json_text())
         made["learner"]["state"]["trials"][1]["contacts"][0] = [1, 2, 3]
-        require_refused(PolicyDocument.from_json_text, made, "learner.trials[1]")
+        require_refused(made, "learner.trials[1]")
 
     def test_fitted_model_of_hidden_states_goes_on_from_its_file(self):
         learner = HmmLearner(STATES, TWO, HmmParameters(reach=3))
@@ -181,4 +188,4 @@ class TestPoliciesInFiles:
         assert twin.model.emissions.tolist() == learner.model.emissions.tolist()
         made = json.loads(read.to_json_text())
         made["learner"]["state"]["trials"][4]["symbols"][0] = 2
-        require_refused(PolicyDocument.from_json_text, made, "learner.trials[4].symbols")
+        require_refused(made, "learner.trials[4].symbols")

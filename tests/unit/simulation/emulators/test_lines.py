@@ -99,16 +99,3 @@ def test_adapter_takes_frames_whole_or_in_pieces():
     node.outbox = [BusFrame(0x601, bytes.fromhex("01AB"))]
     assert adapter.advance(0) == b"t601201AB\r"
     assert adapter.feed(b"102ABCD\r", 0) == b"z\rt0112ABCD\r"
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        b"t", b"t080", b"t0809", b"t08G0", b"t0801", b"t0801A", b"t08011G", b"t0801112", b"t8000", b"T0000020101",
-        b"r2010", b"S8", b"S9", b"O", b"X", b"\xff\xfe", b"t" * 40,
-    ],
-)  # fmt: skip
-def test_bad_line_rings_the_bell(line):
-    adapter = opened()
-    assert adapter.feed(line + b"\r", 0) == b"\a"
-    assert adapter.feed(b"t0800\r", 0) == b"z\r"

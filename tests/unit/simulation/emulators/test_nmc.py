@@ -59,21 +59,6 @@ def test_zeros_end_a_partial_frame(cut):
     assert bench.raw(b"\x00\x55\x01\xff" + command(1, 0xE)) == b"\x19\x19"  # noise between frames is skipped
 
 
-@pytest.mark.parametrize(
-    ("code", "data"),
-    [
-        (0x0, b"\x07"), (0x1, b"\x01"), (0x2, b""), (0x3, b""), (0x4, b""), (0x4, b"\x91\x00"),
-        (0x4, b"\x11" + bytes(4)), (0x4, b"\xb6" + bytes(8)), (0x4, b"\xd1" + bytes(4)), (0x4, b"\x88\xff"),
-        (0x5, b""), (0x6, b"\x00"), (0x7, b"\x10"), (0x7, b"\x01" + bytes(4)), (0xC, b""), (0xD, bytes(3)),
-        (0xE, b"\x00"),
-    ],
-)  # fmt: skip
-def test_command_of_another_shape_or_kind_changes_nothing(code, data):
-    bench = Bench(modules=1).addressed()
-    assert bench.ask(1, code, data).status == 0x19
-    assert bench.bus.modules[0].rejected == 1
-
-
 def bench_of_one():
     return Bench(modules=1).running()
 

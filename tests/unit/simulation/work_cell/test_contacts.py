@@ -1,7 +1,7 @@
 """Outlines of pegs and holes, and the contacts between them, listed or searched."""
 
 from dataclasses import replace
-from math import cos, isclose, pi, remainder, sin, tan
+from math import cos, isclose, sin
 
 import numpy as np
 import pinocchio as pin
@@ -42,15 +42,6 @@ def test_round_parts_have_their_clearance_at_every_wall(share, count, by_m, keye
         # Grown, the sharp corner of a flat moves out farther than that.
         assert by_m - 1e-12 <= gap_m <= (4.0 * by_m if keyed else by_m + 1e-12)
     assert isclose(walls[0].distance_m, (share * 10e-3 if keyed else 10e-3) + by_m)
-
-
-@given(sections, apothems, counts, st.floats(-pi, pi), st.floats(0.0, 1.0))
-def test_walls_leave_no_gap_up_to_their_reach(name, apothem_m, boxes, heading, share):
-    reach_m = 9e-3
-    walls = section(name, apothem_m).walls(boxes, reach_m)
-    nearest = min(walls, key=lambda wall: abs(remainder(heading - wall.heading_rad, 2 * pi)))
-    along_m = (apothem_m + share * reach_m) * tan(remainder(heading - nearest.heading_rad, 2 * pi))
-    assert abs(along_m) <= nearest.half_width_m
 
 
 @pytest.mark.parametrize("name", POLYGONS)
