@@ -1,4 +1,4 @@
-"""``python -m palpate``: the command line, if no script is installed."""
+"""Entry point of ``python -m palpate``, which runs the command line without an installed script."""
 
 import sys
 

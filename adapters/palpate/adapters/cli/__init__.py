@@ -1,1 +1,1 @@
-"""The ``palpate`` command; one module per subcommand."""
+"""The ``palpate`` command, with one module per subcommand."""

@@ -1,7 +1,7 @@
 """Parse a command line into options and, for commands that run trials, into the configuration of the run.
 
-tyro parses a command's own options. The rest are settings such as ``--task.step-mm 0.5``. They become a table, as in a
-TOML file, and are checked the same way.
+tyro parses a command's own options. The rest are settings such as ``--task.step-mm 0.5``. They are converted to a
+table, as in a TOML file, and checked in the same way.
 """
 
 import contextlib
@@ -78,7 +78,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:
-    """Return the value in its TOML form and the number of words it takes; the setting itself checks it."""
+    """Return the value in its TOML form and the number of words it takes; the setting itself checks the value."""
     base = parts_of(kind)[0]
     if base is bool:
         return switch, 0
@@ -178,7 +178,7 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
 
 
 def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: Mapping[str, Any]) -> RunConfig:
-    """Return the configuration from files, presets, rig and settings; flags win."""
+    """Return the configuration composed from files, presets, rig and settings; flags override all others."""
     rig, resumed = str(getattr(own, "rig", "")), bool(getattr(own, "resume", False))
     if rig:
         if "cell" in given:
@@ -201,7 +201,7 @@ def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: M
 
 
 def _require_of_learner(learner: str, given: Iterable[str]) -> None:
-    """Refuse settings that the learner would ignore."""
+    """Refuse settings that the learner ignores."""
     for name in given:
         has = OF_SOME.get(name, tuple(LEARNERS))
         if learner not in has:
@@ -222,7 +222,7 @@ def _frozen(value: Any) -> Any:
 
 
 def _one_line(boxed: str) -> str:
-    """Return the parser's message without title, frame and hints."""
+    """Return the parser's error message without its title, frame and hints."""
     parts = re.split(r"[─-]{5,}", " ".join(re.sub("[╭╮╰╯│]", " ", boxed).split()))
     message = (parts[1] if len(parts) > 1 else parts[0]).strip(" ─-")
     if refused := re.search(r"Error parsing [^:]*: (\S+ (must be|is missing|=) .*)$", message):

@@ -1,4 +1,4 @@
-"""The commands and their modules, imported when a command runs: ``palpate --help`` loads no settings library."""
+"""Commands and their modules, imported only when a command runs, so ``palpate --help`` loads no settings library."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -7,7 +7,7 @@ from importlib import import_module
 
 
 class Command:
-    """One command: summary, and the modules of its function and options; a group has only a summary."""
+    """One command with its summary and the modules of its function and options. A group has only a summary."""
 
     def __init__(self, text: str, module: str = "", options: str = "options") -> None:
         self.text, self.module, self.options = text, module, options

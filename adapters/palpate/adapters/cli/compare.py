@@ -1,4 +1,4 @@
-"""``palpate compare``."""
+"""The command ``palpate compare``."""
 
 import sys
 from functools import partial

@@ -1,4 +1,4 @@
-"""``palpate emulate``."""
+"""The command ``palpate emulate``."""
 
 import os
 import sys
@@ -20,7 +20,7 @@ _MARK: Final = "# Written by palpate emulate, which replaces this file unless it
 
 
 def emulate(options: EmulateOptions) -> int:
-    """Serve until a signal ends the command, and return the exit code."""
+    """Serve the devices until a signal ends the command, and return the exit code."""
     config = options.run
     path = Path(options.rig_file) if options.rig_file else None
     job_path = None if path is None else path.parent / f"{path.stem}.job.toml"
@@ -50,7 +50,7 @@ def emulate(options: EmulateOptions) -> int:
 
 
 def _require_own(path: Path | None) -> None:
-    """Refuse to replace a file whose first line lacks the digest of the rest: it was changed or written by hand."""
+    """Refuse to replace a file whose first line lacks the digest of the rest, because a person changed or wrote it."""
     if path is None or not os.path.lexists(path):
         return
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""

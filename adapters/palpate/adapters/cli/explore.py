@@ -1,4 +1,4 @@
-"""``palpate explore``."""
+"""The command ``palpate explore``."""
 
 import json
 import sys
@@ -62,7 +62,7 @@ def _learn(options: ExploreOptions) -> int:
 
 
 def _runs(options: ExploreOptions, grid: GridMap, states: StateIdentifier, title: str = "") -> list[LearningRun]:
-    """Return the runs, with a progress bar; after Ctrl-C the finished ones."""
+    """Return the runs and show a progress bar; after Ctrl-C, return the finished runs."""
     runs: list[LearningRun] = []
     seeds = range(options.seed, options.seed + options.seeds)
     with progress(len(seeds) * options.trials, "trial", title) as bar:

@@ -1,4 +1,4 @@
-"""The help text of a command, from its declared options."""
+"""Help text of a command, created from its declared options."""
 
 import shutil
 import textwrap
@@ -12,9 +12,9 @@ from palpate.adapters.config import RARE, Described, described, literal
 from palpate.core.ports import OneOf, Range, kinds_of, optional_of, parts_of
 
 _TEXT: Final = 20
-"""Column of the texts."""
+"""Column at which the texts begin."""
 _MOST: Final = 15
-"""Maximum number of options before the rare ones move to ``palpate settings``."""
+"""Number of options above which the rare ones are described only by ``palpate settings``."""
 
 
 def help_text(kind: type, command: str) -> str:

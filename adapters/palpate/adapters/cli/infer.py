@@ -1,4 +1,4 @@
-"""``palpate infer``: infer an automaton, show one, compare two."""
+"""The command ``palpate infer``, which infers, shows and compares automata."""
 
 import json
 import sys
@@ -22,9 +22,9 @@ from palpate.core.ports import Settings
 class InferOptions(Settings):
     """Infer an automaton from symbol strings, with an Elman network and dynamic state partitioning.
 
-    The strings come from a text file with one string per line, such as from palpate explore --strings, or from logs of
-    insertion trials. Each trial that ended in the hole gives a string. Strings with labels give an acceptor; strings
-    without labels give a machine whose outputs are the possible next symbols.
+    The strings come from a text file with one string per line, as written by palpate explore --strings, or from logs of
+    insertion trials. Each trial that ended in the hole yields a string. Strings with labels yield an acceptor; strings
+    without labels yield a machine whose outputs are the possible next symbols.
     """
 
     files: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
@@ -32,10 +32,10 @@ class InferOptions(Settings):
     out: str = ""
     """New or empty folder for the automaton, the network and a report. With --show: a new Graphviz file (.dot)."""
     show: bool = False
-    """Print an automaton instead, or write it to --out."""
+    """Print an automaton instead of inferring one, or write it to --out."""
     compare: bool = False
-    """Compare two automata instead. Exit code 0: equal outputs for every word; 1: not equal, and the shortest word with
-    different outputs is printed."""
+    """Compare two automata instead of inferring one. Exit code 0: equal outputs for every word; 1: not equal, and the
+    shortest word with different outputs is printed."""
     settings: Annotated[automata.InferenceSettings, tyro.conf.arg(name="")] = field(
         default_factory=automata.InferenceSettings
     )

@@ -1,4 +1,4 @@
-"""``palpate log``: show recorded trials, and convert them to other formats."""
+"""The command ``palpate log``, which shows recorded trials and converts them to other formats."""
 
 import json
 import sys
@@ -21,17 +21,17 @@ Files = Annotated[tuple[str, ...], tyro.conf.Positional]
 
 @dataclass(frozen=True)
 class InfoOptions(Settings):
-    """Summarise logs: configuration, timing, completeness, outcome."""
+    """Summarise logs: configuration, timing, completeness and outcome."""
 
     files: Files = ()
-    """Logs, or folders that contain logs. One log gives a page, several give a table."""
+    """Logs, or folders that contain logs. One log is shown as a page, several as a table."""
     json: bool = False
     """Print all details of every log as a JSON list."""
 
 
 @dataclass(frozen=True)
 class PlotOptions(Settings):
-    """Plot a trial over time: forces, torques, position, states, actions, events."""
+    """Plot a trial over time: forces, torques, position, states, actions and events."""
 
     file: Annotated[str, tyro.conf.Positional]
     """Log."""
@@ -41,7 +41,7 @@ class PlotOptions(Settings):
 
 @dataclass(frozen=True)
 class ScoreOptions(Settings):
-    """Score trials by the score sheet of the AI for Industry Challenge, March 2026, with up to 100 points.
+    """Score trials with up to 100 points, by the score sheet of the AI for Industry Challenge (March 2026).
 
     An insertion gives 75 points, a partial insertion 38 to 50, and a position near the hole up to 25. Low jerk gives up
     to 6 points, a short time up to 12 (within 5 s), and a short path up to 6. More than 1 s above 20 N costs 12 points.
@@ -68,7 +68,7 @@ class ExportOptions(Settings):
 
 @dataclass(frozen=True)
 class ImportOptions(Settings):
-    """Convert JointState and WrenchStamped messages of a ROS 2 bag (MCAP or SQLite) to a log at the control rate."""
+    """Convert JointState and WrenchStamped messages in a ROS 2 bag (MCAP or SQLite) to a log at the control rate."""
 
     bag: Annotated[str, tyro.conf.Positional]
     """Folder of the bag."""
@@ -83,7 +83,7 @@ class ImportOptions(Settings):
     wrench: str = ""
     """Topic of the wrenches. Default: the only topic of its type."""
     reverse_wrench: bool = False
-    """Reverse the signs: the bag has the wrench that the tool exerts on its surroundings."""
+    """Reverse the signs, if the bag contains the wrench that the tool exerts on its surroundings."""
     out: str = ""
     """New file for the log. Default: NAME.mcap in the current folder."""
 
@@ -182,7 +182,7 @@ def print_damage(log: "TrialLog") -> None:
 
 
 def _logs(names: Sequence[str], command: str) -> list[Path]:
-    """Return the named logs, including those in and below folders."""
+    """Return the named logs, including those in folders and subfolders."""
     if not names:
         raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files, or folders of them")
     from palpate.adapters.log import find_logs

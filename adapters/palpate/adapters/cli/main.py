@@ -1,4 +1,4 @@
-"""Entry point: selects the subcommand, and reports errors in one line with an exit code."""
+"""Entry point, which selects the subcommand and reports errors in one line with an exit code."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from palpate.adapters.signals import on_ending_signal
 from palpate.core import errors
 
 QUIET_S: Final = 5.0
-"""Time for a command to close logs and devices, during which further Ctrl-C is ignored."""
+"""Time for a command to close logs and devices. During this time, further Ctrl-C is ignored."""
 
 
 class Interrupts:
-    """Context in which the signals that end a process raise KeyboardInterrupt; ``raised`` is True after one.
+    """Context in which signals that end a process raise KeyboardInterrupt; ``raised`` is True after such a signal.
 
     SIGINT and SIGTERM do so even if a shell ignores them. Another signal within ``QUIET_S`` is ignored, because it
-    would interrupt the closing of logs and devices. Later ones raise again. With ``last``, SIGINT is ignored after the
-    context, because the process ends with the command.
+    would interrupt the closing of logs and devices. Later signals raise it again. With ``last``, SIGINT is ignored
+    after the context, because the process ends with the command.
     """
 
     def __init__(self, *, last: bool = False) -> None:
@@ -53,7 +53,7 @@ class Interrupts:
 
 
 _LEFT_OUT: Final = ("torch", "pytest")
-"""Packages that a slim installation lacks; they are imported where needed."""
+"""Packages that a slim installation lacks; they are imported only where needed."""
 _DEBUG: Final = "--debug"
 """Option of every command that prints the traceback of an error."""
 
@@ -134,7 +134,7 @@ def _fail(error: errors.PalpateError, code: int, *, debug: bool) -> int:
 
 
 def _open_streams() -> None:
-    """Make printing safe with closed streams and with characters that the terminal lacks."""
+    """Make printing safe for closed streams and for characters that the terminal cannot display."""
     if sys.stdin is None:
         # The input is also closed, so a prompt gets no answer.
         sys.stdin = open(os.devnull)

@@ -20,7 +20,7 @@ from palpate.simulation.work_cell import validity_lines
 
 @contextmanager
 def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
-    """Yield the requested live view; None without one."""
+    """Yield the requested live view, or None."""
     if not options.live:
         yield None
         return
@@ -50,7 +50,7 @@ def run_of(
     """Return the run requested by a command."""
 
     def requested(config: RunConfig, ready: ReadyPose) -> Rig:
-        """Return the rig before it is opened, after checking its settings and asking for confirmation."""
+        """Check the settings, ask for confirmation, and return the rig, which is not yet open."""
         accepted = options.accept_kinematics
         rig = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=accepted)
         if options.rig:
@@ -90,7 +90,7 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
 
 
 def trial_line(row: TrialRow) -> str:
-    """Return a line about a finished trial."""
+    """Return a line that describes a finished trial."""
     end = f"{row.outcome} after {row.exploration_time_s:.2f} s{f' ({row.trip})' if row.trip else ''}"
     return f"trial {row.trial + 1}: {end}, peak force {row.peak_force_N:.1f} N"
 
@@ -108,12 +108,12 @@ def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterato
 
 
 def validity_note(config: RunConfig, rig: str = "") -> str:
-    """Return the note below a success rate; empty on a rig, and if the simulator is valid."""
+    """Return the note to print below a success rate; empty on a rig, or if the simulator is valid."""
     return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
 def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return a line on the trials flagged for timing: number, reasons, whether learned from; empty if none are."""
+    """Return a line on trials flagged for timing: number, reasons, whether used for learning; empty if none."""
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())

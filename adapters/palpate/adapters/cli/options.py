@@ -22,7 +22,7 @@ class RunSettings(Settings):
     """Options of every command that runs trials.
 
     Attributes:
-        run: The configuration that follows from files, presets and flags.
+        run: Configuration that results from files, presets and flags.
     """
 
     job: str = ""
@@ -31,7 +31,7 @@ class RunSettings(Settings):
     """Conditions of the simulated trials: job, paper, blind, or blind with an additional condition, such as
     blind-tilt-4. Default: job with --job, else paper."""
     task: str = ""
-    """Task: insertion, insertion-6dof, or a task of a plug-in package. Default: insertion."""
+    """Task: insertion, insertion-6dof, or a task from a plug-in package. Default: insertion."""
     arm: str = ""
     """Name of the arm, such as ur5e. To use your own arm, add a table [arm] to the job file."""
     learner: Annotated[str, OneOf("", *LEARNERS)] = ""
@@ -77,7 +77,7 @@ class MotionSettings(AcknowledgeSettings):
     """Options of the commands that run trials on a rig."""
 
     rig: str = ""
-    """Rig file; use its devices instead of the simulator."""
+    """Rig file, whose devices are used instead of the simulator."""
     confirm: Annotated[str, RARE] = ""
     """Name of the rig, to allow motion with --rig if there is no terminal. At a terminal, palpate asks once. An
     emulated rig needs no confirmation."""
@@ -93,7 +93,7 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     """Folder for the results. It must not contain a run. Default: runs/SCENARIO."""
     policy: str = "q-learning"
     """q-learning: train the learner of --learner from scratch. A policy file: continue its training, with exploration
-    as at the start. package.module:Name or the name of an entry point: train a learner of a plug-in package."""
+    as at the start. package.module:Name or the name of an entry point: train a learner from a plug-in package."""
     resume: bool = False
     """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
@@ -106,7 +106,7 @@ class RunOptions(MotionSettings, LiveSettings, RunSettings):
     """Run a trained policy or a baseline without learning."""
 
     policy: str = ""
-    """Policy file; baseline: oracle, torque, spiral-10, spiral-5 or random; or policy of a plug-in package:
+    """Policy file; baseline: oracle, torque, spiral-10, spiral-5 or random; or a policy from a plug-in package:
     package.module:Name or the name of its entry point."""
     trials: Trials = 50
     """Number of trials."""
@@ -142,10 +142,10 @@ class CompareOptions(RunSettings):
 class PlanOptions(Settings):
     """Check whether a job is feasible, and print its derived settings and the best task and policy. Nothing moves.
 
-    With --trials it also simulates the job. Each trial uses another cell, drawn from uniform distributions: the hole in
-    its circle, plate height, tilt (from 0), friction (from 0.1 to the maximum), noise (factor 0.8 to 1.25), stiffness
-    (factor 0.9 to 1.1), headings and yaw. Each block of 10 trials starts with a new policy object. The first trial of a
-    block trains a learner and does not count.
+    With --trials it also simulates the job. Each trial uses a different cell, drawn from uniform distributions: the
+    hole in its circle, plate height, tilt (from 0), friction (from 0.1 to the maximum), noise (factor 0.8 to 1.25),
+    stiffness (factor 0.9 to 1.1), headings and yaw. Each block of 10 trials starts with a new policy object. The first
+    trial of a block trains a learner and does not count.
 
     Exit code 0: feasible; 1: not feasible; 2: the job or an option is invalid.
     """
@@ -250,15 +250,15 @@ class CalibrateOptions(AcknowledgeSettings, RunSettings):
 class EmulateOptions(EmulationConfig, RunSettings):
     """Emulate the devices of a job's work cell until Ctrl-C.
 
-    MuJoCo simulates the arm. Serial and CAN devices are on pseudo-terminals; a Net F/T and a controller of Universal
-    Robots are on local sockets. The cell is that of the first trial.
+    MuJoCo simulates the arm. Serial and CAN devices are on pseudo-terminals; a Net F/T and a Universal Robots
+    controller are on local sockets. The cell is the same as in the first trial.
 
     The command prints a rig file. `palpate run --rig FILE` then controls the cell like real devices.
     """
 
     rig_file: str = ""
-    """File for the rig file; its job file is written next to it. Files from an earlier palpate emulate are replaced
-    unless you edited them."""
+    """Path of the rig file to write; its job file is written next to it. Files from an earlier palpate emulate are
+    replaced unless you edited them."""
     event: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
     """Fault to trigger: 12s:NAME (12 s after the arm first moves) or start+12s:NAME (12 s after the start). Names:
     protective-stop, emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be repeated."""

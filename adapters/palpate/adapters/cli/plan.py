@@ -1,4 +1,4 @@
-"""``palpate plan``: the feasibility of a job, checked before anything moves."""
+"""The command ``palpate plan``, which checks the feasibility of a job before anything moves."""
 
 from __future__ import annotations
 

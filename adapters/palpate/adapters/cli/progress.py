@@ -1,4 +1,4 @@
-"""Progress of a command: a bar on a terminal, or a plain line per tenth elsewhere."""
+"""Progress of a command, shown as a bar on a terminal and elsewhere as a plain line per tenth."""
 
 import sys
 from collections.abc import Iterator
@@ -38,7 +38,7 @@ class _Lines:
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Iterate, and print to the error stream the progress that ``update`` reports."""
+    """Yield an object whose ``update`` reports progress, which is printed to the error stream."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

@@ -1,4 +1,4 @@
-"""``palpate render``."""
+"""The command ``palpate render``."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""``palpate replay``."""
+"""The command ``palpate replay``."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""``palpate report``."""
+"""The command ``palpate report``."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""``palpate rig calibrate``."""
+"""The command ``palpate rig calibrate``."""
 
 import os
 import sys
@@ -27,7 +27,7 @@ _TABLE: Final = CalibrationTable.TABLE
 
 
 class _LeaveError(Exception):
-    """The operator ends the calibration."""
+    """The operator has ended the calibration."""
 
 
 def calibrate(options: CalibrateOptions) -> int:
@@ -62,7 +62,7 @@ def calibrate(options: CalibrateOptions) -> int:
 
 
 def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> None:
-    """Perform a step and write its result. Between steps the rig is closed, because keys then answer prompts."""
+    """Perform a step and write its result. Between steps, the rig is closed, because keys then answer prompts."""
     before = RigFile.load(path)
     known = before.calibration
     if step == "hole":

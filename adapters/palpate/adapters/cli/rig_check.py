@@ -1,4 +1,4 @@
-"""``palpate rig check``."""
+"""The command ``palpate rig check``."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""``palpate rig doctor``."""
+"""The command ``palpate rig doctor``."""
 
 import sys
 from dataclasses import replace

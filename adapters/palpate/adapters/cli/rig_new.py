@@ -1,4 +1,4 @@
-"""``palpate rig new``: a rig file or a job file with all settings and their meanings."""
+"""The command ``palpate rig new``, which prints a rig or job file with all settings and their meanings."""
 
 import sys
 import textwrap
@@ -97,7 +97,7 @@ def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Itera
 
 
 def _line(name: str, value: Any, text: str, *, stated: bool = True) -> str:
-    """Yield a setting with its comment, on the line above if it is long; a setting without a value is a comment."""
+    """Yield a setting with its comment, which precedes it if it is long; without a value, the setting is a comment."""
     empty = value is None or value in ("", (), {})
     setting = f"{name} = {'...' if empty else config.literal(value)}"
     setting = f"# {setting}" if empty or not stated else setting

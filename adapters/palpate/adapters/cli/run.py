@@ -1,4 +1,4 @@
-"""``palpate run``."""
+"""The command ``palpate run``."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""``palpate settings``: every setting of a group, as declared."""
+"""The command ``palpate settings``, which prints every setting of a group, as declared."""
 
 import shutil
 import sys
@@ -19,10 +19,10 @@ from palpate.core.ports import Settings
 
 @dataclass(frozen=True)
 class SettingsOptions(Settings):
-    """Print the settings of a group: type, range, unit, default and help. Without a group: the groups."""
+    """Print the settings of a group: type, range, unit, default and help. Without a group, print the groups."""
 
     group: Annotated[str, tyro.conf.Positional] = ""
-    """Group, or the dotted name of a table or setting in it, as task, learning.belief or task.step_mm."""
+    """Group, or the dotted name of a table or setting in it, such as task, learning.belief or task.step_mm."""
 
 
 def settings(options: SettingsOptions) -> None:

@@ -1,4 +1,4 @@
-"""``palpate show``."""
+"""The command ``palpate show``."""
 
 import sys
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from palpate.core.ports import Settings
 
 @dataclass(frozen=True)
 class ShowOptions(Settings):
-    """Print the contents of a policy file: states, best actions, values, visits."""
+    """Print the contents of a policy file: states, best actions, values and visits."""
 
     file: Annotated[str, tyro.conf.Positional]
-    """The policy file."""
+    """Policy file."""
 
 
 def show(options: ShowOptions) -> int:

@@ -1,4 +1,4 @@
-"""``palpate study``."""
+"""The command ``palpate study``."""
 
 from __future__ import annotations
 

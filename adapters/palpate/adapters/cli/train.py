@@ -1,4 +1,4 @@
-"""``palpate train``."""
+"""The command ``palpate train``."""
 
 import os
 import sys
@@ -70,7 +70,7 @@ def train(options: TrainOptions) -> int:
 
 
 def _fit_to_logs(options: TrainOptions) -> int:
-    """Fit a belief to recorded trials, report and save; return the exit code."""
+    """Fit a belief to recorded trials, print a report, save the belief, and return the exit code."""
     # Imported here, because training in trials does not need it.
     from palpate.adapters.replay import contacts_of
 

@@ -1,4 +1,4 @@
-"""Measurements of a rig, and how they are written to the rig file without losing its other content."""
+"""Measurements of a rig, and a function that writes them to the rig file without losing its other content."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,22 +15,22 @@ _GRAVITY_M_S2: Final = 9.81
 
 @dataclass(frozen=True)
 class CalibrationTable(Settings):
-    """Measurements by ``palpate rig calibrate``, used by every run. None if not measured."""
+    """Measurements made by ``palpate rig calibrate`` and used by every run; None if not measured."""
 
     TABLE: ClassVar[str] = "calibration"
 
     weight_N: Annotated[float, Range(0.0, 1000.0)] | None = None
-    """Mass of everything attached to the force sensor; replaces tool.mass_kg."""
+    """Weight of everything attached to the force sensor; replaces tool.mass_kg."""
     centre_of_mass_mm: Vector3 | None = None
-    """Centre of mass from the sensor's origin, frame of the tool; replaces tool.centre_of_mass_mm."""
+    """Centre of mass relative to the sensor's origin, in the tool frame; replaces tool.centre_of_mass_mm."""
     mounting_deg: Annotated[float, Range(-180.0, 180.0)] | None = None
     """Rotation of the sensor about the tool's axis, from x towards y; samples are corrected for it."""
     plate_mm: Annotated[float, Range(-2000.0, 2000.0)] | None = None
-    """Height of the plate, base frame; replaces place.z_mm."""
+    """Height of the plate in the base frame; replaces place.z_mm."""
     hole_mm: tuple[float, float] | None = None
-    """Position of the hole, x and y, base frame; replaces place.x_mm and y_mm."""
+    """Position of the hole, x and y, in the base frame; replaces place.x_mm and y_mm."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
-    """Stiffness of gripper, arm and plate along the tool; replaces tool.axial_N_per_mm."""
+    """Stiffness of gripper, arm and plate along the tool axis; replaces tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
         """Return the measured values as tables of a job; the tool keeps the moving mass of ``drawn``."""

@@ -1,4 +1,4 @@
-"""Composes the configuration of a run from presets, a job, files and flags."""
+"""Composition of a run's configuration from presets, a job, files and flags."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell import CellConfig
 
 Tables: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
-"""Nested tables of settings, a TOML file with some, or nothing."""
+"""Nested tables of settings, the path of a TOML file with such tables, or None."""
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
 _EXAMPLES: Final = "there are examples in examples/jobs, such as dowel-12-h7.toml"
 
 
 def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a job, from its file or as given.
+    """Return the tables of a job, which is given as a file or as tables.
 
     Raises:
         ConfigurationError: The job cannot be read, has unknown tables, or lacks required fields.
@@ -60,13 +60,13 @@ def compose(
     job: Mapping[str, Any] | None = None,
     sensor: SensorFacts | None = None,
 ) -> RunConfig:
-    """Compose a configuration. Later layers win.
+    """Compose a configuration. Later layers override earlier ones.
 
     The layers are derived settings, the presets of learner, scenario and task, the job, and the tables in their order.
     Settings are derived from the job's tables after all layers are merged.
 
     Args:
-        name: Scenario; ``job`` for a job without one.
+        name: Scenario; ``job`` for a job without a scenario.
         sensor: Noise of a rig's force sensor; by default, that of the simulated cell.
 
     Raises:
@@ -111,15 +111,15 @@ def configured(
 
     Args:
         job: Job file, or its tables; None uses the rig's job, or else the paper's.
-        rig: Rig file that gives arm, noise and measurements; empty uses the simulator.
+        rig: Rig file that provides arm, noise and measurements; if empty, the simulator is used.
         scenario: Preset; by default, that of the settings, or else ``job`` with a job, or else ``paper``.
         learner: Learner; by default, that of the settings, or else of the policy file, or else Q-learning.
-        policy: Policy file, or anything else.
+        policy: Policy; only a policy file affects the configuration.
         task: Task; by default, that of the settings, or else insertion.
         arm: Name of the arm; by default, that of the settings, the job or the rig.
-        settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings (a ``run.toml`` too).
+        settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings, even a ``run.toml``.
         flags: Tables of settings that override all others.
-        measured: Whether measurements of the rig replace values of the job.
+        measured: Whether measurements on the rig replace values of the job.
 
     Raises:
         ConfigurationError: A setting is unknown or refused, a file cannot be read, or a rig has no job.
@@ -233,7 +233,7 @@ def depth_step_mm(config: RunConfig) -> float:
 
 
 def verdict_on(config: RunConfig, task: str = "") -> Verdict:
-    """Judge the job of a configuration with the simulated noise, for a task, or for the best of palpate's own tasks."""
+    """Return the verdict on a configuration's job with the simulated noise, for a task or for the best own task."""
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 

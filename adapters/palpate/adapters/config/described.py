@@ -21,7 +21,7 @@ _UNITS: Final = {
 
 
 RARE: Final = "rare"
-"""Mark of an option that a long ``palpate COMMAND --help`` names, and ``palpate settings COMMAND`` describes."""
+"""Mark of an option that a long ``palpate COMMAND --help`` only names and ``palpate settings COMMAND`` describes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,20 +30,20 @@ class EmulationConfig(Settings):
     baud: Annotated[int, RARE] = 230_400
     """Line rate of the arm's serial bus."""
     velocity_stop_ms: Annotated[Annotated[float, Range(0.0, 10_000.0)] | None, RARE] = None
-    """Wires ros2: take velocities, and stop the arm N ms after the last one; 0 never stops. Default: positions."""
+    """With wires ros2: accept velocities, and stop the arm N ms after the last; 0 never does. Default: positions."""
     divider: Annotated[int, Range(1, 14), RARE] = 2
-    """Control ticks per bus cycle: 2 is 70 Hz."""
+    """Control ticks per bus cycle: 2 gives 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
-    """Simulated seconds per second of devices, loop and physics; use less than 1 on a slow computer."""
+    """Simulated seconds per real second of devices, loop and physics; use less than 1 on a slow computer."""
     hide: bool = False
     """Draw the tool's weight, the sensor's mounting, the plate's height, the hole's position and the gripper's
     stiffness from the seed, so that they differ from the rig file. Use it to practise palpate rig calibrate."""
 
     def wired(self, arm: ArmDescription) -> Self:
-        """Return these settings with the wires of this arm filled in.
+        """Return these settings, completed with the wires of this arm.
 
         Raises:
-            ConfigurationError: The arm does not have these wires, or they do not have the required sensor.
+            ConfigurationError: The arm does not support these wires, or they do not support the required sensor.
         """
         usual = ZEBRA if arm.name == "zebra-zero" else UR if arm.name in _OF_UR else CIA402
         wires = self.wires or usual

@@ -13,13 +13,13 @@ from palpate.simulation.grid import STEP_LIMIT
 TRIALS: Final = 1500
 """Trials of a run (paper, section 4)."""
 RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
-"""Learning rate, halving visits and floor of each learner that performed well with all kinds of state.
+"""Learning rate, halving visits and floor of each learner. They performed well with all kinds of state.
 
-Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
+They were chosen on network seeds 0 to 3 and learning seeds 1000 to 1003.
 """
 
 HMM: Final = "hmm"
-"""The learner with the displacement HMM."""
+"""Name of the learner with the displacement HMM."""
 LEARNERS: Final = (*RATES, HMM)
 INITIAL: Final = {"q": -4.0, "sarsa": 0.0}
 """Q of each learner before the first visit. From -4, close to the cost of reaching the goal, Q-learning on an
@@ -34,11 +34,11 @@ class GridLearning(Settings):
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
     the goal, with a belief and a plan."""
     alpha: Annotated[LearningRate | None, RARE] = None
-    """Constant learning rate. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
+    """Constant learning rate. Default: q 0.5, halved after 20 visits, down to 0.05; sarsa 0.1 throughout."""
     temperature: Annotated[Temperature, RARE] = 0.5
     """Exploration temperature of the first trial."""
     temperature_decay: Annotated[TemperatureDecay, RARE] = 0.995
-    """Factor of the exploration temperature from one trial to the next."""
+    """Factor applied to the exploration temperature after each trial."""
     temperature_floor: Annotated[Temperature, RARE] = 0.1
     """Minimum exploration temperature."""
     trace_decay: Annotated[float, Range(0.0, 1.0), RARE] = 0.8

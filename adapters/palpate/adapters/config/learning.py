@@ -35,7 +35,7 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
         _OF_TABLES,
     ),
 }  # fmt: skip
-"""Settings that apply to some learners only, and those learners."""
+"""Settings that apply to some learners only, with these learners."""
 
 
 def learner_in(path: str) -> str:
@@ -52,14 +52,14 @@ def learner_in(path: str) -> str:
 
 @dataclass(frozen=True)
 class LearningConfig(Settings):
-    """The learner, its reinforcement, and programmed states."""
+    """Settings of the learner, its reinforcement and programmed states."""
 
     TABLE: ClassVar[str] = "learning"
 
     alpha: LearningRate = 0.3
     """Learning rate."""
     alpha_visits: HalvingVisits = 50.0
-    """Visits that halve the learning rate of a state-action pair; 0 keeps it constant."""
+    """Number of visits that halves the learning rate of a state-action pair; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.05
     """Minimum learning rate."""
     gamma: Discount = 1.0
@@ -72,7 +72,7 @@ class LearningConfig(Settings):
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95
-    """Factor of the temperature from trial to trial."""
+    """Factor applied to the temperature after each trial."""
     temperature_floor: Temperature = 0.2
     """Minimum temperature during training: states are aliased, and a greedy policy would loop in them."""
     temperature_in_use: Temperature = 0.1
@@ -80,7 +80,7 @@ class LearningConfig(Settings):
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
     """Trace decay lambda of sarsa and options."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"
-    """action-penalty: -1 per action; effort: force beyond the pressing force costs too; time: -10 per second."""
+    """action-penalty: -1 per action; effort: also penalises force beyond the pressing force; time: -10 per second."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
     """Reward per newton second of force beyond the pressing force."""
     belief: BeliefParameters = field(default_factory=BeliefParameters)
@@ -88,7 +88,7 @@ class LearningConfig(Settings):
     programmed: dict[str, str] = field(default_factory=dict)
     """Programmed states, which are not learned: state name to action name."""
     examples: str = ""
-    """CSV file with columns state and action, such as decisions.csv of a run, which gives the actions of its states."""
+    """CSV file with columns state and action, such as decisions.csv of a run; it sets the actions of its states."""
 
     @override
     def check(self) -> None:

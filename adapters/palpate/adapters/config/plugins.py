@@ -31,7 +31,7 @@ def from_here() -> Iterator[None]:
 
 @contextmanager
 def folder_kept() -> Iterator[None]:
-    """Restore the working folder at the end: third-party code may change it, and result paths may be relative to it."""
+    """Restore the working folder on exit, because third-party code may change it and result paths may be relative."""
     # By its descriptor, because the folder may be moved meanwhile.
     here = os.open(".", os.O_PATH)
     try:
@@ -42,7 +42,7 @@ def folder_kept() -> Iterator[None]:
 
 
 def imported(field: str, place: str, accepted: str) -> Any:
-    """Return the object at ``package.module:Name``; ``accepted`` goes into the error for a malformed name.
+    """Return the object at ``package.module:Name``; the error for a malformed name contains ``accepted``.
 
     Raises:
         ConfigurationError: There is no such object.

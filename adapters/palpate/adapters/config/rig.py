@@ -45,9 +45,9 @@ class SensorFactsTable(Settings):
     range_Nm: _Ranges | None = None
     """Largest torque about each axis."""
     rate_Hz: Annotated[float, Range(1.0, 100_000.0)] | None = None
-    """Rate of its samples."""
+    """Sampling rate."""
     frame: Annotated[str, Holds(bool, "the name of a frame")] | None = None
-    """Frame of its samples; sensor by default."""
+    """Frame of the samples. Default: sensor."""
 
     def noise(self) -> SensorFacts | None:
         """Return noise and range, from which settings are derived; None if no noise is stated."""
@@ -64,11 +64,11 @@ class OperatorTable(Settings):
     TABLE: ClassVar[str] = "operator"
 
     keys: bool = True
-    """Any key in the terminal."""
+    """Stop the arm on any key in the terminal."""
 
 
 RIG_FORMAT: Final = 2
-"""Format of rig files; the key ``format`` may name it."""
+"""Format of rig files, which the key ``format`` may state."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class WatchdogTable(Settings):
 
     @property
     def timeout_ns(self) -> int:
-        """The timeout in ns."""
+        """The time-out in ns."""
         return round(self.setpoint_timeout_ms * 1e6)
 
 
@@ -93,7 +93,7 @@ class RigFile(Settings):
     TABLE: ClassVar[str] = "rig"
 
     name: Annotated[str, Holds(bool, "a name")]
-    """Name for logs. Default: the name of the file."""
+    """Name of the rig in logs. Default: the name of the file."""
     arm: DeviceEntry
     """The arm."""
     force_sensor: DeviceEntry
@@ -113,7 +113,7 @@ class RigFile(Settings):
     job: str = ""
     """Job file of the rig, for commands without --job."""
     emulated: bool = False
-    """No real device moves; `palpate emulate` writes it into its rig file."""
+    """True if all devices are emulated, so that no real device moves; set by `palpate emulate`."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
     """Speed of the emulated devices relative to real time; 1 for real devices."""
     accept_kinematics: bool = False
@@ -168,7 +168,7 @@ class RigFile(Settings):
 
         Raises:
             ConfigurationError: There is no model of the arm.
-            UsageError: Neither settings nor job state part and tool.
+            UsageError: Neither settings nor job specify part and tool.
         """
         if job is None and not {"part", "tool"} <= set(table):
             problem = 'a rig needs a job with part and tool: give --job FILE, or a line job = "FILE" in [rig]'

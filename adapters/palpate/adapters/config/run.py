@@ -1,4 +1,4 @@
-"""The configuration of a run: a tree of frozen dataclasses for TOML files, flags and ``run.toml``."""
+"""Configuration of a run, as a tree of frozen dataclasses for TOML files, flags and ``run.toml``."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final, TypeAlias
@@ -44,7 +44,7 @@ class PerceptionConfig(Settings):
     features: Annotated[str, OneOf("channels", "pca", "som")] = "channels"
     """channels: chosen by task knowledge; pca: principal components; som: self-organising map."""
     channels: _Channels = ("x", "y", "tx", "ty")
-    """Channels to use, or for pca and som to reduce: x y z fx fy fz tx ty tz."""
+    """Channels to use, or to reduce with pca and som: x y z fx fy fz tx ty tz."""
     components: Annotated[int, Range(1, len(CHANNELS))] = 2
     """Number of principal components for pca."""
     som_side: Annotated[int, Range(2, 50)] = 6
@@ -61,8 +61,8 @@ class PerceptionConfig(Settings):
     fit_trials: Annotated[int, Range(1, 1000)] = 10
     """Number of random-walk trials to fit pca, som, clusters and the bounds of random."""
     memory: str = "none"
-    """none: a state is a symbol; last-action: the last symbol and the kind of action before; last-2, last-3: the last
-    symbols; an automaton file (.json): its states."""
+    """none: a state is a symbol; last-action: the last symbol and the kind of the action before it; last-2, last-3: the
+    last symbols; an automaton file (.json): its states."""
 
     @override
     def check(self) -> None:
@@ -75,7 +75,7 @@ class PerceptionConfig(Settings):
 
 @dataclass(frozen=True)
 class RecordingConfig(Settings):
-    """The flight recorder. Recording does not affect learning or measurements."""
+    """Settings of the flight recorder. Recording does not affect learning or measurements."""
 
     TABLE: ClassVar[str] = "recording"
 
@@ -98,7 +98,7 @@ class AcceptanceConfig(Settings):
     max_skipped_share: Annotated[float, Range(0.0, 1.0)] = 0.02
     """Maximum share of slots in the schedule without a tick."""
     max_repeated_share: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Maximum share of ticks without a new sample; an arm on a bus with half the rate has one half."""
+    """Maximum share of ticks without a new sample; an arm on a bus with half the rate has a share of 0.5."""
     learn_from_flagged: bool = False
     """Also learn from flagged trials."""
 
@@ -127,15 +127,15 @@ class RunConfig(Settings):
 
     scenario: Annotated[str, OneOf(*SCENARIOS)] = "paper"
     """Preset that the other settings start from. job: none, only the job; paper: the hole is at the nominal goal;
-    blind: within 3 mm of it; blind with one condition more: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip,
+    blind: within 3 mm of it; blind with one further condition: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip,
     blind-bias, blind-bias-drawn, blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth,
     blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with grip, plate and yaw a peg that
     is not round: blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
-    """Learner: q-learning, sarsa, belief, hmm or options; a preset, as the scenario is."""
+    """Learner: q-learning, sarsa, belief, hmm or options; a preset, like the scenario."""
     arm: str | ArmDescription = "zebra-zero"
     """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one from another package;
-    in TOML a table [arm] as well, with urdf, flange and posture_rad of your own arm."""
+    in TOML also a table [arm] with urdf, flange and posture_rad of your own arm."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Seed of all random streams."""
     part: PartConfig = field(default_factory=PartConfig)

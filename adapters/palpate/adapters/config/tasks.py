@@ -1,4 +1,4 @@
-"""Kinds of task by name: those of palpate and those of other packages."""
+"""Kinds of task by name, from palpate and from other packages."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GROUP: Final = "palpate.tasks"
 """Group of the entry points that name kinds of task."""
 _FIELD: Final = "task.name"
 _BESIDE_MM: Final = 1.0
-"""A stated corner may lie this far outside the peg, because drawings are rounded."""
+"""Accepted distance of a stated corner outside the peg, because drawings are rounded."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",

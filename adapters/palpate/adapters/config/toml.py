@@ -71,7 +71,7 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
 
 
 def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge nested tables; later ones win."""
+    """Merge nested tables; later tables override earlier ones."""
     result: dict[str, Any] = {}
     for table in tables:
         for key, value in table.items():

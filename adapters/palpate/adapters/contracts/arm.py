@@ -162,7 +162,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         _require_at("away from the limit", applied.position_rad, back_rad, rig.tolerance_rad)
 
     def test_velocity_limit_is_applied_and_reported(self) -> None:
-        """A joint step that is too fast is shortened, even if sent several times per tick, and ``send`` reports it."""
+        """A joint step that is too fast is shortened, even if sent repeatedly in a tick, and ``send`` reports this."""
         with self.rig(Life.CONSTRUCTED) as rig:
             ends = _fast_steps(rig)
         for end in ends:
@@ -200,7 +200,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 _require_at("newest command", _where(rig), applied.position_rad, rig.tolerance_rad)
 
     def test_stop_works_in_every_state(self) -> None:
-        """``stop`` raises no error, opens nothing and returns in time: in every state, twice, and without a cable."""
+        """``stop`` raises no error, opens nothing and returns in time, in every state, twice, and without a cable."""
         for life, cut in (*((life, False) for life in Life), (Life.ACTIVE, True)):
             with self.rig(Life.CONSTRUCTED) as rig:
                 if (life is Life.FAULTED and rig.provoke_fault is None) or (cut and rig.disconnect is None):

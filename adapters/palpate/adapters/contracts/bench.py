@@ -1,4 +1,4 @@
-"""Rigs: an adapter on the test bench with the controls that a clause uses to act on the world, and clause failures.
+"""Test rigs, each with an adapter and the controls with which a clause acts on the world, and clause failures.
 
 A control that is None does not exist on this rig. The clauses that need it are reported as not applicable. A simulator,
 for example, may be unable to stop sending, and a real arm has no control that provokes a fault.
@@ -54,7 +54,7 @@ class DeviceRig(Generic[DeviceT]):
         dispose: Releases the rig's own resources after the adapter was closed.
         call_budget_ns: Maximum duration of a reading or a command.
         runs_by_itself: Whether the world continues between two calls, as with real hardware.
-        settle_ticks: Ticks after which a small move is complete, or a reading reflects a change.
+        settle_ticks: Number of ticks after which a small move is complete, or a reading reflects a change.
     """
 
     device: DeviceT
@@ -71,7 +71,7 @@ class DeviceRig(Generic[DeviceT]):
 
     @property
     def all_devices(self) -> tuple[Device, ...]:
-        """Every adapter that must be closed after the clause."""
+        """All adapters that must be closed after the clause."""
         return (self.device,)
 
     @property
@@ -182,7 +182,7 @@ class ArmCommandRig(MovingRig[ArmCommand]):
             position limits is quick.
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
-        fast_step_rad: Motion within one tick that is too fast; at least one joint has room for it at home.
+        fast_step_rad: Motion within one tick that is too fast; at home, at least one joint has room for it.
         position_rad: Returns the true joint angles, (n,).
         turn_by_hand: Moves the joints of the inactive arm to these angles from outside.
         stop_budget_ns: Maximum duration of ``stop``.
@@ -211,7 +211,7 @@ def parameter(value: T | None, name: str) -> T:
 
 
 def require(clause: str, holds: bool, observed: str, wanted: str) -> None:
-    """Fail the clause unless ``holds``."""
+    """Fail the clause unless ``holds`` is true."""
     if not holds:
         raise ContractViolation(clause, observed, wanted)
 

@@ -8,7 +8,7 @@ from palpate.adapters.contracts.bench import require
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 
 TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
-"""The period of the control loop."""
+"""Period of the control loop in ns."""
 
 _READS: Final = 5000
 
@@ -19,7 +19,7 @@ class ClockRig:
 
     Attributes:
         tolerance_ns: Permitted delay of ``sleep_until``; 0 for virtual time.
-        step_ns: A sleep that is long compared with the tolerance.
+        step_ns: Duration of a sleep that is long compared with the tolerance.
         deadlines: Number of successive deadlines to test.
     """
 
@@ -69,13 +69,13 @@ class ClockContract(ABC):
 
 
 class FakeClock(Clock):
-    """Clock in virtual time: sleeping returns at once."""
+    """Clock in virtual time, in which a sleep returns at once."""
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns
 
     def now_ns(self) -> int:
-        """Return the present time."""
+        """Return the current time."""
         return self._now_ns
 
     def sleep_until(self, deadline_ns: int) -> None:

@@ -35,7 +35,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Return a new rig with an adapter that is only constructed."""
 
     def may_use(self) -> bool:
-        """True if the device may be used at all."""
+        """Return True if the device may be used at all."""
         return True
 
     @abstractmethod
@@ -56,7 +56,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Fail the clause if something has moved without a command."""
 
     def activated(self, rig: RigT) -> None:
-        """Note that the device was just activated."""
+        """Record that the device has just been activated."""
 
     @contextmanager
     def rig(self, life: Life) -> Iterator[RigT]:

@@ -117,7 +117,7 @@ class PolicyContract(ABC):
         return Practice(self.context).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:
-        """Two new policies make equal decisions in equal trials: the trial's generator is the only random source."""
+        """Two new policies decide equally in equal trials: the trial's generator is the only source of randomness."""
         first, second = (self.practised(self.make()) for _ in range(2))
         require("equal seeds", first == second, "other decisions", "the same decisions with the same seeds")
 

@@ -58,7 +58,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         return rig.device.read()
 
     def work(self, rig: SensorRigT) -> None:
-        """Require a sample that is sound, newer than the previous one, and equal to it under the same load."""
+        """Require a valid sample that is newer than the previous one, and equal to it under the same load."""
         self._load(rig)
         rig.advance(rig.settle_ticks)
         sample = rig.device.read()
@@ -69,7 +69,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         self._last = sample
 
     def _load(self, rig: SensorRigT) -> None:
-        """Apply a load to the sensor, if the rig can."""
+        """Apply a load to the sensor, if the rig can do so."""
 
     @abstractmethod
     def _vectors(self, rig: SensorRigT) -> tuple[_Vector, ...]:
@@ -159,7 +159,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
         require("sample", declared, f"{sample.kind}, frame {sample.frame!r}", f"{rig.kind}, frame {rig.frame!r}")
 
     def test_load_has_its_sign_axis_and_unit(self) -> None:
-        """A known load changes its component by the same amount in N or N m with its sign, and no other component.
+        """A known load changes only its own component, by the same amount in N or N m and with its sign.
 
         A surface that presses on the tool tip, against the tool axis, makes Fz more negative.
         """
@@ -258,7 +258,7 @@ def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: f
 
 
 def _sides(rig: ForceSensorRig) -> list[_Side]:
-    """Return the kinds of load: control, part of the sample, safe load, overload, tolerance."""
+    """Return the kinds of load, each as control, part of the sample, safe load, overload and tolerance."""
     push, force, torque = parameter(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
     sides: list[_Side] = [(push, force, rig.load_N, rig.overload_N or 0.0, rig.tolerance_N)]
     if rig.twist_Nm is not None:

@@ -1,6 +1,6 @@
 """Baseline strategies with the same interface as learned policies.
 
-None of them learns. The oracles know the ground truth, which no port provides, and show the best possible result.
+None of them learns. The oracles use the ground truth, which no port provides, and show the best possible result.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ _SAME: Final = 1e-3
 
 
 class Baseline(FixedPolicy):
-    """Common base of strategies without memory of past trials."""
+    """Base class of strategies without memory of past trials."""
 
     def __init__(self, name: str, actions: Sequence[Action]) -> None:
         super().__init__()
@@ -34,7 +34,7 @@ class Baseline(FixedPolicy):
 
 
 class Oracle(Baseline):
-    """Moves straight to the true hole of the current trial, which ``hole_m`` returns: (x, y, ...), task frame."""
+    """Strategy that moves straight to the true hole, which ``hole_m`` returns: (x, y, ...), task frame."""
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
         super().__init__("oracle", ())
@@ -49,7 +49,7 @@ class Oracle(Baseline):
 
 
 class OraclePose(Baseline):
-    """Moves in free space above the true hole and into its true orientation, as fast as allowed, and then inserts.
+    """Strategy that moves above the true hole and into its true orientation, as fast as allowed, and then inserts.
 
     Args:
         pose: Returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation vector from
@@ -73,7 +73,7 @@ class OraclePose(Baseline):
         self._longest = step_m, turn_rad
 
     def choose(self, observation: Observation) -> Decision:
-        """Return an equal part of the remaining path, or the insertion above the hole."""
+        """Return one of several equal steps of the remaining path, or an insertion if above the hole."""
         x, y, _, *turned = self._pose()
         across = x - observation.reference_m[0], y - observation.reference_m[1]
         turn = [to - at for to, at in zip(self._turn_rad(turned), observation.turn_rad, strict=True)]
@@ -99,7 +99,7 @@ class OraclePose(Baseline):
 
 
 class TorqueFollowing(Baseline):
-    """The hand-written rule: step towards the hole as the torque indicates, or at random below the torque threshold.
+    """Hand-written rule that steps towards the hole as the torque indicates, or at random below the torque threshold.
 
     A peg pressed near the hole is supported only on the side away from it, so the contact force has a lever arm about
     the tip: in the task frame the hole is at heading (-tau_y, tau_x).

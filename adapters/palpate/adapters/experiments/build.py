@@ -1,4 +1,4 @@
-"""The composition root, which builds cooperating objects from a configuration."""
+"""Composition root, which builds cooperating objects from a configuration."""
 
 import re
 from collections.abc import Sequence
@@ -118,7 +118,7 @@ def needs_fitting(config: RunConfig) -> bool:
 
 
 def build_perception(config: RunConfig) -> Perception:
-    """Return perception from task knowledge alone; the module ``fitting`` fits other stages."""
+    """Return a perception based on task knowledge alone; the module ``fitting`` fits other stages."""
     p = config.perception
     position, torque = p.position_threshold_mm * 1e-3, p.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
     names = p.channels
@@ -158,7 +158,7 @@ def ready_pose(config: RunConfig) -> ReadyPose:
 
 
 def clearances_mm(config: RunConfig) -> tuple[float, float]:
-    """Return the play of the peg in the hole, and the additional play of its mouth, from the drawing unless stated."""
+    """Return the play of the peg in the hole, and the additional play of its mouth, as drawn unless stated."""
     peg, task = config.cell.peg, config.task
     play_mm = task.play_mm or peg.play_mm(config.cell.worn_clearance_mm)
     return play_mm, task.chamfer_mm or max(peg.chamfer_mm, _EDGE_MM)
@@ -236,7 +236,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
 
 
 def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> None:
-    """Check task and supervisor's limits against arm and force sensor.
+    """Check the limits of task and supervisor against arm and force sensor.
 
     Raises:
         ConfigurationError: The sensor's noise exceeds the signals of the task, a limit can never trip or would always
@@ -251,7 +251,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
 
 
 def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
-    """Check the noise of force, used unfiltered, and of torque after perception's low-pass, which reduces noise."""
+    """Check the noise of the unfiltered force, and of the torque after perception's low-pass, which reduces it."""
     band = config.perception.cutoff_Hz / (CONTROL_RATE_HZ / 2.0)
     passed = sqrt(NOISE_BAND * band)
     contact_N = config.task.contact_kgf * N_PER_KGF

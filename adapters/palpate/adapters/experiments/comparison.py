@@ -51,11 +51,11 @@ class Comparison:
 
 
 Shown = Callable[[str], AbstractContextManager[Any]]
-"""Shows the progress of the named policy; returns an object with ``update(trials)``."""
+"""Function that shows the progress of the named policy and returns an object with ``update(trials)``."""
 
 
 def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, shown: Shown) -> Comparison:
-    """Run policies and all baselines of the task on the same trials, and record them; Ctrl-C ends it early.
+    """Run policies and all baselines of the task on the same trials, and record them; Ctrl-C ends the comparison early.
 
     Raises:
         ConfigurationError: A setting or a policy is refused.

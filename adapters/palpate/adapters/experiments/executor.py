@@ -1,4 +1,4 @@
-"""Workers that run calls: this process, or child processes. A worker that dies loses only its current call."""
+"""Workers that run calls, in this process or in child processes. A worker that dies loses only its current call."""
 
 import os
 import signal
@@ -20,7 +20,7 @@ _ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS",
 
 
 class Workers(Protocol):
-    """Run up to :meth:`count` calls at a time."""
+    """Workers that run up to :meth:`count` calls at a time."""
 
     def count(self) -> int:
         """Return the number of simultaneous calls."""
@@ -87,7 +87,7 @@ class LocalWorkers(Workers):
 
 
 def workers_for(jobs: int) -> Workers:
-    """Return workers for a number of processes; this process for 1."""
+    """Return workers for a number of processes; for 1, this process."""
     return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
 
 
@@ -137,7 +137,7 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
 
 @contextmanager
 def interrupts_wait() -> Iterator[None]:
-    """Block Ctrl-C while a worker starts: it inherits this thread's mask until it ignores the signal itself."""
+    """Block Ctrl-C while a worker starts, which inherits this thread's mask until it ignores the signal itself."""
     # The resource tracker would unblock the signal when it starts with the first worker.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -148,7 +148,7 @@ def interrupts_wait() -> Iterator[None]:
 
 
 def _begin_worker(leash: Connection) -> None:
-    """Prepare a worker: ignore Ctrl-C, and end with the parent."""
+    """Prepare a worker: ignore Ctrl-C, and end when the parent ends."""
     # Applies to libraries that are loaded later.
     os.environ.update(_ONE_THREAD)
     os.setpgrp()

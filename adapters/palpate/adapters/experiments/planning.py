@@ -1,4 +1,4 @@
-"""Simulated trials in several processes: of a policy, and of a job in worlds drawn from its ranges."""
+"""Simulated trials in several processes, of a policy or of a job in worlds drawn from its ranges."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def run_blocks(
 def _run_block(
     config: RunConfig, policy: str, folder: Path | None, first: int, trials: int
 ) -> tuple[list[ScoredTrial], list[str], str]:
-    """Return the trials, recording failures, and the text of a final error, because not every error can be sent."""
+    """Return the trials, recording failures, and the text of a final error, because not every error can be pickled."""
     problem, done = "", list[ScoredTrial]()
     chosen, ready, begin = ChosenPolicy(policy, config), ready_pose(config), FIRST_EVALUATION_TRIAL + first
     with ExitStack() as opened:
@@ -149,7 +149,7 @@ def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
 def simulate(
     config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
 ) -> Iterator[tuple[list[ScoredTrial], int]]:
-    """Run a job's trials in series, each with its own policy; yield those that count in a series, and how many ran."""
+    """Run a job's trials in series, each with its own policy; yield the trials that count, and the number run."""
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
     yield from in_processes(_series, blocks, jobs)
 

@@ -1,4 +1,4 @@
-"""Policies by name or from a file: learners, with programmed and example states, and baselines."""
+"""Policies by name or from a file: baselines, and learners with programmed and example states."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -38,13 +38,13 @@ from palpate.core.trial import N_PER_KGF, options_of
 ORACLE_SPEED_M_S: Final = 0.01
 
 _TURN_SHARE: Final = 0.75
-"""Fraction of the fastest turn: at full speed, a wrist exceeded the supervisor's lag limit once in 100."""
+"""Fraction of the fastest turn that is used. At full speed, a wrist exceeded the supervisor's lag limit once in 100."""
 
 _NEVER: Final = -1e6
 """Q of an option that cannot start, so that it is never drawn at any temperature."""
 
 Hole = Callable[[], Sequence[float]]
-"""Returns the numbers of :func:`pose_of`, or the first three of them."""
+"""Function that returns the numbers of :func:`pose_of`, or the first three of them."""
 
 
 def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[str, float]) -> tuple[float, ...]:

@@ -1,8 +1,8 @@
-"""The folder of a run. Files are replaced atomically, so that no error loses their content.
+"""Folder of a run. Files are replaced atomically, so that no error loses their content.
 
-``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
-``summary.json``, ``learning_curve.png``; ``--resume`` continues from ``checkpoint.json``; ``logs`` holds the
-recording of each trial.
+It contains ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
+``summary.json``, ``learning_curve.png``; ``--resume`` continues from ``checkpoint.json``; ``logs`` holds the recording
+of each trial.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ _READ: Final[Mapping[str, Callable[[str], Any]]] = {"str": str, "int": int, "boo
 
 @dataclasses.dataclass(frozen=True)
 class RunResult:
-    """Finished trials.
+    """Results of finished trials.
 
     Attributes:
         rows: Lines of ``trials.csv``.
@@ -266,7 +266,7 @@ class RunFolder:
             raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
-        """Write or replace a file atomically; ``durable`` as in :func:`write_whole`."""
+        """Write or replace a file atomically; ``durable`` has the same meaning as in :func:`write_whole`."""
         write_whole(self.path / name, content, durable=durable)
 
     def write_json(self, name: str, content: Any, *, durable: bool = True) -> None:
@@ -274,7 +274,7 @@ class RunFolder:
         self.write(name, json.dumps(content, indent=1) + "\n", durable=durable)
 
     def append_trial(self, scored: ScoredTrial, first: int = 0) -> TrialRow:
-        """Add a finished trial to ``trials.csv`` and ``decisions.csv``; ``first`` as in ``TrialRow.of``."""
+        """Add a finished trial to ``trials.csv`` and ``decisions.csv``; for ``first``, see ``TrialRow.of``."""
         row, report = TrialRow.of(scored, first), scored.report
         cells = row.cells()
         self._append("trials.csv", tuple(cells), [tuple(cells.values())])

@@ -44,14 +44,14 @@ def ignore(_: object) -> None:
 
 
 class Run:
-    """Configuration, rig and policy of trials; trains, evaluates, and runs single trials.
+    """A run with its configuration, rig and policy, which trains, evaluates or performs single trials.
 
     The rig is opened at its first use. It is closed at the end of a ``with`` block around the run, or of the call that
     opened it.
 
     Args:
         job: Job file, its tables, or a whole configuration; None uses the rig's job, or else the paper's.
-        rig: Rig file; empty uses the simulator.
+        rig: Rig file; if empty, the simulator is used.
         policy: Policy for :meth:`evaluate`: a baseline, a policy file, code ``package.module:Name``, or an object.
         acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
@@ -148,7 +148,7 @@ class Run:
         """Run one trial without recording it.
 
         Args:
-            number: Number of the trial, which with the seed determines its random streams.
+            number: Number of the trial. Together with the seed, it determines the random streams.
         """
         chosen = self.chosen(policy)
         with self:

@@ -24,7 +24,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 LEVEL: Final = 0.95
 
 WINDOW: Final = 25
-"""Trials in the moving average, as in the paper's figure 5."""
+"""Number of trials in the moving average, as in the paper's figure 5."""
 
 
 def window_of(trials: int) -> int:
@@ -81,8 +81,8 @@ class Claim:
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
     """Return an interval of a quantile between two of the values, chosen by exact binomial probabilities.
 
-    It is valid for any distribution, and covers the true quantile with at least 95 %, unlike the bootstrap. It is None
-    with too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
+    It is valid for any distribution, and covers the true quantile with at least 95 % probability, unlike the bootstrap.
+    It is None with too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
     """
     from scipy.stats import quantile_test
 

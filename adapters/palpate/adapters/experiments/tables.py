@@ -8,8 +8,8 @@ from palpate.core.policy.belief import MIN_CONTACTS, RINGS_M, ContactModel
 def render_table(document: PolicyDocument) -> str:
     """Return state, source, best action, value and visits in aligned columns, in the order of the states.
 
-    No best action is shown for a learned state without visits, because all its actions are equal. A belief is shown by
-    its contact model, a third-party policy by its code.
+    No best action is shown for a learned state without visits, because all its actions are equal. A belief is shown as
+    its contact model, and a third-party policy as its code.
     """
     learner = document.learner
     learned = f"{learner.kind}, {_trained(learner.trials_learned)}" if learner else "nothing learned"

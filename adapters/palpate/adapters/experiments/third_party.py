@@ -1,4 +1,4 @@
-"""Third-party policies: found by name, created for a task, and guarded."""
+"""Third-party policies, which are found by name, created for a task, and guarded."""
 
 import hashlib
 import importlib.metadata

@@ -137,7 +137,7 @@ def cut_back(folder: RunFolder, first: int) -> None:
 
 @dataclass(frozen=True)
 class Subject:
-    """The policy or learner to train, by its name in the run folder; a policy file, or code as package.module:Name."""
+    """The policy or learner to train, with its name in the run folder, and its policy file or code, if any."""
 
     name: str
     document: PolicyDocument | None
@@ -145,7 +145,7 @@ class Subject:
 
     @classmethod
     def of(cls, config: RunConfig, policy: str) -> Subject:
-        """Return the subject of a name; an empty name is the learner of the configuration.
+        """Return the subject with this name; an empty name means the learner of the configuration.
 
         Raises:
             ConfigurationError: The policy cannot be trained.

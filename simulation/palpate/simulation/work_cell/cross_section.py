@@ -56,7 +56,7 @@ class CrossSection:
         """Return the number of walls of a hole with this outline, evenly spaced by heading.
 
         Args:
-            most: Number for a circle. A polygon has one wall per side, or several if its corners are round.
+            most: Number for a circle. A polygon has one per side; with round corners, each side has an equal number.
         """
         if not self.sides:
             return most

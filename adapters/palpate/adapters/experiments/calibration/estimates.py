@@ -1,7 +1,7 @@
-"""Estimates from samples of a rig: pure functions that return values with standard deviations, or refuse the data.
+"""Estimates from samples of a rig. Pure functions return values with standard deviations, or refuse the data.
 
-Frames as in :mod:`palpate.core.motion`. A sensor turned by an angle about the tool's axis, from x towards y, reads
-(c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
+Frames are those of :mod:`palpate.core.motion`. A sensor turned by an angle about the tool's axis, from x towards y,
+reads (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from palpate.core.errors import UndeterminedError
 Array: TypeAlias = npt.NDArray[np.float64]
 
 _BATCHES: Final = 10
-"""Number of batches per second: filtered samples are not independent, but means of batches nearly are."""
+"""Number of batches per second. Filtered samples are not independent, but the means of batches nearly are."""
 _LEAST_SAMPLES: Final = 50
 _SINGULAR: Final = 1e5
 _WEIGHT_SHARE: Final = 0.01
@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""A deviation from a rigid tool's wrench by more than this fraction of its weight has another cause."""
+"""Largest accepted deviation from a rigid tool's wrench, as a fraction of its weight. More has another cause."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
 
 
 def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, Estimate]:
-    """Return depth of the plate's surface, m, and stiffness, N/m, from pressing and releasing.
+    """Return the depth of the plate's surface, m, and the stiffness, N/m, from pressing and releasing.
 
     Args:
         direction: +1 while pressing, -1 while releasing, (n,); friction and delay cause the difference between them.

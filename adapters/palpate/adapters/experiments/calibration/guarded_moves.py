@@ -17,11 +17,11 @@ from palpate.core.supervision import SampleMonitor, SupervisionConfig
 SPEED_M_S: Final = 0.005
 """Highest speed of tip and sensor."""
 FORCE_N: Final = 10.0
-"""A change of the force by more than this since the start of a motion stops the arm."""
+"""Change of the force, since the start of a motion, above which the arm is stopped."""
 _TURN_RAD_S: Final = 0.1
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4
-"""Parts of a motion, each with a new reference force, because the weight turns with the tool."""
+"""Number of parts of a motion, each with a new reference force, because the weight turns with the tool."""
 
 
 class Sample(NamedTuple):

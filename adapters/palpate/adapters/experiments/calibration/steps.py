@@ -1,4 +1,4 @@
-"""The steps of a commissioning, each with motions of the arm and an estimate from the measurements."""
+"""Steps of commissioning, each with motions of the arm and an estimate from the measurements."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -23,7 +23,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
 _TILTS_DEG: Final = (25.0, 20.0, 15.0)
-"""Tilts of the tool. Larger ones give better estimates, but arms near their limits reach them in few directions."""
+"""Tilts of the tool. Larger tilts give better estimates, but arms near their limits reach them in few directions."""
 _HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 _LEAST_TILTED: Final = 3
 _NEAR_RAD: Final = 1.5

@@ -48,7 +48,7 @@ def grid_named(name: str, size: int) -> GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Exact mean steps from a random start; the optimum with a belief is None if it takes too long."""
+    """Exact mean steps from a random start; the belief-state optimum is None if its search takes too long."""
 
     full: float
     belief: float | None
@@ -128,7 +128,7 @@ class LearningRun:
 
     @property
     def steps(self) -> list[int]:
-        """Steps of each trial."""
+        """Number of steps in each trial."""
         return [walk.steps for walk in self.walks]
 
 

@@ -47,7 +47,7 @@ class Condition:
 
     @property
     def what(self) -> str:
-        """Name of the policy that is valid in any working folder."""
+        """Name of the policy in a form that is valid in any working folder."""
         return self.file or self.policy
 
     @property
@@ -104,7 +104,7 @@ def make(condition: Condition, study: Path) -> None:
 
 @contextmanager
 def _one_thread(config: RunConfig) -> Iterator[None]:
-    """Limit numerical libraries to one thread: workers share processors, and sums depend on the number of threads."""
+    """Limit numerical libraries to one thread, as workers share processors and sums depend on the number of threads."""
     if needs_fitting(config):
         # The limit affects only libraries that are already loaded.
         for name in ("sklearn.cluster", "sklearn.decomposition"):
@@ -123,7 +123,7 @@ def policy_file(name: str) -> str:
 _MOST: Final = 10_000
 """Maximum number of conditions in a study."""
 _LONGEST: Final = 200
-"""Maximum length of a folder's name; it has a few more characters while the condition runs."""
+"""Maximum length of a folder's name, which is a few characters longer while the condition runs."""
 _TABLES: Final = ("study", "base", "grid")
 _POLICIES: Final = f"{', '.join((*LEARNERS, *BASELINES))}, policy files, and package.module:Name"
 

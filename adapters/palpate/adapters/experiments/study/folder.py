@@ -19,7 +19,7 @@ from palpate.core.errors import OutputError
 STUDY_FILE: Final = "study.toml"
 _ELSEWHERE: Final = "name another folder with --out"
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
-"""Entries of a summary that other columns already contain."""
+"""Entries of a summary that are already in other columns."""
 _COUNTS: Final = ("outcomes", "trips", "flagged_reasons")
 """Tables of a summary that omit counts of zero."""
 
