@@ -108,7 +108,7 @@ def tick_time_ns(start_ns: int, slot: int) -> int:
 
 
 def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
-    """Return the slot of the tick that follows one in ``slot`` at ``time_ns``.
+    """Return the slot of the tick that follows a tick in ``slot`` at ``time_ns``.
 
     A late tick still runs. Slots that have passed are skipped, so ticks never run in a burst.
     """

@@ -27,7 +27,7 @@ from math import isfinite
 
 
 class PalpateError(Exception):
-    """Base class of all errors; they can be pickled."""
+    """Base class of all errors, which can be pickled."""
 
     def __reduce__(self) -> tuple[object, ...]:
         return _restored, (type(self), self.args, self.__dict__)

@@ -4,7 +4,7 @@ For acceptance, the smallest q whose automaton classifies every training string 
 1992).
 
 For prediction, the automaton is scored as a probabilistic model. In each state, the probability of the next symbol, or
-of the end, is its relative frequency in the training strings. The cross-entropy on held-out strings falls more and more
+of the end, is its relative frequency in the training strings. The cross-entropy on held-out strings falls ever more
 slowly as q grows, but a learner needs experience in every state. Each state therefore adds a penalty of one nat per
 probability (Akaike, 1974), and the q with the lowest sum is chosen. In tests with two-unit networks on two maps,
 learners performed best with these numbers of states. Cross-entropy alone would choose nearly the largest q. The penalty
@@ -74,7 +74,7 @@ class ExtractionSettings(Settings):
             )
 
     def partition(self, network: Network, intervals: int, tree: PrefixTree | None = None) -> Partition | None:
-        """Return the partition for one q; None if it has too many states."""
+        """Return the partition for a given q; None if it has too many states."""
         apart = network.architecture.reading is Readout.PREDICTION and not self.merge_symbols
         return bounded_partition(network, intervals, self.most_states, by_symbol=apart, tree=tree)
 
@@ -174,8 +174,8 @@ def cheapest(extracts: Iterable[Extract]) -> Extract:
 def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
     """Return the cross-entropy of an automaton on held-out strings, in nats per symbol.
 
-    Its probabilities come from the training strings. A :class:`AutomatonState` follows the strings, as in a trial. Half
-    a count is added for each outcome, so that unseen outcomes stay possible (Krichevsky and Trofimov, 1981). These
+    The probabilities come from the training strings. As in a trial, an :class:`AutomatonState` follows the strings.
+    Half a count is added for each outcome, so that unseen outcomes stay possible (Krichevsky and Trofimov, 1981). These
     counts are uniform for a symbol; for a state they are proportional to the outcomes that follow its last symbol.
     """
     follower = AutomatonState.of(machine, training)
@@ -222,7 +222,7 @@ def last_symbols(tree: PrefixTree, count: int) -> Machine:
 def labelled(machine: Machine, tree: PrefixTree) -> Machine:
     """Return the machine with each state labelled by its last symbol and likely successors, such as ``C > A D``.
 
-    A likely successor follows in at least a tenth of the cases. At most three are listed, the most likely first.
+    A likely successor follows in at least a tenth of all cases. At most three are listed, the most likely one first.
     """
     follower, names = AutomatonState.of(machine, tree), (*machine.alphabet, END)
     counts = _followed(follower, tree, machine.start)
@@ -235,7 +235,7 @@ def labelled(machine: Machine, tree: PrefixTree) -> Machine:
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:
-    """Return the fraction of the labelled strings that the automaton of these cells labels incorrectly."""
+    """Return the fraction of the labelled strings that the automaton with these cells labels incorrectly."""
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")

@@ -89,7 +89,7 @@ def _joined(labels: Sequence[str], states: Sequence[int]) -> str:
 
 
 def different(labels: Iterable[str]) -> tuple[str, ...]:
-    """Return the labels with a number appended to repeated ones."""
+    """Return the labels, with a number appended to each repeated label."""
     found: dict[str, None] = {}
     for label in labels:
         numbered = (f"{label} ({number})" for number in count(2))

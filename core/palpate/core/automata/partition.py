@@ -4,7 +4,7 @@ The range of each hidden unit is divided into q equal intervals, so hidden state
 the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
 hidden state in a known cell only adds a transition. The hidden state of the first visit represents its cell.
 
-With strings, the search follows only these strings, because a network also responds to input that it was not trained
+If strings are given, the search follows only these, because a network also responds to input that it was not trained
 on. Every state is then reached by at least one string.
 """
 

@@ -105,7 +105,7 @@ class AutomatonState(Settings):
 
     @property
     def symbol_of(self) -> tuple[int | None, ...]:
-        """Symbol that leads into each state, (states,); if several do, the one that does so from most states.
+        """Symbol that leads into each state, (states,); if several do, the one that does so from the most states.
 
         It is None for ``lost`` and for states without a known incoming transition.
         """

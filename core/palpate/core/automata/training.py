@@ -45,9 +45,9 @@ class TrainingSettings(Settings):
     """End a batch when its lowest held-out loss has not fallen by 0.001 nats per symbol over this number of
     evaluations; 0 disables it. Prediction only."""
     look_every: Annotated[int, Range(1, 1_000_000)] = 25
-    """Steps between evaluations of the losses."""
+    """Number of steps between evaluations of the losses."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    """Seed; equal seeds give bit-identical networks."""
+    """Random seed; equal seeds give bit-identical networks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class Training:
     """Results of the training.
 
     Attributes:
-        networks: All trained networks, consistent ones first, then by loss. Never empty.
+        networks: All trained networks, at least one; consistent networks come first, then those with the lowest loss.
     """
 
     networks: tuple[TrainedNetwork, ...]

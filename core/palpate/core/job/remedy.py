@@ -1,4 +1,4 @@
-"""Check whether a job's contacts can be verified, and find remedies if not."""
+"""Check whether a job's contacts can be verified, and find remedies if they cannot."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Verification:
         )
 
     def _remedies(self) -> Iterator[str]:
-        """Yield remedies: settings first, then another sensor, then another gripper."""
+        """Yield remedies in this order: other settings, another sensor, another gripper."""
         job = self.job
 
         def of_job(name: str) -> Callable[[float], Verification]:

@@ -14,7 +14,7 @@ _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
 """Accuracy of a depth on a touched surface; half the dither of a soft gripper if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
-"""Height of a wedged corner above one in its corner of the hole, divided by the height difference between a tilted
+"""Height of a wedged corner above a corner in its place in the hole, divided by the height difference between a tilted
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0
@@ -215,7 +215,7 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def attempts(part: PartConfig) -> float:
-    """Return the expected number of pushes of a peg with corners until its turn is within the play c / (D / 2)."""
+    """Return the expected number of pushes of a peg with corners until its yaw is within the play c / (D / 2)."""
     return max(_TURN_RAD * part.peg_mm / (2.0 * part.clearance_mm), 1.0)
 
 

@@ -260,7 +260,7 @@ STATED: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "place": ("x_mm", "y_mm", "z_mm"),
 }
-"""Fields that every job must state, because no default is safe."""
+"""Fields that every job must specify, because no default is safe."""
 
 
 def _metres(mm: Vector3) -> Vector3:

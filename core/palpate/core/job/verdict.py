@@ -47,7 +47,7 @@ class Choice:
 
     @property
     def command(self) -> str:
-        """Return the options of ``palpate train``, or of ``palpate run`` for a rule."""
+        """Return the command line of ``palpate train``, or of ``palpate run`` for a rule."""
         task = "" if self.task == PLAIN else f" --task {self.task}"
         named = f"run --policy {self.policy}" if self.policy else f"train --learner {self.learner}"
         return f"palpate {named}{task}"
@@ -70,7 +70,7 @@ class Verdict:
 
 
 def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> Verdict:
-    """Judge a job.
+    """Judge whether a job is feasible, and choose a task and a policy.
 
     Args:
         step_mm: Standard deviation of the tip position along the tool, caused by encoder steps.
@@ -100,7 +100,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
         press_N: Pressing force of that task.
 
     Raises:
-        ConfigurationError: One of these conditions holds.
+        ConfigurationError: The contacts cannot be verified, or the tolerance is too small.
     """
     quantities = replace(Quantities.of(job, sensor), tolerance_m=tolerance_mm * 1e-3)
     if short := _short_depth(quantities, depth_parts_m(quantities, step_mm * 1e-3, Constants())):

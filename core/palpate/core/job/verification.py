@@ -1,4 +1,4 @@
-"""Contact verification: the gripper's spring, the dither that bends it, and the window that shows its stiffness.
+"""Contact verification: the gripper's spring, the dither that bends it, and the window that reveals its stiffness.
 
 All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
 """
@@ -10,7 +10,7 @@ from typing import Final
 from palpate.core.ports import PERIOD_S
 
 HALF_PERIOD_TICKS: Final = (3, 8)
-"""Range of half-periods, upper bound excluded: servos smooth out shorter ones, and longer ones differ too little
+"""Range of half-periods, without the upper bound. Servos smooth out shorter ones, and longer ones differ too little
 between trials."""
 HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
 """Mean half-period in ticks."""
@@ -19,12 +19,12 @@ PEAK: Final = 1.5
 _FARTHEST: Final = 0.75
 """Amplitude divided by the travel in a mean half-period, if the speed limits it; random half-periods add up."""
 DITHER_SHARE: Final = 0.3
-"""Amplitude of the dither's force, divided by the press. Contact is kept, and the roughness of sliding friction, about
-a tenth of the press, does not hide the response."""
+"""Amplitude of the dither's force, divided by the press. Contact is maintained, and the roughness of sliding friction,
+about a tenth of the press, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
 """Largest amplitude divided by the press, for a noisy sensor; the rest of the press maintains contact."""
 AXIAL: Final = (0.65, 1.5)
-"""Accepted range of measured over nominal stiffness, known to ten per cent; half and twice the force are outside."""
+"""Accepted range of measured over nominal stiffness, known to about ten per cent; half and twice are outside it."""
 _SMOOTHED: Final = 0.5
 """RMS force of the dither divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
@@ -39,7 +39,7 @@ MOST_SAMPLES: Final = 56
 """Number of samples in the longest window, 0.4 s; a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
 """Accepted range of measured over nominal lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders
-lower the ratio, to 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
+lower the ratio, to 0.24 or more in trials without a fault. A sensor that shows a tenth of the force is outside."""
 PUSH_SHARE: Final = 0.25
 """Bend of the gripper by a push, divided by the budget, at which the push stops growing. Even if it grows by the same
 amount again before it is measured, the bend stays below the budget."""
@@ -84,7 +84,7 @@ class Spring:
         return min(max(DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
 
     def samples(self, noise_N: float, dither_N: float, half_width: float = NARROW) -> int:
-        """Return the number of samples of a window.
+        """Return the number of samples in a window.
 
         Args:
             noise_N: Noise of force and positions combined.

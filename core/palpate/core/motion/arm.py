@@ -25,7 +25,7 @@ _AboveZero: TypeAlias = Annotated[float, Range(0.0, above=True)]
 
 @dataclass(frozen=True)
 class ArmDescription(Settings):
-    """An arm of six or seven revolute joints. Its URDF is the only source of geometry, for Pinocchio and MuJoCo.
+    """An arm with six or seven revolute joints. Its URDF is the only source of geometry, for Pinocchio and MuJoCo.
 
     Vectors have one element per joint, (n,), from base to flange.
     """
@@ -33,8 +33,8 @@ class ArmDescription(Settings):
     TABLE: ClassVar[str] = "arm"
 
     urdf: Annotated[str, Holds(bool, "the path of a URDF")]
-    """Path of the URDF relative to the file that names it, or package:
-    example-robot-data/... for one of that package. Its meshes are not needed."""
+    """Path of the URDF, relative to the file that names it, or package://example-robot-data/... for a URDF of that
+    package. Its meshes are not needed."""
     flange: Annotated[str, Holds(bool, "the name of a link of the URDF")]
     """Link of the URDF that carries the force sensor."""
     posture_rad: tuple[float, ...]
@@ -83,7 +83,7 @@ class ArmDescription(Settings):
         """Return the path of the URDF.
 
         Raises:
-            AssetError: Its package is not installed, or is not supported.
+            AssetError: The package of the URDF is not installed, or is not supported.
         """
         if self.urdf.startswith(_OURS):
             return Path(__file__).parent / self.urdf.removeprefix(_OURS)

@@ -18,7 +18,7 @@ class Controller(Protocol):
         Args:
             reference_m: Commanded tip position, (3,), task frame.
             target_m: End of the action, (3,), task frame.
-            force_N: Force of the environment on the tool, tared, not low-pass filtered, (3,), task frame.
+            force_N: Force of the environment on the tool, tared but not low-pass filtered, (3,), task frame.
         """
 
     def reset(self) -> None:
@@ -38,7 +38,7 @@ def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
 
 
 class HybridControl(Controller):
-    """One controller across the tool axis (x and y), another along it (z).
+    """One controller across the tool axis (x and y) combined with another along it (z).
 
     The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the insertion
     uses force control in x and y with damping control in z. The controllers act on orthogonal directions, so the
@@ -49,7 +49,7 @@ class HybridControl(Controller):
         self._across, self._along = across, along
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the combined velocity; each controller gets only its axes, so neither one's limits slow the other."""
+        """Return the combined velocity, in which the limits of one controller do not slow the axes of the other."""
         fx, fy, fz = force_N
         rx, ry, rz = reference_m
         tx, ty, tz = target_m
@@ -64,7 +64,7 @@ class HybridControl(Controller):
 
 
 class DampingControl(Controller):
-    """v = (F - F_nominal) / B (generalised damping; source paper, section 5.4 and its reference 4).
+    """Generalised damping control: v = (F - F_nominal) / B (source paper, section 5.4 and its reference 4).
 
     In free space the tool moves at -F_nominal / B; in contact it stops where the reaction force is F_nominal.
 
@@ -73,9 +73,9 @@ class DampingControl(Controller):
     at most 0.5. A 4 Hz filter would reduce it further, so this controller uses the unfiltered force.
 
     Args:
-        damping_N_s_per_m: B.
-        nominal_force_N: F_nominal, (3,), task frame; z is negative for pressing into the hole.
-        stiffness_N_per_m: K, the stiffest expected contact.
+        damping_N_s_per_m: Damping B.
+        nominal_force_N: Force F_nominal, (3,), task frame; z is negative for pressing into the hole.
+        stiffness_N_per_m: Stiffness K of the stiffest expected contact.
         period_s: Control period T.
     """
 
@@ -111,7 +111,7 @@ class PositionControl(Controller):
     be at most 1, which excludes overshoot.
 
     Args:
-        gain_per_s: K.
+        gain_per_s: Gain K.
         period_s: Control period T.
     """
 
@@ -137,10 +137,10 @@ class ForceControl(Controller):
     lag of servos and sensor.
 
     Args:
-        integral_m_per_N_s: k_i.
-        proportional_m_per_N: k_p.
-        target_N: F_target, (3,), task frame.
-        stiffness_N_per_m: K, the stiffest expected contact.
+        integral_m_per_N_s: Integral gain k_i.
+        proportional_m_per_N: Proportional gain k_p.
+        target_N: Force F_target, (3,), task frame.
+        stiffness_N_per_m: Stiffness K of the stiffest expected contact.
         period_s: Control period T.
     """
 

@@ -1,12 +1,12 @@
 """Inverse kinematics: damped least squares with joint limits, one step per control tick.
 
-It uses Pinocchio's Jacobian without a quadratic program: for six joints the step has an exact solution, takes a few
-microseconds, and the only inequality constraints are joint bounds (``docs/decisions/0004-inverse-kinematics.md``
+The solver uses Pinocchio's Jacobian without a quadratic program: for six joints the step has an exact solution, takes a
+few microseconds, and the only inequality constraints are joint bounds (``docs/decisions/0004-inverse-kinematics.md``
 compares it with pin-pink). The null space of a seventh joint moves towards the arm's posture, slowly enough not to
 delay the tip.
 
-The solver is Eigen's. LAPACK selects its kernels by processor; with Eigen equal inputs give equal bytes on other
-machines (``docs/decisions/0015-equal-on-another-processor.md``).
+Linear equations are solved with Eigen. LAPACK selects its kernels by processor; with Eigen, equal inputs give equal
+bytes on other machines (``docs/decisions/0015-equal-on-another-processor.md``).
 """
 
 from collections.abc import Iterator

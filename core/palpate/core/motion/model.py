@@ -164,7 +164,7 @@ class Kinematics:
         return self._data.oMf[self._sensor_id].copy()
 
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
-        """Return the Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
+        """Return the tip's Jacobian, (6, n), from joint velocities to its twist (linear first), in the tip frame.
 
         It also does the work of ``update``, and takes little longer.
         """
@@ -175,7 +175,7 @@ class Kinematics:
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Return the standard deviation of the tip along the tool axis due to encoder steps, in the arm's posture."""
+        """Return the tip's standard deviation along the tool axis due to encoder steps, in the arm's posture."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 
@@ -190,7 +190,7 @@ def _placement(position_m: Vector3, rpy_rad: Vector3) -> pin.SE3:
 
 
 def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
-    """Rotate a vector (3,) by a rotation, (3, 3), row by row."""
+    """Rotate a vector, (3,), by a rotation matrix, (3, 3), given row by row."""
     (a, b, c), (d, e, f), (g, h, i) = rotation
     x, y, z = vector
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z

@@ -113,7 +113,7 @@ class TipMotion:
         self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
-        """Start from the arm's pose with the tool's actual orientation: in a hole it may be turned and wedged."""
+        """Start from the arm's pose and the tool's actual orientation, which may be turned and wedged in a hole."""
         self._q_rad = position_rad
         self._kinematics.update(position_rad)
         self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())
@@ -149,7 +149,7 @@ class TipMotion:
         """Continue from the applied command, so that limited commands do not cause wind-up.
 
         Returns:
-            False if the applied command is invalid: not finite, or with a wrong number of joints.
+            False if the applied command is invalid, because it is not finite or has a wrong number of joints.
         """
         if applied.reason is not CommandReason.AS_REQUESTED:
             if len(applied.position_rad) != len(self._q_rad) or not isfinite(sum(applied.position_rad)):

@@ -27,7 +27,7 @@ _UNIT: Final = 1e-2
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""Largest shift of a joint by a calibration: real ones are a few millimetres, so a larger one is for another arm."""
+"""Largest shift of a joint by a calibration. Real ones shift joints by millimetres; a larger one is for another arm."""
 
 Refusal = Callable[[str], AssetError]
 

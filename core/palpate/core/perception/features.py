@@ -144,7 +144,7 @@ class SelfOrganisingMap(_OfChannels):
         channels: Names of the n channels, from ``CHANNELS``.
 
     Raises:
-        ConfigurationError: Shapes do not match, or the grid has one unit.
+        ConfigurationError: The shapes do not match, or the grid has one unit.
     """
 
     normalisation: Normalisation

@@ -41,8 +41,8 @@ class Normalisation(Settings):
     """An offset and a gain per channel: ``(value - offset) * gain``.
 
     Attributes:
-        offset: Subtracted first, (n,), in the channels' units.
-        gain: Multiplied afterwards, (n,), not zero, in inverse units of the channels.
+        offset: Offset subtracted first, (n,), in the channels' units.
+        gain: Gain applied afterwards, (n,), not zero, in inverse units of the channels.
 
     Raises:
         ConfigurationError: A value is not finite, the lengths differ, or a gain is zero.
@@ -80,13 +80,13 @@ class Normalisation(Settings):
         return cls(tuple(table.mean(axis=0).tolist()), tuple(gain.tolist()))
 
     def apply(self, values: Sequence[float] | Array) -> Array:
-        """Normalise one vector, (n,), or one per row, (m, n)."""
+        """Normalise one vector, (n,), or one vector per row, (m, n)."""
         scaled: Array = (np.asarray(values) - self._offset) * self._gain
         return scaled
 
 
 Wrench: TypeAlias = tuple[float, float, float, float, float, float]
-"""fx, fy, fz in N and tx, ty, tz in N m."""
+"""A wrench: fx, fy, fz in N and tx, ty, tz in N m."""
 
 _SIX = 6
 
@@ -105,7 +105,7 @@ class SignalProcessor(Settings):
         cutoff_Hz: Frequency at which the gain is -3 dB; below half the rate.
         order: 1 or 2.
         scale: Factor of each channel, (6,), not zero.
-        normalisation: Applied after the scaling, six channels; None disables it.
+        normalisation: Normalisation of the six channels after the scaling; None disables it.
 
     Raises:
         ConfigurationError: A setting is invalid.

@@ -61,7 +61,7 @@ class Thresholds(Settings):
         thresholds: Thresholds of each feature in ascending order, in the feature's unit.
 
     Raises:
-        ConfigurationError: Thresholds do not ascend, or there is not one list per feature.
+        ConfigurationError: The thresholds do not ascend, or there is not one list per feature.
     """
 
     TABLE: ClassVar[str] = _TABLE
@@ -176,7 +176,7 @@ class NearestPrototype(Settings):
     """Symboliser that uses the number of the nearest prototype (Euclidean, in normalised features).
 
     Attributes:
-        normalisation: Makes features with different units comparable, (n,).
+        normalisation: Normalisation, (n,), that makes features with different units comparable.
         prototypes: Prototypes in normalised features, (symbols, n).
     """
 
@@ -196,7 +196,7 @@ class NearestPrototype(Settings):
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
-        """Return numbered names."""
+        """Return the names, which are numbered."""
         return tuple(f"{self._word} {i}" for i in range(len(self.prototypes)))
 
     @cached_property
@@ -222,7 +222,7 @@ class RandomPartition(NearestPrototype):
         Distances are relative to the bounds, so that no feature dominates.
 
         Raises:
-            ConfigurationError: Bounds do not ascend, or a number is out of range.
+            ConfigurationError: The bounds do not ascend, or a number is out of range.
         """
         where = "perception.symboliser.bounds"
         pairs: list[tuple[float, float]] = [
@@ -246,7 +246,7 @@ class Clusters(NearestPrototype):
     def fit(
         cls, values: Iterable[Sequence[float]] | Array, clusters: int, seed: int, features: Sequence[str]
     ) -> Clusters:
-        """Find cluster centres, numbered by the first feature, then by the second, ...
+        """Find cluster centres, and number them by the first feature, then by the second, and so on.
 
         Raises:
             ConfigurationError: There are too few different samples, or a number is out of range.

@@ -73,10 +73,10 @@ class Spatial:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One action of a policy.
+    """An action of a policy.
 
     Attributes:
-        displacement_m: XY displacement of the tip during the action, (2,), in the task frame.
+        displacement_m: Displacement of the tip in x and y during the action, (2,), in the task frame.
         spatial: Further parameters in tasks of six degrees of freedom; None for a step in the plane.
     """
 
@@ -179,10 +179,10 @@ class Transition:
     """Result of one action.
 
     Attributes:
-        reinforcement: The immediate reward, at most 0 here.
+        reinforcement: Immediate reward, at most 0.
         next_state: State after the action; None for the goal, whose value is 0.
-        next_action_index: The action that another policy will take in ``next_state``; None if the learner itself
-            chooses there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
+        next_action_index: Action that another policy will take in ``next_state``; None if the learner itself chooses
+            there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
     """
 
     state: int
@@ -249,7 +249,7 @@ class Policy(Protocol):
 
         Raises:
             ConfigurationError: The policy does not serve this state.
-            LifecycleError: The policy needs random numbers and no trial has begun.
+            LifecycleError: The policy needs random numbers, but no trial has begun.
         """
 
     @abstractmethod
@@ -260,7 +260,7 @@ class Policy(Protocol):
         """Process the outcome of a trial, once, after its last ``learn`` and with the arm stationary.
 
         It is not called for a trial that ended with an error. Long computations belong in the next ``begin_trial``. The
-        default does nothing.
+        default implementation does nothing.
         """
         return
 

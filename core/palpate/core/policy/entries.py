@@ -82,7 +82,7 @@ class SpatialEntry(Settings):
 
     @classmethod
     def of(cls, spatial: Spatial) -> Self:
-        """Convert to the form of the file."""
+        """Convert parameters to the form of the file."""
         x, y, yaw = map(degrees, spatial.turn_rad)
         return cls(
             spatial.controller.value, 1e3 * spatial.rise_m, (x, y, yaw), spatial.push_N, _scaled(spatial.pivot_m, 1e3)
@@ -96,7 +96,7 @@ class ActionEntry(Settings):
     name: str
     """Name of the action."""
     displacement_mm: tuple[float, float]
-    """XY displacement of the tip, (2,), in the task frame."""
+    """Displacement of the tip in x and y, (2,), in the task frame."""
     spatial: SpatialEntry | None = None
     """Parameters in six degrees of freedom; None for a step in the plane."""
 
@@ -162,7 +162,7 @@ class LearnerEntry(Settings):
 
     @property
     def trials_learned(self) -> int:
-        """Return the number of trials in which it learned."""
+        """Return the number of trials from which it learned."""
         return int(self.state["trials_learned"])
 
     @property
@@ -202,8 +202,8 @@ class TableRow:
     Attributes:
         source: Origin of the action: programmed, examples or learned.
         action: Name of the assigned action, or of the best learned one.
-        q: Q of each action, (n actions,); None without a table of Q.
-        visits_per_action: Number of updates of each action; None without a table of Q.
+        q: Q value of each action, (n actions,); None without a Q table.
+        visits_per_action: Number of updates of each action; None without a Q table.
         best: Index of ``action``.
     """
 
@@ -216,7 +216,7 @@ class TableRow:
 
     @property
     def value(self) -> float | None:
-        """Return the Q of the action; None without a table of Q."""
+        """Return the Q value of the action; None without a Q table."""
         return None if self.q is None else self.q[self.best]
 
     @property

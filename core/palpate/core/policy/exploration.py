@@ -18,14 +18,14 @@ GREEDY_BELOW: Final = 1e-6
 class TemperatureSchedule(Settings):
     """Geometric decay with a floor: ``T(trial) = max(floor, initial * decay**trial)``.
 
-    Keep the floor above zero if different places look like the same state: without randomness a policy may alternate
-    between two of them forever, and learned values deteriorate.
+    Keep the floor above zero if different places look like the same state: without randomness, a policy may alternate
+    between two of them forever, and its learned values deteriorate.
     """
 
     TABLE: ClassVar[str] = "policy.temperature"
 
     initial: Temperature
-    """Temperature of trial 0, in units of Q."""
+    """Temperature of trial 0, in units of Q values."""
     decay: TemperatureDecay
     """Factor from one trial to the next."""
     floor: Temperature
@@ -53,8 +53,8 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
     Below :data:`GREEDY_BELOW` the best actions are equally probable and all others excluded.
 
     Args:
-        values: Q of each action, finite, (n,) with n > 0.
-        temperature: T, in units of Q.
+        values: Finite Q value of each action, (n,) with n > 0.
+        temperature: T, in units of Q values.
     """
     best = max(values)
     if temperature < GREEDY_BELOW:

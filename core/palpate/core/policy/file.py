@@ -36,7 +36,7 @@ class PolicyDocument(Settings):
     schema: Annotated[str, OneOf(SCHEMA)] = SCHEMA
     """Id of the file format."""
     created_with: Mapping[str, Any]
-    """Versions of the software that wrote it, for information."""
+    """Versions of the software that wrote the file, for information only."""
     perception: Mapping[str, Any]
     """Settings of the perception that maps sensor data to these states; not interpreted here."""
     states: tuple[str, ...]
@@ -72,7 +72,7 @@ class PolicyDocument(Settings):
 
     @property
     def table(self) -> tuple[TableRow, ...]:
-        """Return the action of each state, except for states of a learner without a table of Q."""
+        """Return the action of each state, except for states of a learner without a Q table."""
         learned = {} if self.learner is None else self.learner.state
         names, rows = [action.name for action in self.actions], []
         for number, state in enumerate(self.states):
@@ -141,7 +141,7 @@ def _check_same_names(field: str, mine: Sequence[str], theirs: Sequence[str]) ->
 
 
 def _plain(where: str, value: Mapping[str, Any]) -> Any:
-    """Return a copy of a value as a JSON file would return it."""
+    """Return a copy of a value as it would be read from a JSON file."""
     try:
         return json.loads(json.dumps(dict(value), allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:
@@ -159,8 +159,8 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
     """Return the content of a policy, ready to be saved.
 
     Args:
-        policy: Programmed, examples, a learner, or a mixture of these, or a third-party policy. A belief needs another
-            part, which may be empty, for the names of states and actions.
+        policy: A programmed policy, examples, a learner, a mixture of these, or a third-party policy. A belief needs
+            another part, which may be empty, for the names of states and actions.
 
     Raises:
         ConfigurationError: The policy is of a different kind, or a state has no action.

@@ -39,7 +39,7 @@ class Learner(Policy):
 
     @property
     def trials_learned(self) -> int:
-        """Return the number of trials in which it learned."""
+        """Return the number of trials from which it learned."""
         return self._trials_learned
 
     @abstractmethod
@@ -60,7 +60,7 @@ class Learner(Policy):
 
 
 class Remembered(Protocol):
-    """A trial as stored for fitting a model."""
+    """A trial in the form that is stored for fitting a model."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""

@@ -25,7 +25,7 @@ class AssignedPolicy(FixedPolicy):
     """Policy that always takes the assigned action, and serves only states that have one.
 
     Args:
-        assigned: Index of each state's action, or None, (n states,).
+        assigned: Index of the action for each state, (n states,); None for a state without one.
     """
 
     def __init__(

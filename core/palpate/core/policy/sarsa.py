@@ -58,12 +58,12 @@ class Sarsa(TabularLearner):
         self._next: tuple[int, int] | None = None
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Begin a trial as every tabular learner does, with empty traces."""
+        """Begin a trial like any tabular learner, with empty traces."""
         super().begin_trial(trial, rng)
         self._traces, self._next = {}, None
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the action drawn for this state during learning, or draw one; one random number per choice."""
+        """Return the action drawn for this state during learning, or draw one, with one random number per choice."""
         drawn, self._next = self._next, None
         if drawn is not None and drawn[0] == observation.state:
             return self._decision(drawn[1])
@@ -85,7 +85,7 @@ class Sarsa(TabularLearner):
             self._traces[i] = (a, fading * trace)
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state of a tabular learner, with the traces."""
+        """Return the state of the tabular learner, including the traces."""
         traces = [[state, action, trace] for state, (action, trace) in self._traces.items()]
         return super().get_state() | {"traces": traces, "next": None if self._next is None else list(self._next)}
 

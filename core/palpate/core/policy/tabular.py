@@ -1,4 +1,4 @@
-"""Base class of tabular learners: a table of Q, Boltzmann exploration, and their settings."""
+"""Base class of tabular learners, with a Q table, Boltzmann exploration, and settings."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ class QParameters(Settings):
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0
     """Lower bound of the learning rate, at most ``alpha``."""
     initial_value: float = 0.0
-    """Q before the first visit."""
+    """Q value before the first visit."""
 
     @override
     def check(self) -> None:
@@ -50,7 +50,7 @@ class QParameters(Settings):
 
 
 class TabularLearner(Learner):
-    """Learner with Boltzmann exploration over a table of Q; subclasses define how the table is learned.
+    """Learner with Boltzmann exploration over a Q table; subclasses define how the table is learned.
 
     Args:
         frozen: True disables learning and uses the temperature for frozen policies.
@@ -83,7 +83,7 @@ class TabularLearner(Learner):
 
     @property
     def q(self) -> tuple[tuple[float, ...], ...]:
-        """Return the Q of each state and action."""
+        """Return the Q value of each state and action."""
         return tuple(map(tuple, self._q))
 
     @property
@@ -124,7 +124,7 @@ class TabularLearner(Learner):
 
     @abstractmethod
     def _update(self, state: int, action: int, target: float) -> None:
-        """Move the Q of a pair towards a target."""
+        """Move the Q value of a pair towards a target."""
 
     def _drawn(self, state: int) -> int:
         return boltzmann(self._q[state], self._temperature, drawing_from(self._rng, type(self).__name__))
@@ -171,7 +171,7 @@ class QLearning(TabularLearner):
     """Q-learning: ``Q(i, a) <- (1 - alpha) Q(i, a) + alpha (r + gamma V(j))``, with ``V(j) = max_a Q(j, a)``.
 
     The value of the goal is 0. If another policy acts in ``j`` (see
-    :class:`~palpate.core.policy.programmed.MixedPolicy`), ``V(j)`` is the Q of its action.
+    :class:`~palpate.core.policy.programmed.MixedPolicy`), ``V(j)`` is the Q value of its action.
     """
 
     def _value(self, state: int, transition: Transition) -> float:

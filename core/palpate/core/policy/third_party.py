@@ -18,7 +18,7 @@ from palpate.core.policy.learner import Learner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 LONGEST_CHOICE_NS: Final = 200_000_000
-"""Longest time for a choice on a rig; beyond it the trial ends, as the set-point time-out would stop the arm anyway."""
+"""Longest time for a choice on a rig; beyond it, the trial ends. The set-point time-out would stop the arm anyway."""
 _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 
@@ -45,15 +45,15 @@ class ThirdPartyEntry(Settings):
     code: str
     """Class or factory: ``package.module:Name``."""
     distribution: str
-    """Installed package that contains it; empty for a module outside any package."""
+    """Installed package that contains the code; empty for a module outside any package."""
     version: str
     """Version of that package."""
     source_sha256: str
     """SHA-256 digest of the module's source; empty if there is none."""
     trials_learned: Annotated[int, Range(0)]
-    """Number of trials in which it learned."""
+    """Number of trials from which it learned."""
     state: Mapping[str, Any] | None = None
-    """Learned state from its ``get_state``; None if it has none."""
+    """Learned state from ``get_state``; None if the policy has none."""
 
 
 class ThirdPartyPolicy(Learner):
@@ -108,7 +108,7 @@ class ThirdPartyPolicy(Learner):
         """Return the decision in plain numbers.
 
         Raises:
-            PolicyError: The policy raised, returned an invalid decision, or took too long on a rig.
+            PolicyError: The policy raised an error, returned an invalid decision, or took too long on a rig.
         """
         began_ns = self.now_ns()
         with self._named("choose"):

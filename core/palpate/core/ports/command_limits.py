@@ -28,7 +28,7 @@ class StepLimiter:
         self._slowness_s = 1.0 / min(velocity_limit_rad_s)
 
     def limited(self, requested_rad: JointVector, from_rad: JointVector, may_s: float) -> tuple[AppliedCommand, float]:
-        """Return the applied command, the reason for any change, and its duration at the velocity limits in s.
+        """Return the applied command, the reason for any change, and the step's duration, in s, at the velocity limits.
 
         Args:
             requested_rad: The command, (n,).

@@ -3,12 +3,11 @@
 The ports are structural types: a third-party class only needs the same members. Semantics that types cannot express are
 in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass:
 
-* Units are SI, angles in rad, time in integer ns of the run's clock.
-* A sample carries source time, receive time, sequence number and validity. Silence is never hidden: an old sample is
-  marked ``STALE``, and a dead device raises ``DeviceError``.
-* Observations at tick *t* do not depend on the command of tick *t*.
-* The latest command wins; there is no queue. ``send`` returns the applied command.
-* ``stop`` works at any time, even repeatedly. A fault latches until a person acknowledges it.
+* Units are SI, angles in rad, time in integer ns of the run's clock. * A sample carries source time, receive time,
+sequence number and validity. Silence is never hidden: an old sample is marked ``STALE``, and a dead device raises
+``DeviceError``. * Observations at tick *t* do not depend on the command of tick *t*. * Only the latest command counts;
+there is no queue. ``send`` returns the applied command. * ``stop`` works at any time, even repeatedly. A fault latches
+until a person acknowledges it.
 """
 
 from abc import abstractmethod
@@ -47,7 +46,7 @@ class Device(Protocol):
 
     @abstractmethod
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault, which only a person may decide."""
+        """Clear a latched fault, by decision of a person only."""
 
     @abstractmethod
     def close(self) -> None:
@@ -109,7 +108,7 @@ class ArmCommand(Device, Protocol):
 
 @runtime_checkable
 class Clock(Protocol):
-    """Time of the run: integer nanoseconds, monotonic."""
+    """Monotonic clock of the run, in integer nanoseconds."""
 
     @abstractmethod
     def now_ns(self) -> int:
@@ -117,7 +116,7 @@ class Clock(Protocol):
 
     @abstractmethod
     def sleep_until(self, deadline_ns: int) -> None:
-        """Return once ``now_ns() >= deadline_ns``, immediately if that time has passed."""
+        """Return once ``now_ns() >= deadline_ns``, or immediately if that time has passed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from palpate.core.errors import ConfigurationError
 def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
     """Parse an object from strict JSON: no NaN, no infinity, no duplicate keys.
 
-    The key ``schema`` must equal ``schema``. This is checked first, as a file with another schema may have other keys.
+    Its ``schema`` must equal the argument. This is checked first, as a file with another schema may have other keys.
 
     Raises:
         ConfigurationError: The text is not such an object.

@@ -60,7 +60,7 @@ class FaultLatch:
             raise FaultLatchedError(_NAME, self.cause, self.remedy)
 
     def acknowledge(self, by: str, reason: str) -> None:
-        """Allow trials to begin again, which only a person may decide.
+        """Allow trials to begin again, by decision of a person only.
 
         Raises:
             LifecycleError: No fault is latched.

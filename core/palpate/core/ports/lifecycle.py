@@ -114,7 +114,7 @@ class ManagedDevice(ActiveInside):
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault, which only a person may decide.
+        """Clear a latched fault, by decision of a person only.
 
         Raises:
             LifecycleError: There is no fault.

@@ -13,7 +13,7 @@ from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
-"""Table of a rig file that contains these facts."""
+"""Table of a rig file that contains the facts about the force sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class Rig(Protocol):
 
         Args:
             config: Configuration of the next trials.
-            ready: Their ready pose.
+            ready: Ready pose of those trials.
 
         Raises:
             ConfigurationError: The rig has only one place.

@@ -124,7 +124,7 @@ class JointCommand:
 
 
 class AppliedCommand(NamedTuple):
-    """The command that the arm applied, and why it differs from the requested one.
+    """The command that the arm applied, and the reason for any difference from the requested one.
 
     Attributes:
         position_rad: Joint angles after limits, (n,).

@@ -93,7 +93,7 @@ class WrenchMonitor:
 
 
 def _square(vector: Vector3, zero: Sequence[float], scale: Sequence[float]) -> float:
-    """Return the squared norm of a scaled vector relative to a zero, (3,) each."""
+    """Return the squared norm of a scaled vector relative to an offset, (3,) each."""
     (x, y, z), (u, v, w), (a, b, c) = vector, zero, scale
     x, y, z = (x - u) * a, (y - v) * b, (z - w) * c
     return x * x + y * y + z * z

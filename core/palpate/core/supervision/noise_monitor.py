@@ -33,7 +33,7 @@ class NoiseMonitor:
     even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
     that of the sensor's facts, or that measured during taring if it is smaller.
 
-    Noise: nothing moves during taring, so noise far above the declared value means a wrong scale or a broken wire.
+    Noise: nothing moves during taring, so noise far above the declared value indicates a wrong scale or a broken wire.
 
     Recurrence: samples that repeat earlier ones in order, with any gain and offset, are a recording.
 
@@ -135,6 +135,6 @@ def _deviation(values: Sequence[float]) -> float:
 
 
 def _bands(noise: Sequence[float]) -> _Six:
-    """Return the half-widths; for a channel without noise, return one that no value satisfies."""
+    """Return the half-widths; that of a channel without noise is one that no value satisfies."""
     a, b, c, d, e, f = (BAND * each if each > 0.0 else -1.0 for each in noise)
     return (a, b, c, d, e, f)

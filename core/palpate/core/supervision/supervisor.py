@@ -47,7 +47,7 @@ class Supervisor:
 
     Args:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks them for this arm.
-        task: Number of samples averaged for taring.
+        task: Settings of the task, for the number of samples averaged for taring.
         sensor: Facts about the force sensor. Its samples must contain the declared noise.
         scale: Factors of the task on the sensor's six channels after taring, (6,).
         latch: The latch of the rig; None creates a new one.
@@ -167,7 +167,7 @@ class Supervisor:
         return self._instead(within.reason, position, None)
 
     def retreat(self, snapshot: Snapshot) -> Supervised:
-        """Return the next command after a trip, without a command of the task.
+        """Return the next command after a trip, without a command from the task.
 
         Raises:
             LifecycleError: There was no trip.

@@ -55,7 +55,7 @@ class TaskConfig(Settings):
     directions: Annotated[int, Range(2, 360)] = 8
     """Number of step directions for the policy, evenly spaced about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
-    """Control ticks per action at 140 Hz: ten actions a second."""
+    """Control ticks per action at 140 Hz; 14 give ten actions a second."""
     motion_duty: Annotated[float, Range(0.1, 1.0)] = 0.8
     """Fraction of an action's time in which the tip moves; the torque settles in the rest. 1 means no pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
@@ -80,7 +80,7 @@ class TaskConfig(Settings):
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """Largest shortfall of the estimated depth; includes errors of encoders, force noise and contact height."""
     release_s: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Time without a press after which an inserted peg must still be where it was; 0 ends the trial pressed."""
+    """Time without a press after which an inserted peg must not have moved; 0 ends the trial while pressing."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """Largest error of the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
@@ -126,9 +126,9 @@ class ControlConfig(Settings):
     TABLE: ClassVar[str] = "control"
 
     damping_N_s_per_m: float = 400.0
-    """B of the damping controller along the tool axis."""
+    """Damping B of the damping controller along the tool axis."""
     position_gain_per_s: float = 70.0
-    """K of the position controller across the tool axis."""
+    """Gain K of the position controller across the tool axis."""
     force_integral_m_per_N_s: float = 0.00025
     """Integral gain of the lateral force controller during insertion."""
     force_proportional_m_per_N: float = 0.0
@@ -138,7 +138,7 @@ class ControlConfig(Settings):
     lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
     """Stiffness of the gripper across the tool axis; bounds the lateral gains."""
     moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
-    """Mass supported by the gripper's springs."""
+    """Mass on the gripper's springs."""
     damping_ratio: Annotated[float, Range(0.0, 5.0)] = 0.7
     """Damping ratio of the gripper's springs; with the mass it gives the lead of the force over the spring
     deflection."""

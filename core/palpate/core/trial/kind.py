@@ -25,10 +25,10 @@ class TaskParts:
     """Components that a task does not share with other tasks.
 
     Attributes:
-        measurement: Measurement, which transforms snapshots to the task frame.
-        perception: Perception, which maps signals to states; only for tasks in which a policy chooses.
-        policy: Policy, which chooses actions; only for the same tasks.
-        reinforcement: Reinforcement, which computes the reward of an action; only for the same tasks.
+        measurement: Measurement that transforms snapshots to the task frame.
+        perception: Perception that maps signals to states; only for tasks in which a policy chooses.
+        policy: Policy that chooses actions; only for the same tasks.
+        reinforcement: Reinforcement that computes the reward of an action; only for the same tasks.
     """
 
     task: TaskConfig

@@ -141,7 +141,7 @@ class Measurement:
         self.tip_depth_m = _value_at(time_ns, self._depths) + _value_at(time_ns, self._bends)
 
     def _turned_rad(self) -> tuple[float, float]:
-        """Return tilt and yaw. Yaw is the heading of the tool's x axis, which a tilt of 10 degrees changes by 0.4."""
+        """Return tilt and yaw. Yaw is the heading of the tool's x axis; 10 degrees of tilt change it by 0.4 degrees."""
         (ax, ay, az), ((u, _, _), (v, _, _), (w, _, _)) = self._axis, self._tip_in_base
         x, y, _ = self._task.vector((u, v, w))
         heading_rad = atan2(y, x)
@@ -155,7 +155,7 @@ class Measurement:
         """Return the tared, filtered force, (3,) N, and the torque about the tip, (3,) N m.
 
         The tip is the reference point because sliding friction has no lever there. About the sensor, friction would
-        hide the torque that points at the hole.
+        hide the torque that indicates the hole.
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)

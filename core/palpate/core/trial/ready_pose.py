@@ -61,7 +61,7 @@ def find_ready_pose(
     """Solve for the ready pose with the tool pointing into the hole and free yaw.
 
     Args:
-        task: Pose of the goal; exploration area and depth of an insertion.
+        task: Settings of the task: pose of the goal, and exploration area and depth of an insertion.
         workspace: Box to reach in place of that area and depth.
 
     Raises:

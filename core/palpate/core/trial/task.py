@@ -50,7 +50,7 @@ class Task(Protocol):
 
     @abstractmethod
     def interrupt(self) -> None:
-        """End the trial as soon as possible, and any later trial at once. Safe to call from a signal handler.
+        """End the trial as soon as possible, and any later trial immediately. A signal handler may call this.
 
         The first tick that detects it records an event :data:`~palpate.core.trial.report.INTERRUPT`, at which a replay
         interrupts the trial.

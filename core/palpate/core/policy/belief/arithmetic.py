@@ -1,4 +1,4 @@
-"""Exponential and logarithm of arrays, with the same bytes on every processor.
+"""Exponential and logarithm of arrays, with bit-identical results on every processor.
 
 numpy's functions use vector units that round differently on different machines, and a belief that differs in its last
 bit may select another action. Sums, products, square roots and scaling by powers of two are rounded the same everywhere

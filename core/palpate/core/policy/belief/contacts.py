@@ -19,13 +19,13 @@ TORQUE_NM: Final = 1e-6
 FORCE_N: Final = 1e-3
 """Unit of stored forces."""
 NOMINAL_N: Final = 4.9
-"""Pressing force for which a contact model is given."""
+"""Pressing force for which a contact model is defined."""
 _LEAST_N: Final = 1.0
 _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MAX_CONTACTS: Final = 120
-"""Maximum number of most recent contacts stored per trial; a blind search has many similar ones."""
+"""Maximum number of contacts stored per trial, the latest ones, because a blind search has many similar contacts."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:

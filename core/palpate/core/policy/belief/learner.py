@@ -1,4 +1,4 @@
-"""Learner of the hole's position from the end of each trial, which acts on a belief over that position."""
+"""Learner that infers the hole's position from the end of each trial and acts on a belief over that position."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from palpate.core.ports import Range, Settings
 SEARCH: Final = "search"
 """Name of the search steps; steps chosen with the belief are named after their displacement."""
 _WIDEST_M: Final = 8e-3
-"""Largest half-width, because more than 161 by 161 cells cannot be processed within a tick."""
+"""Largest half-width; more than 161 by 161 cells cannot be processed within a tick."""
 
 _MIDDLE_M: Final = (0.0, 0.0)
 
@@ -45,7 +45,7 @@ class BeliefParameters(Settings):
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
     """Distance between the turns of a search; above twice the capture width it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
-    """Number of trials remembered; older ones are forgotten."""
+    """Number of remembered trials; older trials are forgotten."""
     restart_steps: Annotated[int, Range(1, 1000)] = 60
     """Number of belief steps until a search around the most likely position begins, after which the belief restarts.
     After the same number again, the whole area is searched until the end."""
@@ -160,7 +160,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         return Decision(self._actions[displacement_m], None, LEARNED, grounds)
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> tuple[Floats, tuple[int, int]]:
-        """Return the weights after the path from the last contact, and the cell of the next torque."""
+        """Return the weights of cells after the path from the last contact, and the cell of the next torque."""
         before = self._contacts[-1].place if self._contacts else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]

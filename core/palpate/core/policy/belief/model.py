@@ -53,7 +53,7 @@ class Directions:
 
     @classmethod
     def of(cls, x_m: Floats, y_m: Floats) -> Directions:
-        """Convert displacements of the hole from the tip, (n,) each."""
+        """Convert displacements from the tip to the hole, (n,) each, to these coordinates."""
         distance = np.sqrt(x_m * x_m + y_m * y_m)
         ring = np.searchsorted(_KNOTS, distance, side="right") - 1
         ring = np.minimum(ring, len(RINGS_M) - 2)
@@ -93,7 +93,7 @@ class Directions:
 
 @dataclass(frozen=True, slots=True)
 class ContactModel:
-    """A fitted contact model; cue and residual for a pressing force of 4.9 N.
+    """A fitted contact model, with cue and residual for a pressing force of 4.9 N.
 
     Attributes:
         lag: Lag of the torque behind the commanded tip, as a fraction of the last step.
@@ -101,7 +101,7 @@ class ContactModel:
         cue_Nm: Torque along and across the heading of the hole, at each ring, (rings, 2).
         residual_Nm: Residual of the cue, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
-        bias_Nm: Standard deviation of the tilt's torque from trial to trial, of each component.
+        bias_Nm: Standard deviation of each component of the tilt's torque from trial to trial.
         gain: Relative increase of the tilt's torque along and across the heading of the hole, at each ring, (rings, 2).
         spread_Nm: Standard deviation of each component of an unknown tilt's torque.
     """

@@ -12,7 +12,7 @@ from palpate.core.policy.belief.model import ContactModel, Directions
 from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places
 
 MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
-"""Weights of cells passed without a drop, by distance from the path in capture widths; near cells have lower ones. In
+"""Weights of cells passed without a drop, by distance from the path in capture widths; lower for nearer cells. In
 `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
 
 
@@ -20,7 +20,7 @@ class ContactTable:
     """A contact model tabulated over all displacements between two cells, for fast lookup.
 
     Args:
-        places: Possible positions of the hole; the tip is also within them.
+        places: Grid of possible positions of the hole, which also contains the tip.
         regrip_share: Probability that the tilt differs from the last trials.
     """
 

@@ -13,7 +13,7 @@ from palpate.core.policy.belief.arithmetic import Floats, exponential
 PITCH_M: Final = 1e-4
 """Distance between grid points."""
 SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
-"""Beliefs are computed in single precision: faster, with rounding errors far below a sensor's noise."""
+"""Data type of beliefs. Single precision is faster, and its rounding errors are far below a sensor's noise."""
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
 """Widths of the kernels, for hole positions that are constant, vary slightly, or vary widely."""
 _MEMORY: Final = 0.9
@@ -74,8 +74,8 @@ class Places:
 def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
     """Return the prior over positions, (size, size), all above 0.
 
-    It is a mixture of kernel densities of several widths and a uniform density. Each is weighted by how well it
-    predicted every hole from the holes before it.
+    It is a mixture of kernel densities of several widths and a uniform density. Each component is weighted by how well
+    it predicted every hole from the holes before.
 
     Args:
         holes_m: Positions of earlier holes, (x, y), oldest first.

@@ -86,7 +86,7 @@ class Planner:
 
 
 def _in_threes(rows: Floats) -> Floats:
-    """Return the sum of three rows in a fixed order."""
+    """Return the sum of three rows, added in a fixed order."""
     first, second, third = rows
     sums: Floats = first + second + third
     return sums

@@ -88,7 +88,7 @@ class Batch:
 
     @classmethod
     def of(cls, trials: Sequence[RecordedTrial]) -> Self:
-        """Return the batch of at least one trial."""
+        """Create a batch from at least one trial."""
         counts = Counter(trials)
         order = sorted(counts, key=lambda trial: -len(trial.symbols))
         longest = len(order[0].symbols)
@@ -178,8 +178,8 @@ class Expected:
     """Expected counts of a batch of trials under a model.
 
     Attributes:
-        visits: Number of times that each symbol was read in each state, by the next action, (actions + 1, symbols,
-            states); the last index is for no action.
+        visits: Number of times that each symbol was read in each state, for each next action, (actions + 1, symbols,
+            states); the last index denotes no action.
         stays: Number of times that an action left a state unchanged, (actions, states).
         starts: Number of trials that started in each state, (states,).
         log_likelihood: Log-likelihood of all trials, including their arrivals at the goal.
@@ -250,7 +250,7 @@ def _padded(rows: Floats) -> Floats:
 
 
 def _sums_by(keys: Numbers, rows: Floats, groups: int) -> Floats:
-    """Return the sum of the rows with each key, (groups, ...), added in the order of the rows."""
+    """Return the sum of the rows for each key, (groups, ...), added in the order of the rows."""
     order = np.argsort(keys, kind="stable")
     present, begins = np.unique(keys[order], return_index=True)
     result = np.zeros((groups, *rows.shape[1:]))

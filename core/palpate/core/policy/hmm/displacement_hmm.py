@@ -35,7 +35,7 @@ def lattice_steps(actions: Sequence[Action], longest: int = 0) -> tuple[Offset, 
     """Return the displacements of the actions as whole numbers of steps.
 
     Args:
-        longest: Number of steps in the longest displacement along x or y; the others are rounded. With 0 the shortest
+        longest: Number of steps in the longest displacement along x or y; the others are rounded. If 0, the shortest
             displacement is one step, and nothing is rounded.
 
     Raises:

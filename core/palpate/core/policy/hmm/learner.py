@@ -24,7 +24,7 @@ from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 
 REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
-"""Numbers of trials after which the model is fitted; later fits follow each time the number has grown by half. All
+"""Numbers of trials after which the model is fitted; further fits follow each time the number has grown by half. All
 actions are random before the first fit."""
 
 GREEDY_ACTIONS: Final = 20
@@ -44,8 +44,8 @@ class HmmParameters(Settings):
     reach: Annotated[int, Range(1, 200)] = 10
     """Largest offset from the goal along x or y, in steps."""
     lattice: Annotated[int, Range(0, 20)] = 0
-    """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. With 0,
-    all must be whole multiples of the shortest."""
+    """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. If 0, all
+    must be whole multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
     """Fraction of random actions once there is a model; before that, all actions are random."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 1000
@@ -62,17 +62,17 @@ def fitted_after(trials: int) -> int:
 
 
 class HmmLearner(ModelLearner[RecordedTrial]):
-    """Learner that fits a hidden Markov model to actions and symbols, and acts by a plan over its belief.
+    """Learner that fits a hidden Markov model to actions and symbols, and acts on a plan over its belief.
 
     The first trials are random. The model is fitted from scratch after :data:`REFITS` trials, so it depends only on the
     trials.
 
     Args:
         symbols: Names of the symbols, which are the states of its observations.
-        frozen: Do not learn, and take no random action within the first :data:`GREEDY_ACTIONS` actions of a trial.
+        frozen: True disables learning, and random actions within the first :data:`GREEDY_ACTIONS` actions of a trial.
 
     Raises:
-        ConfigurationError: Names repeat, the actions have no common lattice, or the model would be too large.
+        ConfigurationError: Names are repeated, the actions have no common lattice, or the model would be too large.
     """
 
     def __init__(

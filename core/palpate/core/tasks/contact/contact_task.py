@@ -33,7 +33,7 @@ class ContactTask(Task):
     """Task that lifts, moves to the start and tares; a subclass adds its own phases in :meth:`_follow`.
 
     Args:
-        measurement: Transforms snapshots to the task frame.
+        measurement: Measurement that transforms snapshots to the task frame.
 
     Attributes:
         constraints: Constraints on contact and position in this phase, for the supervisor.
@@ -220,7 +220,7 @@ class ContactTask(Task):
 
     @property
     def filter_state(self) -> list[float]:
-        """Return tare and state of the wrench filter; after :meth:`begin` the initial state of the trial."""
+        """Return tare and state of the wrench filter; after :meth:`begin`, it is the initial state of the trial."""
         return self._measurement.filter_state
 
     @property

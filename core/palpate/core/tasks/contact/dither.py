@@ -7,7 +7,7 @@ from palpate.core.ports import PERIOD_S
 
 
 class Dither:
-    """Motion back and forth about its start with random timing, which no recorded or delayed force matches by chance.
+    """Back-and-forth motion with random timing, which no recorded or delayed force matches by chance.
 
     Args:
         amplitude_m: Largest distance from the start; smaller if the speed limits it.

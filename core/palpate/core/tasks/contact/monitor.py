@@ -43,7 +43,7 @@ _SAMPLES: Final = 4
 _TILT_RAD: Final = 6e-3
 """Orientation error of arm and grip, which no job states; servos sag by up to 8 mrad and start from there."""
 _NOISES_TORQUE: Final = 3.0
-"""Standard deviations of a torque about the tip; four consecutive samples exceed this once in 70 million."""
+"""Number of standard deviations of a torque about the tip that four samples in a row exceed once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
 """Distance below the lowest possible plate at which the tip is not on it; an approach overshoots by less."""
 
@@ -140,7 +140,7 @@ class Monitor:
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
 
     def free(self) -> None:
-        """Restart the budget: the force has responded, or the tool is where it cannot touch anything."""
+        """Restart the budget after the force has responded, or where the tool cannot touch anything."""
         self._from_m: Vector3 | None = None
         # There is no play towards a wall that has just responded.
         self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
@@ -271,7 +271,7 @@ class Monitor:
         return self._push_dither.velocity_m_s()
 
     def push(self, direction: tuple[float, float] | None) -> None:
-        """Start a push in a unit direction, (2,), or end it with None; one in nearly the same direction continues."""
+        """Start a push in a unit direction, (2,), or end it with None; a push in a similar direction continues."""
         (ux, uy), (vx, vy) = direction or (0.0, 0.0), self.direction or (0.0, 0.0)
         if ux * vx + uy * vy > _SIMILAR:
             return

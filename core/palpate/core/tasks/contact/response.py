@@ -39,13 +39,13 @@ class Verdict(enum.Enum):
 
 
 class Response:
-    """Least squares of force = -share * (k * (z + damping_s * v) + rigid_kg * a) + constant, over a sliding window.
+    """Least-squares fit of force = -share * (k * (z + damping_s * v) + rigid_kg * a) + constant, in a sliding window.
 
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None without a window.
-        half_width: Half-width of its confidence interval.
+        half_width: Half-width of the confidence interval of ``share``.
         lag: Number of ticks by which the force is older than its time stamp; None until the responses determine it.
         window: Number of samples in a window.
         stationary_ticks: Number of ticks since the tool began to wait. The window grows with it, because a sliding

@@ -1,9 +1,10 @@
 """The insertion task, with approach to contact, exploration of the surface, and insertion to full depth.
 
-This state machine without I/O turns a :class:`~palpate.core.ports.values.Snapshot` into a joint command in each tick,
-at 140 Hz. An external policy may choose an action between the two halves of a tick. The task uses port data only.
-Encoders cannot measure the gripper's deflection, so the hole is found by the loss of the reaction force and confirmed
-by motion along the tool axis until contact again. Depth is the encoders' depth corrected by force over stiffness.
+The task is a state machine without I/O. Per tick, at 140 Hz, it turns one :class:`~palpate.core.ports.values.Snapshot`
+into one joint command. An external policy may choose an action between the two halves of a tick. The task uses port
+data only. Encoders cannot measure the gripper's deflection, so the hole is found by the loss of the reaction force and
+confirmed by motion along the tool axis until there is contact again. Depth is the encoders' depth corrected by force
+over stiffness.
 """
 
 from typing_extensions import override
@@ -22,7 +23,7 @@ class InsertionTask(ContactTask):
     """Task that inserts a peg with one arm, trial by trial.
 
     Args:
-        measurement: Transforms snapshots to the task frame.
+        measurement: Measurement that transforms snapshots to the task frame.
     """
 
     _state: InsertionState

@@ -47,7 +47,7 @@ UPRIGHT_RAD: Final = radians(0.1)
 
 
 class Corner:
-    """One of a peg's corners, and the actions of the tool for it.
+    """A corner of a peg, and the actions of the tool for it.
 
     Depths are relative to the depth to which a tilted corner is lowered.
 

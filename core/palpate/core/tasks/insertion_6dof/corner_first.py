@@ -34,11 +34,11 @@ class _Act(Enum):
 
 
 class CornerFirst(FixedPolicy):
-    """Policy that pushes a corner against both walls until torque ends, turns upright and inserts, or tries another.
+    """Policy that pushes a corner against both walls until no torque remains, then inserts upright or tries another.
 
-    A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole, pushed against both walls,
-    does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it, and the
-    flat itself turns it.
+    A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole that is pushed against both
+    walls does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it,
+    and the flat itself turns it.
 
     Args:
         options: Options for corners, tilt and push.

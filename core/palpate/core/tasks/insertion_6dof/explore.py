@@ -31,7 +31,7 @@ _ALONG_N: Final = 2.0
 """Implausible force in the direction of a push, because walls act against it; without a fault, more than 0.1 N never
 lasted this long."""
 _WALL_N: Final = 1.0
-"""Force of contact with a wall."""
+"""Force that indicates contact with a wall."""
 _RAISED_M: Final = 4e-4
 """Lift that frees a waiting tool: more than the dither, and 2 N of gripper force if it is held."""
 _RAISED_AFTER: Final = 0.25

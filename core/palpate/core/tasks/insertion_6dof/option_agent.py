@@ -18,8 +18,8 @@ _TILT, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("tilt", "push", "dri
 _FAR_SHARE: Final = 0.7
 """Largest distance of a pushed tool from the centre, divided by the area's half-width."""
 _TILTS: Final = (1.0, 1.2)
-"""Fractions of the tilt. With less, one corner in three or four slips out; with more, it becomes a lever between its
-walls."""
+"""Fractions of the tilt. With less tilt, one corner in three or four slips out; with more, it becomes a lever between
+its walls."""
 _PUSHES: Final = (0.67, 1.0, 1.33)
 _STANDS: Final = (1.0, 1.6)
 _UNIT: Final = SpatialOptions()
@@ -45,7 +45,7 @@ OPTIONS: Final = tuple(
         (_WITHDRAW, Spatial(ControllerKind.WITHDRAW)),
     )
 )
-"""Parameters of each option, the same for all shapes, for a corner in the direction of x; scaled by the options."""
+"""Parameters of each option for a corner in the direction of x, the same for all shapes; the settings scale them."""
 
 _ANYWHERE: Final = ("upright", "tilted", "corner")
 _INITIATION: Final = {

@@ -33,7 +33,7 @@ class SpatialOptions(Settings):
     push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
     """Force on each of the corner's two walls."""
     push_m_per_N_s: Annotated[float, Range(1e-4, 3e-3)] = 2e-3
-    """Lateral speed divided by the error of that force."""
+    """Lateral speed divided by the error in the push force."""
     push_yaw_rad_per_Nms: Annotated[float, Range(0.0, 100.0)] = 4.0
     """Compliance about the tool axis during a push."""
     drive_Nm: Annotated[float, Range(0.0, 5.0)] = 0.05
@@ -43,10 +43,10 @@ class SpatialOptions(Settings):
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
     """Compliance in tilt in the hole."""
     wobble_deg_s: Annotated[float, Range(0.5, 8.0)] = 4.0
-    """Turn rate of the wobble, two circles in tilt per second, of a tool stuck in the hole or possibly on its floor; a
+    """Turn rate of the wobble, two circles in tilt per second, of a tool stuck in the hole or possibly on its floor. A
     wedged peg then sinks further."""
     tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
-    """Mass of everything on the force sensor, to compensate its weight when the tool tilts."""
+    """Mass of everything on the force sensor, used to compensate its weight when the tool tilts."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0
     """Height of the tool's centre of mass above the tip."""
     most_tilt_deg: Annotated[float, Range(1.0, 30.0)] = 8.0

@@ -63,7 +63,7 @@ class Stage(Enum):
 
 
 class Insert(RunningPhase):
-    """Phase that sinks until the peg is inserted, on an edge, or wedged; it ends the trial unless on an edge."""
+    """Phase that sinks until the peg is inserted, on an edge, or wedged; an edge does not end the trial."""
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
@@ -213,7 +213,7 @@ class Insert(RunningPhase):
         self._monitor.push(None)
 
     def _look(self) -> Vector3:
-        """At depth, check that the floor responds or, without a floor, that a wall responds."""
+        """Check at depth that the floor responds or, without a floor, that a wall responds."""
         monitor, depth_m = self._monitor, self._depth_m
         self._depths_m.append(depth_m)
         # A pull that a wrong scale exaggerates would suggest a deeper tip than the encoders do.
@@ -295,7 +295,7 @@ class Insert(RunningPhase):
         return vx + monitor.push_dither_m_s(), vy, vz + self._harder_m_s + monitor.dither_m_s()
 
     def _let_go(self) -> Vector3:
-        """Stop pressing: an inserted peg stays in place, but one held only by the press rises."""
+        """Stop pressing. An inserted peg stays in place, but a peg held only by the press rises."""
         self._ticks += 1
         if self._ticks > self._let_go_ticks and self._seated_m is not None:
             risen_m = self._seated_m - self._depth_m
@@ -307,7 +307,7 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._free.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _release(self) -> Vector3:
-        """Pull gently: this releases a peg on the floor, but not a wedged one. Then press and check again."""
+        """Pull gently to release a peg on the floor, but not a wedged one; then press and check again."""
         self._ticks += 1
         reference_m = self._motion.reference_m
         if self._seated_m is not None and self._depth_m < self._seated_m - 2.0 * _STALL_M:
@@ -320,7 +320,7 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Keep the tool stationary and compare two means of the force: only a drifting sensor reduces the force.
+        """Keep the tool stationary and compare two means of the force, which only a drifting sensor reduces.
 
         With such a sensor a tool presses harder and harder on the plate, as if it sank without a drop.
         """
