@@ -69,7 +69,7 @@ class LoopObserver:
         """Called after the sleep until a tick's slot."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        """Called after the run clock was read for the tick of this slot."""
+        """Called after the run clock was read for the tick of a slot."""
 
     def force_read(self, sample: WrenchSample) -> None:
         """Called after the force sensor was read."""
@@ -84,7 +84,7 @@ class LoopObserver:
         """Called after the policy has chosen an action, only at ticks with a choice."""
 
     def acted(self, command: JointCommand) -> None:
-        """Called after the task has returned this command."""
+        """Called after the task has returned a command."""
 
     def supervised(self, supervised: Supervised) -> None:
         """Called after the supervisor has passed or changed the command; not called without a supervisor."""

@@ -7,8 +7,8 @@ For prediction, the automaton is scored as a probabilistic model. In each state,
 of the end, is its relative frequency in the training strings. The cross-entropy on held-out strings falls ever more
 slowly as q grows, but a learner needs experience in every state. Each state therefore adds a penalty of one nat per
 probability (Akaike, 1974), and the q with the lowest sum is chosen. In tests with two-unit networks on two maps,
-learners performed best with these numbers of states. Cross-entropy alone would choose nearly the largest q. The penalty
-of Schwarz (1978), which grows with the number of strings, would choose about half as many states.
+learners performed best with the selected numbers of states. Cross-entropy alone would choose nearly the largest q. The
+penalty of Schwarz (1978), which grows with the number of strings, would choose about half as many states.
 """
 
 from collections.abc import Iterable, Iterator
@@ -220,7 +220,7 @@ def last_symbols(tree: PrefixTree, count: int) -> Machine:
 
 
 def labelled(machine: Machine, tree: PrefixTree) -> Machine:
-    """Return the machine with each state labelled by its last symbol and likely successors, such as ``C > A D``.
+    """Label each state of a machine with its last symbol and likely successors, such as ``C > A D``.
 
     A likely successor follows in at least a tenth of all cases. At most three are listed, the most likely one first.
     """
@@ -235,7 +235,7 @@ def labelled(machine: Machine, tree: PrefixTree) -> Machine:
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:
-    """Return the fraction of the labelled strings that the automaton with these cells labels incorrectly."""
+    """Return the fraction of the labelled strings that the automaton labels incorrectly, given its cells."""
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")

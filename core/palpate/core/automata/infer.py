@@ -3,8 +3,8 @@
 Networks are trained on the strings. Automata are extracted from the best networks by dynamic state partitioning, and
 the best automaton is minimised. Labelled strings give an acceptor. Positive strings give a Moore machine whose outputs
 are the possible next symbols. The held-out loss of such a machine is reported with four baselines: machines whose
-states are the last zero, one, two and three symbols. An automaton that is no better than these is useless. If the next
-symbol is unpredictable, even one symbol is worse than none, because its counts are smaller.
+states are the last zero, one, two and three symbols. An automaton that is no better than these baselines is useless. If
+the next symbol is unpredictable, even one symbol is worse than none, because its counts are smaller.
 """
 
 from collections.abc import Sequence

@@ -45,7 +45,7 @@ _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
 """Largest pressing force of an insertion as a fraction of the force limit; walls and stops add to it."""
 _FRICTION_PEAK: Final = 1.3
-"""Pressing force at the peak of the dither, divided by its mean."""
+"""Pressing force at the peak of the dither, divided by the mean pressing force."""
 _NOISE_SHARE: Final = 0.15
 """Four standard deviations of the force divided by the press, for the noisiest acceptable sensor."""
 _STEP_SHARE: Final = 0.2

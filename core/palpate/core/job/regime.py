@@ -82,7 +82,7 @@ def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[flo
 
 
 def largest_tilt_rad(job: Quantities, force_N: float) -> float:
-    """Return the largest tilt at which walls and friction hold a peg with less than this force."""
+    """Return the largest tilt at which walls and friction hold a peg with less than a given force."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     if not slope:
         return inf

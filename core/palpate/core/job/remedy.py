@@ -34,7 +34,7 @@ class Verification:
 
     @property
     def regime(self) -> Regime:
-        """Return the regime with this press."""
+        """Return the regime at the given press."""
         known, found = Constants(), derive(self.job)
         found = replace(found, press_N=self.press_N or found.press_N)
         return regime_of(self.job, found, step_m=self.step_m, known=known)

@@ -74,7 +74,7 @@ class Spring:
         return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / self.period_s) ** 2) + 6.0 * inertia_N**2)
 
     def least_dither_N(self, noise_N: float, step_m: float, half_width: float = NARROW) -> float:
-        """Return the smallest dither amplitude that the longest window verifies, position errors included."""
+        """Return the smallest dither amplitude that the longest window verifies, including position errors."""
         least_N = _per_root_sample(self.noise_N(noise_N, step_m), half_width) / sqrt(MOST_SAMPLES - _FEWEST)
         return max(least_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
 
@@ -102,10 +102,10 @@ class Spring:
 
 
 def farthest_m(speed_m_s: float, period_s: float) -> float:
-    """Return the dither amplitude reached at this speed."""
+    """Return the dither amplitude reached at a given speed."""
     return _FARTHEST * speed_m_s * HALF_PERIOD * period_s / PEAK
 
 
 def _per_root_sample(noise_N: float, half_width: float) -> float:
-    """Return the dither amplitude times the root of the number of samples that give an interval of this width."""
+    """Return the dither amplitude times the root of the number of samples that give an interval of a given width."""
     return DEVIATIONS_95 * noise_N / (_SMOOTHED * half_width)

@@ -219,7 +219,7 @@ class FixedFrame:
         return rotated(self._from_base, in_base)
 
     def vector_of(self, rotation_in_base: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
-        """Convert a vector to this frame from a frame with this orientation in the base frame, (3, 3)."""
+        """Convert a vector to this frame from a frame with a given orientation in the base frame, (3, 3)."""
         return rotated(self._from_base, rotated(rotation_in_base, vector))
 
     def place_in_base_m(self, place_m: Vector3) -> Vector3:

@@ -136,7 +136,7 @@ class TipMotion:
         return min(FASTEST_TURN_RAD_S, FASTEST_JOINT_RAD_S * hypot(x, y, z) / max(joint_rad_s, 1e-12))
 
     def right(self, rate_rad_s: float) -> None:
-        """Make the next :meth:`move` turn the reference towards upright, at most at this rate."""
+        """Make the next :meth:`move` turn the reference towards upright, at most at the given rate."""
         angle_rad = hypot(*self.turn_rad)
         if angle_rad <= rate_rad_s * self._period_s:
             self._turn_to(_UPRIGHT)

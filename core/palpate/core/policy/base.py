@@ -66,7 +66,7 @@ class Spatial:
 
     @classmethod
     def of(cls, controller: str, numbers: Sequence[float]) -> Self:
-        """Create the parameters from a controller and these numbers."""
+        """Create the parameters from a controller and the numbers of :meth:`numbers`."""
         rise_m, tilt_x, tilt_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
         return cls(ControllerKind(controller), rise_m, (tilt_x, tilt_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
 
@@ -233,7 +233,7 @@ class Policy(Protocol):
 
     @abstractmethod
     def serves(self, state: int) -> bool:
-        """Return True if the policy can choose in this state."""
+        """Return True if the policy can choose in the given state."""
 
     @abstractmethod
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:

@@ -34,7 +34,7 @@ OwnLearner = TabularLearner | BeliefLearner | HmmLearner
 def tabular_learner(
     parameters: QParameters, states: Sequence[str], actions: Sequence[Action], *, frozen: bool = False
 ) -> TabularLearner:
-    """Create the tabular learner with these settings: Sarsa(lambda) or Q-learning."""
+    """Create a tabular learner from its settings: Sarsa(lambda) or Q-learning."""
     if isinstance(parameters, SarsaParameters):
         return Sarsa(states, actions, parameters, frozen=frozen)
     return QLearning(states, actions, parameters, frozen=frozen)
@@ -48,7 +48,7 @@ def new_learner(
     *,
     frozen: bool = False,
 ) -> OwnLearner:
-    """Create the learner with these settings.
+    """Create a learner from its settings.
 
     Args:
         bounds: Task bounds for a belief.
@@ -174,7 +174,7 @@ class LearnerEntry(Settings):
     def learner(
         self, states: Sequence[str], actions: Sequence[Action], bounds: TaskBounds = ANY_BOUNDS, *, frozen: bool = True
     ) -> OwnLearner:
-        """Create the learner with this state for a task.
+        """Create the learner with its stored state for a task.
 
         Raises:
             ConfigurationError: The state belongs to another task, or is invalid.
@@ -221,5 +221,5 @@ class TableRow:
 
     @property
     def visits(self) -> int:
-        """Return the number of updates in this state."""
+        """Return the number of updates in the state."""
         return sum(self.visits_per_action or ())

@@ -201,7 +201,7 @@ def policy_from(
     frozen: bool = True,
     check: bool = True,
 ) -> Policy:
-    """Create the policy of a document for a task with these states and actions.
+    """Create the policy of a document for a task with given states and actions.
 
     The actions are the task's own, because those of the file are rounded to mm. Unless ``frozen``, learning resumes; to
     continue the temperature schedule, the next trial must be number ``document.learner.trials_learned``.
@@ -237,7 +237,7 @@ def _parts_of(policy: Policy) -> tuple[Policy, ...]:
 
 
 def _assigned(parts: Sequence[AssignedPolicy], source: str) -> dict[str, str]:
-    """Return the names of states and of the actions that parts with this source assign to them."""
+    """Return the names of states, and of the actions that the parts with a given source assign to them."""
     return {
         state: part.actions[index].name
         for part in parts

@@ -81,7 +81,7 @@ class CommandLimiter:
         self._left_s = 0.0
 
     def start(self, held_rad: JointVector) -> None:
-        """Begin limiting steps from this position of the arm."""
+        """Begin limiting steps from the given position of the arm."""
         self._held, self._now_ns = held_rad, None
 
     def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:

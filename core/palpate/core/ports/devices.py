@@ -69,7 +69,7 @@ class ForceSensor(Device, Protocol):
 
 @runtime_checkable
 class JointEncoder(Device, Protocol):
-    """Joint angles of the arm."""
+    """Encoders that measure the joint angles of the arm."""
 
     @abstractmethod
     def read(self) -> JointSample:
@@ -83,7 +83,7 @@ class JointEncoder(Device, Protocol):
 
 @runtime_checkable
 class ArmCommand(Device, Protocol):
-    """The arm's joint servos."""
+    """Joint servos of the arm, which receive the commands."""
 
     @abstractmethod
     def send(self, command: JointCommand) -> AppliedCommand:

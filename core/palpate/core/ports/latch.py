@@ -43,7 +43,7 @@ class FaultLatch:
         return "acknowledge it first"
 
     def set(self, cause: str) -> None:
-        """Latch a trip or fault; the first cause is kept."""
+        """Latch a trip or fault, and keep the first cause."""
         self.cause = self.cause or cause
 
     def release(self) -> None:

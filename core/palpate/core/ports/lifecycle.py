@@ -136,7 +136,7 @@ class ManagedDevice(ActiveInside):
                 self._life = TRANSITIONS[self._life, LifeRequest.CLOSE]
 
     def _latch(self, cause: str) -> None:
-        """Enter the faulted state; the first cause is kept. A device that is not open ignores this."""
+        """Enter the faulted state, and keep the first cause; do nothing if the device is not open."""
         if self._life not in (Life.CONSTRUCTED, Life.CLOSED):
             # Set the cause first, so that another thread that sees the fault also sees its cause.
             self._fault = self._fault or cause

@@ -7,7 +7,7 @@
         TABLE: ClassVar[str] = "task"
 
         step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
-        # below it, as a docstring, the help text
+        # The help text follows as a docstring.
 
 The annotation gives the type and range, the assignment the default, and the docstring the help text. Every field is
 checked whenever an instance is constructed. :meth:`Settings.check` checks conditions across fields.

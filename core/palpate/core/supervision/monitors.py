@@ -48,7 +48,7 @@ class WrenchMonitor:
         self._last_ns: int
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the valid wrench of this tick; None if it is within limits."""
+        """Return the trip for the current, valid wrench; None if it is within limits."""
         wrench, bias = snapshot.wrench, constraints.bias
         force_N = wrench.force_N
         if self._first is None:
@@ -151,7 +151,7 @@ class JointMonitor:
         self._same: list[tuple[float, int, float, float]] = []
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
-        """Return the trip for the valid joint angles of this tick; None if they are within limits.
+        """Return the trip for the current, valid joint angles; None if they are within limits.
 
         Args:
             held_rad: Command sent in the previous tick, (n,).
@@ -249,7 +249,7 @@ class SampleMonitor:
         self._values: tuple[Vector3, Vector3] | None = None
 
     def trip(self, snapshot: Snapshot) -> Trip | None:
-        """Return the trip for the samples of this tick; None if they are acceptable."""
+        """Return the trip for the current samples; None if they are acceptable."""
         wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
         if wrench.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "force", wrench.validity)
@@ -337,7 +337,7 @@ class WorkspaceMonitor:
     def trip(
         self, tick: int, tip_m: Vector3, constraints: PhaseConstraints, turned_rad: tuple[float, float]
     ) -> Trip | None:
-        """Return the trip for the position of the tip; None if it is inside.
+        """Return the trip for the position of the tip; None if it is inside the limits.
 
         Args:
             tip_m: Tip from the encoders, (3,), task frame.

@@ -62,7 +62,7 @@ class NoiseMonitor:
         self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the valid wrench of this tick; None if it is acceptable."""
+        """Return the trip for the current, valid wrench; None if it is acceptable."""
         wrench = snapshot.wrench
         if wrench.sequence == self._sequence:
             return None

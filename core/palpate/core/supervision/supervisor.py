@@ -40,7 +40,7 @@ _PULLS: Final = 4
 
 
 class Supervisor:
-    """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, without I/O or clock.
+    """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, with no I/O or clock.
 
     Commands beyond a joint limit are clamped. A violation that must end the trial trips: the first cause is latched,
     the tool is retracted or held, and the next trial requires a person's acknowledgement at the latch.
@@ -116,7 +116,7 @@ class Supervisor:
         tip_m: Vector3 | None = None,
         turned_rad: tuple[float, float] = (0.0, 0.0),
     ) -> Supervised:
-        """Return the command for the arm at this tick; after a trip the task's command is ignored.
+        """Return the arm's command for the current tick; after a trip, the task's command is ignored.
 
         Args:
             tip_m: Tip from the encoders, (3,), task frame; None before the task has computed it.

@@ -86,9 +86,9 @@ class TaskConfig(Settings):
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
     """Sideways play of the peg in the hole; 0 computes it from the shapes and the wear."""
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Additional play in the mouth of the hole from chamfers or broken edges; 0 computes it, at least 0.2."""
+    """Additional play in the mouth of the hole from chamfers or broken edges; 0 computes a value of at least 0.2."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
-    """Measured force above which the trial ends immediately; with a true peak above it, a trial is not a success."""
+    """Measured force above which the trial ends immediately. A trial with a true peak above it is not a success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
     """Height above the plate at which the sensor is tared and the approach begins."""
     travel_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0

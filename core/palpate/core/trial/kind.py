@@ -93,11 +93,11 @@ class TaskKind(Protocol):
         return ()
 
     def can_start(self, option: str, state: str) -> bool:
-        """Return True if an option's initiation set contains this state; learners try it only there."""
+        """Return True if an option's initiation set contains a state; learners try the option only there."""
         return True
 
     def by_rule(self, option: str, state: str) -> bool:
-        """Return True if the task's own rule would take an option in this state; learners prefer it at first."""
+        """Return True if the task's own rule would take an option in a state; learners prefer that option at first."""
         return True
 
     @abstractmethod

@@ -67,7 +67,7 @@ class Measurement:
         self.reset()
 
     def take_off_weight(self, weight_N: float, above_tip_m: float) -> None:
-        """Compensate for the change in load that a tool of this weight causes when it tilts.
+        """Compensate for the change in load that a tool of the given weight causes when it tilts.
 
         Args:
             weight_N: Weight of everything on the sensor.
@@ -90,7 +90,7 @@ class Measurement:
         self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
-        """Use this wrench, six channels in the sensor frame, as zero."""
+        """Use a wrench, six channels in the sensor frame, as zero."""
         self._bias, self._bent_m = bias, 0.0
         self._upright_heading_rad: float | None = None
         self._signal.tare(bias)

@@ -36,7 +36,7 @@ def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class ContactObservation:
-    """One wrench observation while the peg presses on the plate.
+    """A wrench observation made while the peg presses on the plate.
 
     Attributes:
         place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.
@@ -131,7 +131,7 @@ def _is_contact(row: object) -> bool:
 
 
 def _within(row: object, greatest: Sequence[int]) -> TypeGuard[list[int]]:
-    """Return True for a list of integers whose magnitudes do not exceed these."""
+    """Return True for a list of integers whose magnitudes do not exceed the given bounds."""
     return (
         isinstance(row, list)
         and len(row) == len(greatest)
@@ -159,7 +159,7 @@ class Examples:
 
     @classmethod
     def of(cls, trials: Sequence[ContactTrial]) -> Examples:
-        """Collect all contacts of these trials."""
+        """Collect all contacts of the given trials."""
         rows, numbers = [], []
         for number, trial in enumerate(trial for trial in trials if trial.contacts):
             before = None

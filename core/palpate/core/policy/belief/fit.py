@@ -28,7 +28,7 @@ _GAIN: Final = 0.5
 _UPRIGHT_TRIALS: Final = 1.0
 """Number of trials without tilt assumed before the first trial."""
 _RECENT: Final = 0.7
-"""Weight of a trial's tilt, divided by that of the next trial; the last grip is the most likely one."""
+"""Weight of a trial's tilt, divided by that of the next trial, because the last grip is the most likely."""
 _NOISE_COUNT: Final = 5.0
 """Weight, in contacts, with which the noise of a ring is shrunk towards that of all rings."""
 _BORROWED: Final = 0.1
@@ -40,7 +40,7 @@ _LEAST_NM: Final = 1e-4
 
 
 def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
-    """Fit the contact model of these trials.
+    """Fit a contact model to the given trials.
 
     Raises:
         ConfigurationError: The trials have fewer than ``MIN_CONTACTS`` contacts.

@@ -50,7 +50,7 @@ class BeliefParameters(Settings):
     """Number of belief steps until a search around the most likely position begins, after which the belief restarts.
     After the same number again, the whole area is searched until the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
-    """Number of steps of the first of these searches."""
+    """Number of steps in the search around the most likely position."""
     regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
     """Prior probability that the tilt of the tool differs from earlier trials."""
     other_tool: bool = False

@@ -117,7 +117,7 @@ class ContactModel:
     spread_Nm: float
 
     def upright_Nm(self, directions: Directions) -> Floats:
-        """Return the torque of an upright tool at these displacements for a pressing force of 4.9 N, (n, 2)."""
+        """Return the torque of an upright tool at each displacement for a pressing force of 4.9 N, (n, 2)."""
         cue = directions.turned(directions.between(np.array(self.cue_Nm)))
         expected: Floats = cue + directions.between_cells(np.array(self.residual_Nm))
         return expected

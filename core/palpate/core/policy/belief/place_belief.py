@@ -47,7 +47,7 @@ class ContactTable:
         self.tilts = known, precision, pull
 
     def at(self, row: int, column: int) -> tuple[Floats, ...]:
-        """Look up a contact at this cell for a hole at each cell, (size, size).
+        """Look up a contact at one cell for a hole at each cell, (size, size).
 
         Returns:
             Torque of an upright tool and gains, (2, size, size) each; cosine and sine of the heading; half the
@@ -81,7 +81,7 @@ class PlaceBelief:
         self._sums = np.zeros((6, *log_prior.shape), SINGLE)
 
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
-        """Add a contact at this cell, with the pressing force divided by 4.9 N."""
+        """Add a contact at a cell, with the pressing force divided by 4.9 N."""
         upright, gains, c, s, precision, log_variance = self._table.at(row, column)
         x, y = (felt_Nm - load * expected for felt_Nm, expected in zip(torque_Nm, upright, strict=True))
         gains = load * gains + 1.0

@@ -46,7 +46,7 @@ class Places:
         self._half = half
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """Return row and column, x and y, of the nearest grid point; points beyond the edge get cells beyond it."""
+        """Return row and column, x and y, of the nearest grid point; points beyond the edge have cells beyond it."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
     def likeliest_m(self, belief: Floats) -> tuple[float, float]:

@@ -16,7 +16,7 @@ _LENGTHS_M: Final = (2e-4, 4e-4)
 _BLOCK: Final = 3
 """Number of cells in a row of a block."""
 _UNLIKELY: Final = 1e-4
-"""Probability relative to the most probable block below which a block is ignored."""
+"""Probability, relative to that of the most probable block, below which a block is ignored."""
 
 
 class Planner:
@@ -51,7 +51,7 @@ class Planner:
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
-        """Return the number of actions needed to reach a position at this displacement."""
+        """Return the number of actions needed to travel a given displacement."""
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
 

@@ -91,11 +91,11 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     @property
     def trials(self) -> tuple[RecordedTrial, ...]:
-        """Readings and actions of every trial from which it learned."""
+        """Readings and actions of every trial from which the learner learned."""
         return tuple(self._trials)
 
     def use(self, model: DisplacementHmm, trials: Sequence[RecordedTrial]) -> None:
-        """Use a model fitted to these trials; the plan is computed at the next trial."""
+        """Use a model fitted to the given trials; the plan is computed at the next trial."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(len(trials))
         self.model, self._plan = model, None

@@ -36,7 +36,7 @@ class ContactTask(Task):
         measurement: Measurement that transforms snapshots to the task frame.
 
     Attributes:
-        constraints: Constraints on contact and position in this phase, for the supervisor.
+        constraints: Constraints on contact and position in the current phase, for the supervisor.
         tip_m: Tip position from the encoders at the last tick, (3,), task frame.
         turned_rad: Tilt and yaw of the tool from the encoders, (2,), in tasks that turn the tool.
     """
@@ -63,7 +63,7 @@ class ContactTask(Task):
         """Enter the next phase or end the trial, after settling or one of the task's own phases."""
 
     def _may_end(self) -> bool:
-        """Return True if an interrupted trial may end at this tick."""
+        """Return True if an interrupted trial may end at the current tick."""
         return True
 
     @override

@@ -18,17 +18,17 @@ class Dither:
         self.amplitude_m, self._speed_m_s = amplitude_m, speed_m_s
 
     def usual_m(self, amplitude_m: float) -> float:
-        """Return the distance covered in a half-period of mean length at this amplitude and speed."""
+        """Return the distance covered in a half-period of mean length at a given amplitude."""
         return min(amplitude_m, 0.5 * self._speed_m_s * HALF_PERIOD * PERIOD_S / PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:
-        """Reset for a trial, with half-periods drawn by this generator."""
+        """Reset for a trial, with half-periods drawn by the given generator."""
         self._rng, self._side = rng, 1.0
         self._left = self._ticks = 0
         self._offset_m = self._distance_m = 0.0
 
     def velocity_m_s(self) -> float:
-        """Return the velocity for this tick."""
+        """Return the velocity for the current tick."""
         if not self._left:
             self._side = -self._side
             self._ticks = self._left = int(self._rng.integers(*HALF_PERIOD_TICKS))

@@ -116,7 +116,7 @@ class Monitor:
         self.free()
 
     def _adapt(self, tip_lever_m: float) -> None:
-        """Choose amplitudes from the noise measured during taring, for this distance from sensor to tip."""
+        """Choose amplitudes from the noise measured during taring, for a given distance from sensor to tip."""
         noise_N, dither = self._state.noise[2], self._dither
         noise_Nm = hypot(max(self._state.noise[3:5]), tip_lever_m * max(self._state.noise[:2]))
         self._torque_Nm = self._bent_Nm + _NOISES_TORQUE * noise_Nm
@@ -150,7 +150,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bend_N(self, reference_m: Vector3) -> float:
-        """Return the bend of the gripper at this reference if the tip has not moved since the last response."""
+        """Return the bend of the gripper at a reference if the tip has not moved since the last response."""
         if self._from_m is None:
             self._from_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
@@ -281,7 +281,7 @@ class Monitor:
         self.across.begin(max(self._state.noise[:2]), self._step_m, dither_N, self.axial.lag)
 
     def aim(self, force_N: tuple[float, float]) -> None:
-        """Push a waiting tool against this lateral force, unless the window of an earlier push is incomplete.
+        """Push a waiting tool against a lateral force, unless the window of an earlier push is incomplete.
 
         A push along a wall causes no response.
         """

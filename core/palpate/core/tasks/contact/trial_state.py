@@ -16,7 +16,7 @@ class TrialState:
     Attributes:
         phase: The current phase; a task may define its own phases in another enumeration.
         noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
-        observation: Observation for the choice of an action at this tick; None at ticks without a choice.
+        observation: Observation for the choice of an action at the current tick; None at ticks without a choice.
     """
 
     def __init__(self) -> None:
@@ -40,16 +40,16 @@ class TrialState:
         self.event("phase", phase.value)
 
     def event(self, name: str, detail: str = "") -> None:
-        """Record an event at this tick."""
+        """Record an event at the current tick."""
         self.report.events.append(Event(self.tick, name, detail))
 
     def mismatch(self, trip: Trip) -> None:
-        """Report a mismatch: the supervisor trips at this tick; without a supervisor, the trial ends at the next."""
+        """Report a mismatch: the supervisor trips at the same tick; without it, the trial ends at the next."""
         self.event("mismatch", f"{trip.reason.name}: {trip.text}")
         self.constraints = replace(self.constraints, mismatch=trip)
 
     def end(self, outcome: Outcome, detail: str) -> None:
-        """End the trial with this outcome."""
+        """End the trial with the given outcome."""
         self.report.outcome = outcome
         self.event("end", f"{outcome.value}: {detail}")
         self.phase = Phase.DONE

@@ -56,7 +56,7 @@ class InsertionTask(ContactTask):
         """Let the policy choose from the observation of :meth:`sense`, before :meth:`act`, so that a loop can time it.
 
         Raises:
-            LifecycleError: There is no choice at this tick.
+            LifecycleError: There is no choice at the current tick.
         """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()

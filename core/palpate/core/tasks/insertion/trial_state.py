@@ -47,7 +47,7 @@ class InsertionState(TrialState):
         return (end - self.explore_start) * PERIOD_S
 
     def end_inserted(self, depth_m: float) -> None:
-        """End the trial with the peg at this depth in the hole."""
+        """End the trial with the peg at the given depth in the hole."""
         self._agent.reached_goal()
         self.report.depth_m = depth_m
         self.end(Outcome.INSERTED, f"depth {depth_m * 1e3:.3f} mm")

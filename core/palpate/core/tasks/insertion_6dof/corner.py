@@ -162,7 +162,7 @@ class Corner:
         return (dx / left, dy / left), Spatial(ControllerKind.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:
-        """Push against both walls, turning upright by this fraction of the tilt; the corner stays in place."""
+        """Push against both walls, turning upright by a fraction of the tilt; the corner stays in place."""
         tilt_x, tilt_y, yaw = observation.turn_rad
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
         turn = -upright * tilt_x, -upright * tilt_y, 0.0

@@ -91,7 +91,7 @@ class OptionRunner:
         self._corner, self._kind, self._tried = Corner(self._options), "", False
 
     def begin(self, option: Action, observation: Observation) -> None:
-        """Start this option."""
+        """Start the given option."""
         corner, spatial = self._corner, option.spatial or Spatial()
         self._kind, self._spatial = option.name.partition(" ")[0], spatial
         self._done = self._quiet = 0

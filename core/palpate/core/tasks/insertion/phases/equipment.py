@@ -31,7 +31,7 @@ class Controllers:
 
     @classmethod
     def of(cls, task: TaskConfig, control: ControlConfig) -> Self:
-        """Create the controllers with these gains.
+        """Create the controllers from their gains.
 
         Raises:
             ConfigurationError: A gain is too high for the gripper's stiffness.

@@ -121,7 +121,7 @@ class Explore(RunningPhase):
         return self._advance()
 
     def _begin(self, action: Action) -> None:
-        """Start this action."""
+        """Start the given action."""
         reference, (dx, dy) = self._motion.reference_m, action.displacement_m
         x, y = self.area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
@@ -131,7 +131,7 @@ class Explore(RunningPhase):
             self._state.claimed = self.over = True
 
     def _advance(self) -> Vector3:
-        """Return the velocity of the running action at this tick: constant speed, then a pause for the torque."""
+        """Return the current velocity of the running action: constant speed, then a pause for the torque."""
         share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0

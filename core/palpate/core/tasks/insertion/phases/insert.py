@@ -194,7 +194,7 @@ class Insert(RunningPhase):
         return along * ux, along * uy
 
     def _out_of_reach(self, vx: float, vy: float) -> bool:
-        """Return True if the tip is as far out as a wall can be, and this velocity points further out."""
+        """Return True if the tip is as far out as a wall can be, and the given velocity points further out."""
         x, y = self._motion.reference_m[0] - self._from_m[0], self._motion.reference_m[1] - self._from_m[1]
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
@@ -322,7 +322,7 @@ class Insert(RunningPhase):
     def _hold(self) -> Vector3:
         """Keep the tool stationary and compare two means of the force, which only a drifting sensor reduces.
 
-        With such a sensor a tool presses harder and harder on the plate, as if it sank without a drop.
+        With such a sensor a tool presses ever harder on the plate, as if it sank without a drop.
         """
         self._ticks += 1
         self._held_N.append(self._measurement.force_N[2])
