@@ -1,4 +1,4 @@
-"""Atomic files and folders: written under a temporary name in the same folder, and renamed when complete."""
+"""Atomic files and folders, which are written under a temporary name in the same folder and renamed when complete."""
 
 import errno
 import io
@@ -16,7 +16,7 @@ _UNREADABLE: Final = {errno.ENOENT: "no such file", errno.EISDIR: "no file, but 
 
 
 def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper:
-    """Open a text file in UTF-8 and skip a leading byte-order mark.
+    """Open a UTF-8 text file and skip a leading byte-order mark.
 
     Raises:
         OSError: The file cannot be read.
@@ -100,8 +100,8 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
 
     Args:
         content: The complete content; text is written as UTF-8 with its own line ends.
-        durable: Whether the file must survive a power cut after this returns. Waiting for the disk takes milliseconds;
-            without it a power cut may leave the old file. A killed process never leaves a partial file.
+        durable: Whether the file must survive a power cut after the return. Waiting for the disk takes milliseconds;
+            without it, a power cut may leave the old file. A killed process never leaves a partial file.
     """
     with _renamed(path, durable=durable) as passing:
         passing.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
@@ -109,7 +109,7 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
 
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
-    """Yield a temporary name for a file; on success it is renamed to ``path``, on an error removed.
+    """Yield a temporary name for a file; on success the file is renamed to ``path``, on an error removed.
 
     Raises:
         OutputError: A file or folder with that name exists.
@@ -124,7 +124,7 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
 
 @contextmanager
 def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
-    """Yield a temporary name next to ``path``; on success its content is renamed, on an error removed."""
+    """Yield a temporary name next to ``path``; on success its content is renamed, on an error it is removed."""
     passing = _passing_name(path)
     try:
         with _naming(path):
@@ -141,7 +141,7 @@ def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder to fill; on success it is renamed to ``path``, on an error removed with its content.
+    """Yield an empty folder to fill; on success it is renamed to ``path``, on an error it is removed with its content.
 
     Missing parent folders are created, and removed again on an error.
 

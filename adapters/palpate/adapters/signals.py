@@ -1,4 +1,4 @@
-"""Signals that end a process: one list for the process that commands an arm and for its helper processes."""
+"""Signals that end a process, in one list for the process that commands an arm and for its helper processes."""
 
 import signal
 import threading
@@ -21,7 +21,7 @@ _ALWAYS: Final = (signal.SIGINT, signal.SIGTERM)
 
 
 class _Handler:
-    """A handler of this module, which a later one may replace."""
+    """A handler of this module, which a later handler may replace."""
 
     def __init__(self, act: Callable[[int], None]) -> None:
         self._act = act
@@ -32,7 +32,7 @@ class _Handler:
 
 @contextmanager
 def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iterator[None]:
-    """Within the context, signals that would end the process call ``act`` with their number instead.
+    """Within the context, call ``act`` with the number of each signal that would end the process.
 
     Signals that are ignored, such as SIGHUP under ``nohup``, or have another handler are left alone. With ``always``,
     SIGINT and SIGTERM are handled even then. Python runs handlers only in its main thread, so in any other thread this

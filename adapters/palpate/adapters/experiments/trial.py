@@ -1,4 +1,4 @@
-"""Running of successive trials, and their scoring against the ground truth."""
+"""Execution of successive trials, and scoring against the ground truth."""
 
 import signal
 from collections.abc import Callable, Iterator, Mapping
@@ -31,8 +31,8 @@ class ScoredTrial:
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that a trip ended.
         exploration_time_s: Exploration time of the report; the time limit for a trial that a trip ended.
-        flagged: Why the trial's timing was not accepted; empty for an accepted trial.
-        stopped_by: Cause of a stop other than core and supervisor; empty if there is none.
+        flagged: Reason why the trial's timing was not accepted; empty for an accepted trial.
+        stopped_by: Cause of a stop, if it was neither core nor supervisor; otherwise empty.
         trip_source: Device whose samples or lateness ended the trial; empty if there is none.
         own: Values in which its job differs from that of the run, by column of trials.csv.
     """
@@ -70,7 +70,7 @@ def outcome_of(report: TrialReport) -> Outcome | None:
 
 
 def trip_of(report: TrialReport) -> str:
-    """Return why supervisor, sensors or an operator cut a trial off, with the reason's name; empty if none did."""
+    """Return the reason, with its name, for which supervisor, sensors or operator ended a trial; empty if none did."""
     if report.trip is not None:
         return str(report.trip)
     return report.events[-1].detail if report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED) else ""
@@ -142,7 +142,7 @@ def run_scored_trial(
 
 
 class _Witness(LoopObserver):
-    """Notes the device or the delay that caused a trip in the same tick, because its data may change later."""
+    """Records the device or delay that caused a trip in the same tick, because its data may change later."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, self.trip_source = rig, ""
@@ -209,7 +209,7 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
 
 
 def objections(report: TrialReport, config: AcceptanceConfig) -> str:
-    """Return why a trial is flagged for its timing, or an empty text; semicolons separate the reasons."""
+    """Return the reasons for flagging a trial's timing, separated by semicolons; empty if there are none."""
     timing, ticks = report.timing, max(report.ticks, 1)
     found = []
     if timing.worst_late_ns > config.max_late_ms * 1e6:
@@ -227,7 +227,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
     """Refuse to continue after a trip on a rig with devices; ``first`` is the index of the trial that is number 0.
 
     Raises:
-        DeviceError: With the trial's number as in the tables.
+        DeviceError: A trip ended the trial; the error states the trial's number as in the tables.
     """
     if scored.trip and not rig.simulated:
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.cause}")
@@ -235,9 +235,9 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """Within the context, a signal that ends the process requests an orderly end; a second SIGINT acts as before.
+    """Let a signal that ends the process request an orderly end in the context; a second SIGINT acts as before.
 
-    Signals reach only a program's main thread; in any other, this does nothing.
+    Signals reach only a program's main thread; in any other thread, the context does nothing.
     """
 
     def act(number: int) -> None:

@@ -34,7 +34,7 @@ class TrialsObserver(LoopObserver):
 
 @dataclass(frozen=True)
 class Recording:
-    """The recorder of a run, the timing of its loop on a rig, and its live view; None if absent."""
+    """Recorder of a run, timing of its loop on a rig, and its live view; each is None if absent."""
 
     recorder: TrialRecorder | None = None
     session: RealTimeSession | None = None
@@ -42,7 +42,7 @@ class Recording:
 
     @property
     def losses(self) -> list[str]:
-        """Failures of recording."""
+        """Recording failures."""
         return [] if self.recorder is None else self.recorder.losses
 
     @property

@@ -2,7 +2,7 @@
 
 On a rig the loop never waits long. If a decision is late, the loop inserts a pause, which is supervised and recorded as
 an action: the peg stays pressed in place under the same compliant control. The decision is used when the next one is
-due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the simulator time stops
+due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the simulator, time stops
 until the agent has decided.
 """
 
@@ -18,7 +18,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 
 LATE: Final = "late"
-"""Source of a pause in the records of a trial."""
+"""Source of a pause, as stated in the records of a trial."""
 PAUSE: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
 """Time for which the loop of a rig waits for a decision; less than half a tick."""
@@ -58,7 +58,7 @@ class Agent(FixedPolicy, LoopObserver):
         self.new_trial()
 
     def new_trial(self) -> None:
-        """Discard what remains of the previous trial."""
+        """Discard the remaining data of the previous trial."""
         self.shown, self._given = SimpleQueue[Any](), SimpleQueue[Decision]()
         self._requested_ns: int | None = None
         self._time_ns = self.late_decisions = 0

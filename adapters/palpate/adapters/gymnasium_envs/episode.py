@@ -1,8 +1,8 @@
 """Trials of the insertion task, decision by decision, with external actions.
 
 Everything but the choice of actions belongs to the core, as in any other run: control loop, perception, controllers,
-supervisor, reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the errors
-depend on Gymnasium.
+supervisor and reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the
+errors depend on Gymnasium.
 """
 
 import sys
@@ -37,7 +37,7 @@ class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
 
 
 class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
-    """A step without a running episode."""
+    """A step was requested without a running episode."""
 
     def __init__(self, text: str) -> None:
         self.state, self.request = text, "step()"
@@ -52,11 +52,11 @@ _TIMEOUT_S: Final = 5.0
 class Episodes:
     """Trials of the insertion task, decision by decision, in the simulator or on a rig.
 
-    In the simulator time stops between decisions. On a rig it continues, and trials are recorded into a folder like
+    In the simulator, time stops between decisions. On a rig it continues, and trials are recorded into a folder like
     that of ``palpate run``.
 
     Args:
-        out: On a rig, the folder for the recording; empty takes the next free one below ``runs``.
+        out: On a rig, the folder for the recording; if empty, the next free folder below ``runs``.
         limit_s: On a rig, time limit for a decision, after which the arm is stopped and the rig latched.
 
     Attributes:
@@ -163,10 +163,10 @@ class Episodes:
         """Execute an action, run to the next decision or the end of the trial, and return the action's reinforcement.
 
         A learner of the core receives the same reinforcement. If the core gives none, because a supervisor or a fault
-        ended the trial, it is that of an action without excess effort.
+        ended the trial, the reinforcement is that of an action without excess effort.
 
         Raises:
-            NotRunningError: No trial runs.
+            NotRunningError: No trial is running.
             DeviceError: A device failed.
         """
         if not self.running:
@@ -177,7 +177,7 @@ class Episodes:
         return earned
 
     def seen(self) -> tuple[Any, dict[str, Any]]:
-        """Return the observation and the information about the trial at the newest decision or end."""
+        """Return the observation and the information about the trial at the latest decision or at its end."""
         return self._moment
 
     def close(self) -> None:

@@ -54,7 +54,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     it to the trial's start, tares and touches the plate, up to the first decision. The episodes after ``reset(seed=s)``
     are the trials 0, 1, 2, ... of ``palpate train --seed s``; ``options={"trial": k}`` selects one.
 
-    Terminated: inserted, or failed (jammed, force limit, safety trip). Truncated: the task's time limit.
+    An insertion or a failure (jam, force limit, safety trip) terminates an episode; the time limit truncates it.
 
     Args:
         scenario: ``paper``, ``blind`` or another preset; empty uses that of ``config``, or ``job`` with a job, or
@@ -67,20 +67,20 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), or with the orientation of a
             tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
             data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
-        failure_penalty: Subtracted from the last reward of a failed episode. None uses the cost of the decisions left
-            until the time limit, so that early failure is no advantage; 0 gives only the core's own reinforcement.
+        failure_penalty: Penalty on the last reward of a failed episode. None uses the cost of the decisions left until
+            the time limit, so that early failure is no advantage; 0 gives only the core's own reinforcement.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
         render_mode: None, or ``rgb_array``: close-ups of peg and hole, (480, 640, 3); not on a rig.
-        rig: A rig file: the trials run on that rig, in real time, supervised and recorded; empty is the simulator. The
-            simulated cell of the configuration is then ignored.
+        rig: Rig file of the rig that runs the trials in real time, supervised and recorded; it replaces the simulated
+            cell of the configuration. If empty, the simulator is used.
         out: On a rig, the folder for the recording; empty uses the next free one, ``runs/paper-environment-001``.
         decision_limit_s: On a rig, time limit for a decision, 0.01 s to 60 s. A late decision is replaced by a pause
             and counted; after this time the arm is stopped and the rig latched.
-        task: The kind of insertion; empty uses that of ``config``, or steps in the plane.
+        task: Kind of insertion; empty uses that of ``config``, or steps in the plane.
         acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
-        accept_kinematics: On a rig, move the arm by its nominal model.
-        job: A job file or its tables: part, tool, arm, place and limits. None uses the paper's; a rig needs one, here,
-            in ``config`` or in its file.
+        accept_kinematics: On a rig, allow motion with the arm's nominal model.
+        job: Job file or its tables: part, tool, arm, place and limits. None uses the paper's job. A rig needs a job
+            here, in ``config`` or in its file.
 
     Raises:
         ConfigurationError: A setting is unknown, or an argument or setting is refused.
@@ -244,7 +244,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         return self._episodes.rig
 
     def __reduce__(self) -> tuple[Callable[..., PegInsertionEnv], tuple[()]]:
-        """Make a copy.
+        """Support copying.
 
         Raises:
             LifecycleError: The environment is on a rig, which has only one arm.

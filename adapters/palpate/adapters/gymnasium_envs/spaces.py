@@ -16,13 +16,13 @@ from palpate.core.trial import options_of, wander_m
 
 OBSERVATION_KINDS: Final = ("symbolic", "raw", "ports")
 _MARGIN_M: Final = 2e-3
-"""The measured tip may deviate from its commanded position by this much, because of springs and rims."""
+"""Largest deviation of the measured tip from its commanded position, caused by springs and rims."""
 _SEARCH_M: Final = 10e-3
-"""The approach searches for the surface down to this distance below the depth of the hole."""
+"""Distance below the depth of the hole down to which the approach searches for the surface."""
 
 
 _TURN_RAD_S: Final = radians(11.0)
-"""Faster tilting would exceed the speed limits of a wrist near its singularity."""
+"""Turning speed. Faster tilting would exceed the speed limits of a wrist near its singularity."""
 
 
 def spatial_of(config: RunConfig) -> SpatialOptions | None:
@@ -32,7 +32,7 @@ def spatial_of(config: RunConfig) -> SpatialOptions | None:
 
 
 class StateIndex:
-    """Index of the perceived state, as palpate's own learners see it; in the hole, of the last state before it."""
+    """Index of the perceived state, as for palpate's own learners; in the hole, that of the last state before it."""
 
     def __init__(self, states: int) -> None:
         self.space = spaces.Discrete(states)
@@ -80,8 +80,8 @@ WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "to
 class PortReadings:
     """Unfiltered port data of the latest tick, float64, in the order of ``names``; for recording.
 
-    Joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
-    measurements, and the applied command of the previous tick. Unbounded.
+    They are joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
+    measurements, and the applied command of the previous tick, all unbounded.
     """
 
     def __init__(self, joints: int) -> None:
@@ -119,7 +119,7 @@ class NumberedActions:
         """Return the action of that number.
 
         Raises:
-            ActionRefusedError: It is not a whole number from 0 to one less than the number of actions.
+            ActionRefusedError: The action is not a whole number from 0 to one less than the number of actions.
         """
         # Some agents wrap the number into an array.
         number, count = np.asarray(action), len(self._actions)
@@ -149,10 +149,9 @@ class FreeSteps:
 class Twists:
     """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, tilt about x and y, and yaw, task frame.
 
-    x, y and z are fractions of the longest step, the others of the turn that one action makes at 11 degrees/s.
-    With z below 0 the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing
-    (``step``), and an upright tool enters the hole where it loses contact. The lengths of steps and turns are limited
-    as for free steps.
+    x, y and z are fractions of the longest step, and the others of the turn in one action at 11 degrees/s. With z below
+    0 the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing (``step``), and an
+    upright tool enters the hole where it loses contact. The lengths of steps and turns are limited as for free steps.
     """
 
     def __init__(self, longest_m: float, action_s: float) -> None:

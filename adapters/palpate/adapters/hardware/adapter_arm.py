@@ -96,5 +96,5 @@ class AdapterArm(ServedArm):
 
 
 def served(made: ArmAdapter | ServedArm, context: RigContext) -> ServedArm:
-    """Return the product of an adapter's function in the form that the arm's process serves."""
+    """Return the result of an adapter's function in the form that the arm's process serves."""
     return made if isinstance(made, ServedArm) else AdapterArm(made, context)

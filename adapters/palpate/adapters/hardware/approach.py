@@ -16,13 +16,13 @@ from palpate.core.supervision import WITHDRAWAL_SHARE, SampleMonitor
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
-"""Speed for withdrawing a peg that was left in its hole: that of free motion near the plate."""
+"""Speed for withdrawing a peg that was left in its hole, equal to that of free motion near the plate."""
 _ALONG: Final = 0.98
 """Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
 _THERE_RAD: Final = 2e-3
 """Tolerance of each joint at a pose, which must hold in several consecutive samples."""
 _STAYS_SAMPLES: Final = 5
-"""Number of those samples: an arm that catches up may pass the pose at up to 5 mrad per sample."""
+"""Number of these samples. An arm that is catching up may pass the pose at up to 5 mrad per sample."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
 """Ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
 
@@ -60,8 +60,8 @@ def move_to_ready(
             the withdrawal, because an arm that was left pressing releases that force.
 
     Raises:
-        DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or meets something, or a
-            sensor fails or gives wrenches of another frame or kind.
+        DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or touches something, or a
+            sensor fails or reports wrenches of another frame or kind.
     """
     begin = ports.joint_encoder.read().position_rad
     require_right_turn(approach, begin)
@@ -97,7 +97,7 @@ def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
 def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVector]:
     """Return joint poses, tick by tick, that withdraw a tool along its axis until it is clear of the plate.
 
-    There are none if the tip is already clear, or the tool is not aligned with the hole.
+    There are no poses if the tip is already clear, or if the tool is not aligned with the hole.
 
     Raises:
         DeviceError: The arm cannot withdraw the tool from its present pose.
@@ -123,7 +123,7 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
 def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
     """Return a straight line in joint space from rest to rest, on which all joints arrive together.
 
-    Acceleration, speed and deceleration are constant: a mean over :data:`_RAMP_TICKS` of a constant speed.
+    Acceleration, speed and deceleration are constant, because a constant speed is averaged over :data:`_RAMP_TICKS`.
     """
     begin, path_rad = np.array(begin_rad), np.subtract(target_rad, begin_rad)
     ticks = max(1, round(float(np.abs(path_rad).max()) / speed_rad_s * CONTROL_RATE_HZ))
@@ -151,7 +151,7 @@ APPROACH_HEIGHT_M: Final = 0.1
 
 
 def find_approach(config: RunConfig, ready: ReadyPose) -> ReadyPosePath:
-    """Return the path to the ready pose from any pose: clear of the plate, well above it, then down.
+    """Return the path to the ready pose from any pose: clear of the plate, to a point well above it, and then down.
 
     Raises:
         UnreachableError: The arm cannot reach these poses.

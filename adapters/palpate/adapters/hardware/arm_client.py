@@ -38,7 +38,7 @@ _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
-"""A process that is inactive for this much longer than the set-point time-out counts as hanging: a cycle on a line that
+"""Time of inactivity, beyond the set-point time-out, after which a process counts as hanging. A cycle on a line that
 does not answer takes time."""
 _LATE_NS: Final = 40_000_000
 """Time of inactivity after which a process is late or dead; an arm without its own stop is then held."""
@@ -116,7 +116,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return self._arm.listens_unpowered
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a set-point. For palpate's drivers it is limited here; a third-party arm reports the applied one."""
+        """Send a set-point, limited here for palpate's drivers. A third-party arm reports the applied set-point."""
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")

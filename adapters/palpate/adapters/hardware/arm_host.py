@@ -18,7 +18,7 @@ _END_S: Final = 12.0
 
 
 class ArmProcess:
-    """The new process. It starts work once it has received its assignment."""
+    """The new process, which starts work when it has received its assignment."""
 
     def __init__(self, assignment: Assignment) -> None:
         self.line, theirs = multiprocessing.Pipe()
@@ -42,7 +42,7 @@ class ArmProcess:
             self.line.send(assignment)
 
     def is_alive(self) -> bool:
-        """Return whether the process runs."""
+        """Return whether the process is running."""
         return self._process.poll() is None
 
     def end(self) -> None:
@@ -54,7 +54,7 @@ class ArmProcess:
             self.kill()
 
     def kill(self) -> str:
-        """Kill the process, and return how it ended for a message."""
+        """Kill the process, and return a description of its end for a message."""
         self.line.close()
         with suppress(subprocess.TimeoutExpired):
             # A process that has closed its line is about to end.

@@ -1,4 +1,4 @@
-"""Shared memory of loop and arm process: set-points in one direction, joints and faults in the other."""
+"""Shared memory of loop and arm process, with set-points in one direction and joints and faults in the other."""
 
 import mmap
 import pickle
@@ -38,7 +38,7 @@ class ArmStatus(NamedTuple):
 
 
 class SharedState(Generic[NoteT]):
-    """Notes that one side writes and the other reads: always the latest one, and always complete."""
+    """Notes that one side writes and the other reads. A reader always gets the latest complete note."""
 
     BYTES: Final = 2 * _SLOT_BYTES
 
@@ -55,7 +55,7 @@ class SharedState(Generic[NoteT]):
         _HEAD.pack_into(self._memory, at, number, len(data), zlib.crc32(data, number))
 
     def read(self) -> NoteT:
-        """Return the latest note; an empty one if there is none."""
+        """Return the latest note; empty if there is none."""
         newest = self._number
         for at in (self._offset, self._offset + _SLOT_BYTES):
             number, length, checksum = _HEAD.unpack_from(self._memory, at)
@@ -82,7 +82,7 @@ class _Word:
 
 
 class ArmMemory:
-    """All shared data.
+    """All data shared by the two processes.
 
     Attributes:
         stop_requested_ns: Time of the last stop request, from any thread or signal handler of the loop's process.

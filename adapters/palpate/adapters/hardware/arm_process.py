@@ -1,4 +1,4 @@
-"""The process that owns an arm: reads the latest set-point, cycles the arm, and stops it when set-points cease."""
+"""Process that owns an arm. It reads the latest set-point, cycles the arm, and stops it when set-points cease."""
 
 import mmap
 import os
@@ -37,7 +37,7 @@ _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Serves one loop until the loop closes the arm, or is gone; without set-points for the time-out, stops the arm."""
+    """Serves one loop until it closes the arm or is gone. Stops the arm when set-points are missing for too long."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class ArmLoop:
         self._start_ns = self._slot = 0
 
     def serve(self) -> bool:
-        """Serve until the loop closes the arm, or is gone; return True if it was gone."""
+        """Serve until the loop closes the arm or is gone; return True if it was gone."""
         try:
             # On a clock on which threads take turns, this thread waits for its turn.
             self._clock.now_ns()
@@ -261,7 +261,7 @@ def _set_priority(real_time: RealTimeConfig) -> None:
 
 
 def main() -> None:
-    """Run the arm's process; arguments are the descriptors of the line and of the memory."""
+    """Run the arm's process; the arguments are the descriptors of the line and of the memory."""
     # A termination request is for the loop, which ends this process by closing its line.
     ignore_ending_signals()
     line, file = Connection(int(sys.argv[1])), int(sys.argv[2])

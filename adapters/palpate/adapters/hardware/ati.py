@@ -22,7 +22,7 @@ class NetFtTable(SensorTable):
     host: Host = "192.168.1.1"
     """Address of the box."""
     port: Annotated[int, Range(1, 65535)] = RDT_PORT
-    """Its UDP port."""
+    """UDP port of the box."""
     http_port: Annotated[int, Range(1, 65535)] = 80
     """Port of the box's web server."""
 
@@ -44,7 +44,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         return round(1e9 / self.opened().box.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the rated ranges and the rate stated by the box, which does not state its noise."""
+        """Return the rated ranges and the rate reported by the box, which does not report its noise."""
         box = self.opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 

@@ -1,4 +1,4 @@
-"""The clock of a run on a real arm: the computer's monotonic clock, from the start of the run."""
+"""Clock of a run on a real arm: the computer's monotonic clock, from the start of the run."""
 
 import time
 from collections.abc import Callable
@@ -9,11 +9,11 @@ from palpate.core.ports import Clock
 
 
 class MonotonicClock(Clock):
-    """Real time. Sleeps to absolute deadlines, so that delays never add up.
+    """Clock in real time. It sleeps until absolute deadlines, so that delays do not accumulate.
 
     Args:
         origin_ns: Reading of the system's monotonic clock at time 0 of this clock; None for the present time.
-        real_time_factor: Seconds of this clock per second; below 1 for emulated devices with an equally slow clock.
+        real_time_factor: Seconds of this clock per real second; below 1 for emulated devices with the same slow clock.
     """
 
     def __init__(self, origin_ns: int | None = None, real_time_factor: float = 1.0) -> None:
@@ -31,7 +31,7 @@ class MonotonicClock(Clock):
 
 
 def sleeping(clock: Clock) -> Callable[[float], None]:
-    """Return a function that waits for a number of seconds on a clock, as drivers need it."""
+    """Return a function that waits for a number of seconds on a clock, as required by drivers."""
 
     def sleep(seconds: float) -> None:
         clock.sleep_until(clock.now_ns() + round(seconds * 1e9))

@@ -28,12 +28,12 @@ _SHARED: Final = "  # emulated devices share this computer with the loop; leave 
 class EmulatedCell:
     """Simulated work cell with emulated devices; as a context manager, it serves the devices.
 
-    The Zebra starts in its home pose, any other arm in the ready pose. Drives start as after power-up; a controller of
-    Universal Robots is switched on and in remote control.
+    The Zebra starts in its home pose, any other arm in the ready pose. Drives start as after power-up; a Universal
+    Robots controller is switched on and in remote control.
 
     Args:
         config: The simulated cell; trial 0 of its seed determines hole and sensor errors.
-        counts_file: Name, for the rig file, of the file that keeps the arm's counters between runs.
+        counts_file: File that keeps the arm's counters between runs, as named in the rig file.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class EmulatedCell:
         return f"{job.lstrip()}\n[arm]\n{named}"
 
     def rig_toml(self, job: str = "") -> str:
-        """Return the rig file for these devices, which must be served, with the name of a job file next to it."""
+        """Return the rig file for these devices, which must be served, with the name of the job file next to it."""
         name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
         if (factor := self.emulation.real_time_factor) != 1.0:

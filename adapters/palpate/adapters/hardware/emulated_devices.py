@@ -23,7 +23,7 @@ from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolFor
 WrenchSource: TypeAlias = Callable[[int], tuple[float, ...]]
 """Function that returns the wrench at the sensor at a time in ns, (6,) N and N m."""
 ClockNs: TypeAlias = Callable[[], int]
-"""The devices' clock, in ns."""
+"""Clock of the devices, in ns."""
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _BEHIND_FILTER: Final = 0.77
@@ -208,7 +208,7 @@ def emulated_sensor(
 
 
 def _noise(config: RunConfig, share: float = 1.0) -> dict[str, Any]:
-    """Return the noise of the simulated cell after the sensor's filter, which the sensor does not report."""
+    """Return the noise of the simulated cell after the sensor's filter; the sensor does not report it."""
     noise = config.cell.sensor
     return {"noise_N": round(share * noise.force_noise_N, 6), "noise_Nm": round(share * noise.torque_noise_Nm, 6)}
 

@@ -1,4 +1,4 @@
-"""The latch of a rig in a file next to its rig file, which outlasts the program and is cleared only by a person."""
+"""Latch of a rig in a file next to its rig file. It outlasts the program, and only a person clears it."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class _Document(Settings):
 
 
 class FaultFile(FaultLatch):
-    """The latch of one rig. A separate thread writes it at each trip, because a disk may be slow.
+    """Latch of one rig. A separate thread writes it at each trip, because a disk may be slow.
 
     Args:
-        rig_file: The latch is the file next to it; None keeps the latch in memory only.
+        rig_file: Rig file, next to which the latch is stored; None keeps the latch in memory only.
         words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; consumed by :meth:`begin`.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Slow motion, tick by tick, that stops at the first irregularity."""
+"""Slow motion, commanded tick by tick, that stops at the first irregularity."""
 
 from collections.abc import Callable
 from math import dist
@@ -19,7 +19,7 @@ from palpate.core.ports import (
 from palpate.core.supervision import SampleMonitor, require_raw
 
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
-"""Time for which the arm waits at its position for new samples; after a pause they may be too old."""
+"""Time for which the arm waits at its position for new samples, which may be too old after a pause."""
 _TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 
 

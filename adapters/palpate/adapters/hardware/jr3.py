@@ -26,11 +26,11 @@ class Jr3CanTable(CanBusTable, SensorTable):
     """A JR3 on CAN in a rig file."""
 
     node: Annotated[int, Range(1, 127)] = 1
-    """The board's node."""
+    """Node number of the board."""
     canopen_nodes: tuple[int, ...] = ()
     """CANopen nodes on the same bus."""
     cutoff_Hz: Annotated[float, Range(0.0, 655.35)] = 50.0
-    """Cut-off of the board's filter, in steps of 0.01; 0 is unfiltered."""
+    """Cut-off of the board's filter, in steps of 0.01; 0 disables the filter."""
     period_us: Annotated[int, Range(540, 1_000_000)] = 5000
     """Time between two readings; the shortest leaves half the bus free."""
     axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"

@@ -1,4 +1,4 @@
-"""Compares the model of an arm with the tool pose that its controller reports, and the tool with the one entered there.
+"""Comparison of an arm's model with the tool pose, and of the tool with the settings, that its controller reports.
 
 A wrong or uncalibrated model moves the arm to wrong poses.
 """
@@ -18,12 +18,12 @@ from palpate.core.motion import ArmDescription, Kinematics, controller_frames
 
 _CALIBRATED_MM, _CALIBRATED_MRAD = 1.0, 5.0
 _NOMINAL_MM: Final = 10.0
-"""Nominal lengths deviate by some millimetres; a different arm deviates by centimetres."""
+"""Accepted deviation: nominal lengths deviate by some millimetres, a different arm by centimetres."""
 _NOMINAL_MRAD: Final = 50.0
 """Rotation that moves a tip 0.2 m beyond the flange by the same 10 mm."""
 _TIP_MM: Final = 1.0
 _LIGHTER_KG, _HEAVIER_KG = 0.1, 2.0
-"""The payload is the tool and the force sensor above it, which weighs no more than 2 kg with its plates."""
+"""Payload margins: the payload is the tool with the force sensor, which weighs up to 2 kg with its plates."""
 _CENTRE_MM: Final = 30.0
 """The sensor's centre of mass is taken to be half-way between flange and sensor frame."""
 
@@ -34,8 +34,8 @@ class ReportedPose:
 
     Attributes:
         tool_in_base: Tool centre point in the controller's base, at these joint angles.
-        tool_on_flange: The offset entered for the tool centre point.
-        payload_centre_m: Centre of mass of the payload from the flange, (3,).
+        tool_on_flange: Offset entered for the tool centre point.
+        payload_centre_m: Centre of mass of the payload relative to the flange, (3,).
     """
 
     q_rad: Sequence[float]

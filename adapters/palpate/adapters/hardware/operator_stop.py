@@ -21,10 +21,10 @@ _WAKE: Final = b"\0"
 
 
 class OperatorStop:
-    """The operator's stop. It latches until it is acknowledged.
+    """The operator's stop, which latches until it is acknowledged.
 
     A context manager for the main thread, because of the signal. While the main thread is busy in C code, the signal
-    waits; an arm that gets no set-points meanwhile is stopped by its own process. The signal handler also stops the
+    waits; an arm that gets no set-points in this time is stopped by its own process. The signal handler also stops the
     arm, and reports the cause once.
     """
 
@@ -55,7 +55,7 @@ class OperatorStop:
                 self._notify(cause + problem)
 
     def acknowledge(self) -> None:
-        """Clear the trip, as decided by a person."""
+        """Clear the trip. Only a person may decide to do this."""
         self._tripped.clear()
 
     def __enter__(self) -> Self:
@@ -108,7 +108,7 @@ class OperatorStop:
 
 
 def _is_ours(fd: int) -> bool:
-    """Return whether this process is in the terminal's foreground; in the background, changing it would stop us."""
+    """Return whether this process is in the terminal's foreground; a background process would stop on changing it."""
     if not os.isatty(fd):
         return False
     try:
@@ -125,7 +125,7 @@ def _restore(fd: int, before: list[Any]) -> None:
 
 
 class GuardedArm(DeviceDecorator, ArmCommand):
-    """Refuses to activate or move the arm until the operator's stop is acknowledged."""
+    """Arm that refuses to be activated or moved until the operator's stop is acknowledged."""
 
     def __init__(self, arm: ArmCommand, operator: OperatorStop) -> None:
         super().__init__(arm)
@@ -139,7 +139,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         super().activate()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a command; while a stop is latched, the arm stays stopped and reports it."""
+        """Send a command; while a stop is latched, the arm stays stopped and reports this."""
         if self._operator.tripped:
             # It may have been activated from elsewhere since it was stopped.
             stop_surely(self._arm)

@@ -1,4 +1,4 @@
-"""Adapters by name: palpate's own and third-party ones, from the entry points of the group ``palpate.adapters``.
+"""Adapters by name, both palpate's own and third-party ones, from the entry points in the group ``palpate.adapters``.
 
 An entry is called ``arm.NAME`` or ``force.NAME`` and refers to a function that makes an adapter from the settings in a
 rig file; ``package.module:function`` needs no entry. The function opens nothing; the life cycle does.
@@ -77,12 +77,12 @@ class RigContext:
 
     @property
     def limiter(self) -> CommandLimiter:
-        """Return a limiter of commands to the limits of the arm's joints."""
+        """Return a limiter that keeps commands within the limits of the arm's joints."""
         return CommandLimiter(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, CONTROL_RATE_HZ)
 
     @property
     def real_time_factor(self) -> float:
-        """Seconds of the rig in a second; 1 for real devices."""
+        """Rig seconds per real second; 1 for real devices."""
         return self.clock.real_time_factor if isinstance(self.clock, MonotonicClock) else 1.0
 
     def portable(self) -> RigContext:
@@ -93,7 +93,7 @@ class RigContext:
 
 @dataclass(frozen=True)
 class ArmAdapter:
-    """An arm: its encoders and its servos. They may be one object."""
+    """Encoders and servos of an arm, which may be one object."""
 
     encoder: JointEncoder
     arm: ArmCommand
@@ -124,7 +124,7 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
 
 
 def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSettings, context: RigContext) -> T:
-    """Return the product of a third-party function, which may fail in any way."""
+    """Return the result of a third-party function, which may fail in any way."""
     table = settings_table(maker)
     given = settings if table is None else overlay(table(), settings)
     try:

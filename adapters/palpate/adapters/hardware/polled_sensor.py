@@ -42,7 +42,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     """
 
     REMEDY: ClassVar[str] = "look at it"
-    """Remedy for a sensor that is present but delivers nothing."""
+    """Remedy for a sensor that is present but sends nothing."""
 
     def __init__(self, name: str, clock: Clock, table: SensorTable) -> None:
         super().__init__(name)
@@ -84,7 +84,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return self._made(sample)
 
     def account(self) -> str:
-        """Return what was received instead of new readings; empty if the latest reading is on time."""
+        """Describe what was received instead of new readings; empty if the latest reading is on time."""
         device, now_ns = self.device, self._clock.now_ns()
         if device is None:
             return ""
@@ -123,7 +123,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return device
 
     def _look_for_news(self, device: DriverT) -> None:
-        """After a long pause, discard waiting data, which may be as old as the pause, and wait for a new reading."""
+        """After a long pause, discard waiting data, which may be as old as the pause, and await a new reading."""
         deadline_ns = self._clock.now_ns() + 3 * self.period_ns + _LINE_NS
         # A poll reads a limited amount.
         while device.poll(self._clock.now_ns()) and self._clock.now_ns() < deadline_ns:

@@ -47,7 +47,7 @@ class TurnedForceSensor(DeviceDecorator, ForceSensor):
         self._cos, self._sin = cos(radians(mounting_deg)), sin(radians(mounting_deg))
 
     def read(self) -> WrenchSample:
-        """Return the newest sample, turned."""
+        """Return the latest sample, converted to the frame of the tool."""
         sample = self._sensor.read()
         c, s = self._cos, self._sin
         (fx, fy, fz), (tx, ty, tz) = sample.force_N, sample.torque_Nm
@@ -115,13 +115,13 @@ class DeviceRig(Rig):
 
 
 class HardwareRig(DeviceRig):
-    """Real devices behind the ports. A context manager: on exit the arm is stopped and every device closed.
+    """Real devices behind the ports. On exit of its context, the arm is stopped and every device is closed.
 
     Args:
-        latch: Latch that outlasts the program; None for one that ends with it.
+        latch: Latch that outlasts the program; None for a latch that ends with it.
 
     Attributes:
-        latch: Set by a trip, an operator's stop or a device fault; while it is set, nothing moves.
+        latch: Latch that a trip, an operator's stop or a device fault sets; while it is set, nothing moves.
     """
 
     def __init__(
@@ -205,7 +205,7 @@ class HardwareRig(DeviceRig):
 
 
 class NoArm(ManagedDevice, ArmCommand):
-    """Accepts commands without executing them."""
+    """Arm that accepts commands without executing them."""
 
     @override
     def send(self, command: JointCommand) -> AppliedCommand:
@@ -217,7 +217,7 @@ class NoArm(ManagedDevice, ArmCommand):
 
 
 class DryRig(DeviceRig):
-    """Sensors and encoders of a rig; commands end in :class:`NoArm`. ``is_on``: whether the arm had to be activated.
+    """Sensors and encoders of a rig; commands go to :class:`NoArm`. ``is_on``: whether the arm had to be activated.
 
     The arm gets no power, unless a third-party adapter has encoders and servos in one object, which must be activated
     to report angles.

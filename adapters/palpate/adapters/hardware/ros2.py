@@ -1,4 +1,4 @@
-"""Adapters for an arm and a force sensor with ROS 2: connection and validity marks."""
+"""Adapters for an arm and a force sensor that use ROS 2: connection and validity marks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,9 +39,9 @@ class Ros2Table(Settings):
     domain: Annotated[int, Range(0, 232)] = 0
     """ROS_DOMAIN_ID of the robot."""
     address: str = Ros2Network.address
-    """This computer's address on the robot's network. If not given: the system chooses."""
+    """This computer's address on the robot's network. Default: chosen by the system."""
     peers: tuple[str, ...] = Ros2Network.peers
-    """Addresses of the computers that run ROS. If not given: multicast finds them."""
+    """Addresses of the computers that run ROS. Default: found by multicast."""
 
     def network(self) -> Ros2Network:
         """Return the network settings of the robot."""
@@ -61,11 +61,11 @@ class Ros2ArmTable(Ros2Table, ArmTable):
     """Topic of the commands, std_msgs/msg/Float64MultiArray, of a forward_command_controller. Its joints have the order
     of the model, base first."""
     joints: tuple[str, ...] = ()
-    """Names of the joints in the messages, base first. If not given: those of the model."""
+    """Names of the joints in the messages, base first. Default: the names in the model."""
     mode: Annotated[str, OneOf(_POSITIONS, _VELOCITIES)] = _POSITIONS
     """Kind of command."""
     stops_without_commands: bool = False
-    """The robot's driver stops the arm by itself when commands end. Velocities need it."""
+    """The robot's driver stops the arm by itself when commands end. Required for velocities."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +75,15 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
     topic: str = "/force_torque_sensor_broadcaster/wrench"
     """Topic of the wrenches, geometry_msgs/msg/WrenchStamped."""
     frame: str = "tool0"
-    """frame_id of the messages. Another one ends the run."""
+    """frame_id of the messages. A different one ends the run."""
     sign: Annotated[int, OneOf(1, -1)] = 1
-    """-1 if the messages give the wrench that the tool exerts on its environment."""
+    """-1 if the messages contain the wrench that the tool exerts on its environment."""
     rate_Hz: Annotated[float, Range(1.0, 10_000.0)] = 500.0
     """Rate of the messages."""
 
 
 class Ros2DriverArm(DriverArm):
-    """An arm that its controller does not stop; each of the two processes therefore connects to it."""
+    """An arm that its controller does not stop; therefore both processes connect to it."""
 
     def __init__(
         self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], context: RigContext
@@ -162,5 +162,5 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
 
 
 def make_ros2_wrench(table: Ros2WrenchTable, context: RigContext) -> Ros2ForceSensor:
-    """Return a force sensor from the wrenches of a topic."""
+    """Return a force sensor that reads the wrenches of a topic."""
     return Ros2ForceSensor(lambda: Ros2Link(table.network(), (table.topic, WRENCH)), context.clock, table)

@@ -51,7 +51,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def open(self) -> Sequence[str]:
-        """Find the arm without switching power on, and return lines for the person."""
+        """Find the arm without switching power on, and return lines for the operator."""
 
     @abstractmethod
     def enable(self) -> None:
@@ -71,7 +71,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def acknowledge(self) -> None:
-        """Clear the arm's own fault, as decided by a person."""
+        """Clear the arm's own fault. Only a person may decide to do this."""
 
     @abstractmethod
     def close(self) -> None:
@@ -113,11 +113,11 @@ class ArmTable(Settings):
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample of the joints is marked as stale."""
     timeout_scale: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on every time-out of the arm and of this computer: 3 for a machine that cannot keep time."""
+    """Factor on every time-out of the arm and of this computer, such as 3 for a computer that cannot keep time."""
 
 
 class DriverArm(ServedArm):
-    """An arm of palpate's drivers, at a fraction of the control rate; ``judge`` may refuse it before it gets power."""
+    """An arm with a palpate driver, at a fraction of the control rate; ``judge`` may refuse it before it gets power."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Adapters for an arm of Universal Robots and the force sensor in its flange: connection and sample validity."""
+"""Adapters for a Universal Robots arm and the force sensor in its flange: connection and sample validity."""
 
 from __future__ import annotations
 
@@ -44,18 +44,18 @@ class UrTable(UrController, ArmTable):
     force_stop_N: Annotated[float, Range(0.0, 500.0)] = UrSettings.force_stop_N
     """Change of the tool force at which the arm stops, even with another sensor; 0 disables the check."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = UrSettings.lookahead_s
-    """servoj's look-ahead: it smoothes, and the arm is late by it."""
+    """Look-ahead time of servoj, which smooths the motion and delays the arm."""
     gain: Annotated[float, Range(100.0, 2000.0)] = UrSettings.gain
-    """servoj's gain."""
+    """Gain of servoj."""
 
 
 @dataclass(frozen=True)
 class UrToolTable(UrController, SensorTable):
-    """The tool force in a rig file."""
+    """The table ``[force_sensor]`` of a rig file."""
 
 
 def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink] | None = None) -> DriverArm:
-    """Return an arm of Universal Robots over RTDE, with the client ur_rtde or over a given link."""
+    """Return a Universal Robots arm over RTDE, with the client ur_rtde or over a given link."""
     reach = link or partial(UrLink, table.host, table.rate_Hz, context.set_priority, context.real_time_factor)
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
@@ -103,7 +103,7 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         return round(1e9 / self._rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the rated ranges of the data sheet, and the rate."""
+        """Return the rated ranges from the data sheet, and the rate."""
         return SensorFactsTable(range_N=RANGE_N, range_Nm=RANGE_NM, rate_Hz=self._rate_Hz, frame="sensor")
 
     def _connect(self) -> None:

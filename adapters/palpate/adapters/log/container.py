@@ -32,7 +32,7 @@ class RawMessage(NamedTuple):
 
 
 class LogFile:
-    """A log in batches, readable up to the last, complete after :meth:`finish`; equal batches give equal bytes."""
+    """A log in batches, readable up to the last batch; :meth:`finish` completes it. Equal batches give equal bytes."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str]) -> None:
         self._writer: Any = Writer(stream, enable_data_crcs=True)

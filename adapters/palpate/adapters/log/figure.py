@@ -1,4 +1,4 @@
-"""Figures as files: equal contents give equal bytes. Matplotlib is imported only when one is drawn."""
+"""Figures as files. Equal contents give equal bytes. Matplotlib is imported only when a figure is drawn."""
 
 import io
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""Search of logs by the names of files, folders and glob patterns."""
+"""Search for logs by the names of files, folders and glob patterns."""
 
 import glob
 import os

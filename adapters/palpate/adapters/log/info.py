@@ -129,7 +129,7 @@ def _end(log: TrialLog) -> dict[str, Any] | None:
 
 
 def tally(names: Iterable[str]) -> dict[str, int]:
-    """Return the number of each name, sorted by name."""
+    """Return the number of occurrences of each name, sorted by name."""
     return dict(sorted(Counter(names).items()))
 
 

@@ -1,4 +1,4 @@
-"""A plot of one trial over time."""
+"""Plot of one trial over time."""
 
 from collections.abc import Iterable, Sequence
 from itertools import product

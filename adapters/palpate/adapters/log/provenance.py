@@ -1,4 +1,4 @@
-"""Factors of a result other than the configuration: versions, source, arm model, processor."""
+"""Factors of a result other than the configuration: versions, source, arm model and processor."""
 
 import hashlib
 import platform
@@ -14,7 +14,7 @@ import palpate.core
 from palpate.core.motion import ArmDescription, ToolGeometry, arm_named
 
 _FUSED: Final = frozenset({"FMA3", "X86_V3"})
-"""Present and former names in numpy of features that include fused multiply-add."""
+"""Present and former numpy names of processor features that include fused multiply-add."""
 
 
 def made_with() -> dict[str, str]:

@@ -10,12 +10,12 @@ BY_PORT: Final = "port"
 BY_POLICY: Final = "policy"
 """A third-party policy raised the error, which a replay without its code cannot repeat."""
 BY_OUTSIDE: Final = "outside"
-"""An observer, the clock or a signal: neither the core nor a device."""
+"""An observer, the clock or a signal caused the error, and neither the core nor a device."""
 _CORE, _PORTS, _LOOP = "palpate.core.", "palpate.core.ports", "palpate.core.control_loop"
 
 
 def raised_by(error: BaseException, failed_port: str = "") -> str:
-    """Return the origin: :data:`BY_CORE`, :data:`BY_PORT`, :data:`BY_POLICY` or :data:`BY_OUTSIDE`.
+    """Return the origin of the error: :data:`BY_CORE`, :data:`BY_PORT`, :data:`BY_POLICY` or :data:`BY_OUTSIDE`.
 
     Args:
         error: The error as caught outside the control loop.

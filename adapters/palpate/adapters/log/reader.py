@@ -1,4 +1,4 @@
-"""Reads a complete log: the trial from its messages, in recorded order."""
+"""Reading of a complete log, which restores the trial from its messages in recorded order."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -89,8 +89,8 @@ def read_log(path: str | Path) -> TrialLog:
     """Read a log, up to its end or the first damage.
 
     Raises:
-        LogError: The log is missing or empty, of another program or format, not a single trial, or damaged before the
-            trial's start.
+        LogError: The log is missing or empty, has another program or format, is not a single trial, or is damaged
+            before the trial's start.
     """
     data = bytes_of(path)
     messages, damage = read_messages(str(path), data)

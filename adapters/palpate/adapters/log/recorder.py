@@ -1,4 +1,4 @@
-"""Records one trial: the data of the control loop in each tick, and the reports of the task."""
+"""Recorder of one trial: the data of the control loop in each tick, and the reports of the task."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -102,7 +102,7 @@ class FlightRecorder(LoopObserver):
     # Inside.
 
     def _call(self, entry: records.CallEntry) -> None:
-        """Record a port call other than the four of a tick: a failed one, or one outside the loop."""
+        """Record a port call other than the four of a tick: a failed call, or a call outside the loop."""
         self._put_start()
         self._keep(entry)
 
@@ -113,7 +113,7 @@ class FlightRecorder(LoopObserver):
             self._keep(start())
 
     def _follow(self, *, final: bool = False) -> None:
-        """Record new entries of the task's report; at the end also what the last decision earned."""
+        """Record new entries of the task's report; at the end, also the reinforcement of the last decision."""
         report = self._report
         if report is None:
             return

@@ -20,7 +20,7 @@ class StartRecord:
         tip_rotation: Initial orientation of the tool, (9,) row by row, base frame.
         perception_json: Stages of perception, including fitted values.
         policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
-        policy_json: The policy document, also that of a third-party policy.
+        policy_json: The policy document, even of a third-party policy.
         temperature: Temperature of the exploration; None for a policy without one.
         world: ``simulator``, or the name of a rig.
         world_json: Values that reproduce the world, with its ground truth if there is one.
@@ -62,7 +62,7 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """One choice of an action, and the numbers on which it was based."""
+    """Choice of an action, with the numbers on which it was based."""
 
     tick: int
     number: int
@@ -198,7 +198,7 @@ class TickRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CallEntry:
-    """A failed port call, or one outside a tick's four: the clock at the start, and the stop."""
+    """A failed port call, or a call other than the four of a tick: the clock at the start, and the stop."""
 
     tick: int
     port: str

@@ -2,8 +2,8 @@
 
 Source: intrinsic-dev/aic, docs/scoring.md, March 2026.
 
-The sheet is for cable plugs: here the port is the hole and the plug is the peg. The penalty for off-limit contacts is
-omitted, because no log contains such contacts.
+The sheet was made for cable plugs; here the port is the hole and the plug is the peg. The penalty for off-limit
+contacts is omitted, because no log contains such contacts.
 """
 
 from dataclasses import astuple, dataclass, fields
@@ -39,17 +39,17 @@ class Score:
     """Points of a trial, at most 100."""
 
     valid: float
-    """1 if the trial ran."""
+    """Points for a valid trial: 1 if the trial ran."""
     success: float
-    """75 if inserted, 38 to 50 for a partial insertion, up to 25 near the hole."""
+    """Points for the result: 75 if inserted, 38 to 50 for a partial insertion, up to 25 near the hole."""
     smoothness: float
-    """6 without jerk."""
+    """Points for smoothness: 6 without jerk."""
     duration: float
-    """12 within 5 s."""
+    """Points for the duration: 12 within 5 s."""
     efficiency: float
-    """6 for the shortest path."""
+    """Points for the path: 6 for the shortest path."""
     force: float
-    """-12 after more than 1 s above 20 N."""
+    """Penalty for force: -12 after more than 1 s above 20 N."""
 
     @property
     def total(self) -> float:

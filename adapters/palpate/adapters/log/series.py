@@ -23,7 +23,7 @@ _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 @dataclass(frozen=True)
 class Tare:
-    """A zero, Fx Fy Fz in N and Tx Ty Tz in N m in the samples' own frame, and its origin."""
+    """Zero of a sensor, Fx Fy Fz in N and Tx Ty Tz in N m in the samples' own frame, and its origin."""
 
     bias: tuple[float, ...]
     origin: str
@@ -36,7 +36,7 @@ class Tare:
 
 
 def tare_of(log: TrialLog) -> Tare:
-    """Return the zero that the task found; all 0 if there is none."""
+    """Return the zero that the task determined; all 0 if there is none."""
     for event in log.events:
         found = _NUMBERS.match(event.detail) if event.name == "tare" else None
         if found is not None:

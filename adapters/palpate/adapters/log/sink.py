@@ -21,9 +21,9 @@ TIMEOUT_S: Final = 60.0
 _CHUNK: Final = 35
 """Messages per chunk: a quarter of a second of ticks, which a kill may lose. Smaller chunks cost more time."""
 _LOOK_S: Final = 0.01
-"""Time after which the thread looks for messages of an open log."""
+"""Interval at which the thread checks for messages of an open log."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
-"""Errors of packing a value that does not fit the message, such as a number of more than 64 bits."""
+"""Errors when packing a value that does not fit the message, such as a number of more than 64 bits."""
 
 
 class LogMessage(NamedTuple):
@@ -36,13 +36,13 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Accepts one log after another. Only ``open`` and ``close`` may block. ``losses``: losses with reasons."""
+    """Accepts one log after another. Only ``open`` and ``close`` may block. ``losses`` are the losses with reasons."""
 
     losses: list[str]
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:
-        """Begin a log; an open one is ended."""
+        """Begin a log; an open log is ended."""
 
     @abstractmethod
     def put(self, message: LogMessage) -> None:

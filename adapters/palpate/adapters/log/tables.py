@@ -7,7 +7,7 @@ from typing import Any
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = None) -> str:
-    """Format one line per row; ``left`` selects the left-aligned columns: the first ones, indices, or all."""
+    """Format one line per row; ``left`` selects the left-aligned columns by number or indices; None selects all."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     words = len(widths) if left is None else left
     words = range(words) if isinstance(words, int) else words

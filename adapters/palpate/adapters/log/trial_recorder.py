@@ -1,4 +1,4 @@
-"""Records the trials of a run, one log each, with the complete initial state."""
+"""Recorder of the trials of a run, with one log per trial and the complete initial state."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class TrialRecorder:
         subfolder: str = "",
         derived_from: str = "",
     ) -> None:
-        """Set the subject of the next trials: a baseline by name, or any other policy; or a what-if of another log."""
+        """Set the policy of the next trials (``name`` for a baseline), and the log that a what-if is derived from."""
         # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         third_party = None if document is None else document.third_party
@@ -88,7 +88,7 @@ class TrialRecorder:
         name: str,
         counterfactual: Callable[[], bool] = lambda: False,
     ) -> LoopObserver:
-        """Open the log of a trial and return its observer; a what-if is counterfactual off the recorded path."""
+        """Open a trial's log and return its observer; a what-if is counterfactual once it leaves the recorded path."""
         subject = self._subject
         if subject is None:
             raise OutputError(str(self._folder), "the subject of the recording is not set", "call of() first")
@@ -112,7 +112,7 @@ class TrialRecorder:
         self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
-        """Close the log of a trial that ended with an error; arguments as for :meth:`end`."""
+        """Close the log of a trial that ended with an error; the arguments are those of :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
             # The task did not begin: the report is that of the previous trial.
             report = TrialReport(self._setup)

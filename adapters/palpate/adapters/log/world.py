@@ -31,7 +31,7 @@ def recorded_sensor(world_json: str) -> SensorFacts:
     """Return the facts of the force sensor in a log.
 
     Raises:
-        ConfigurationError: They are not facts of a sensor.
+        ConfigurationError: The recorded values are not facts of a sensor.
     """
     facts: Any = _world(world_json).get(_SENSOR)
     try:

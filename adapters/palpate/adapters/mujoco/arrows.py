@@ -14,9 +14,9 @@ FORCE: Final = (196, 22, 42)
 ACTION: Final = (18, 92, 190)
 _HALO: Final = (255, 255, 255)
 _LONGEST: Final = 0.5
-"""The longest arrow, as a fraction of the picture's height."""
+"""Length of the longest arrow, as a fraction of the picture's height."""
 _LEAST_N: Final = 1.0
-"""Forces below this are noise and must not fill the picture."""
+"""Smallest force that may fill the picture; lower forces are noise."""
 
 
 def reference_N(forces_N: Iterable[float]) -> float:

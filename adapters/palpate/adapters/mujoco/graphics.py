@@ -11,7 +11,7 @@ from palpate.core.errors import UsageError
 GL_VARIABLE: Final = "PALPATE_GL"
 """Environment variable that the command line uses in place of MUJOCO_GL."""
 LIBRARIES: Final = ("egl", "osmesa")
-"""In the order in which they are tried."""
+"""Drawing libraries, in the order in which they are tried."""
 REMEDY: Final = "install libegl1 and libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa), as Debian and Ubuntu name them"
 _TIMEOUT_S: Final = 60.0
 

@@ -85,7 +85,7 @@ class MujocoJointEncoder(ManagedDevice, JointEncoder):
 
 
 class MujocoArm(ManagedDevice, ArmCommand):
-    """Joint servos. Applies the arm's limits of velocity and of position, (n,) each, in this order."""
+    """Joint servos, which apply the arm's limits of velocity and of position, (n,) each, in this order."""
 
     def __init__(
         self,

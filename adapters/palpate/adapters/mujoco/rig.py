@@ -15,9 +15,9 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 
 class SimulatedRig(Rig):
-    """The MuJoCo work cell with its four ports. A context manager, which closes every device on exit.
+    """The MuJoCo work cell with its four ports, as a context manager that closes every device on exit.
 
-    ``seed`` determines, with a trial's index, its hole and sensor errors; it may change between trials.
+    Together with a trial's index, ``seed`` determines the hole and the sensor errors. It may change between trials.
     """
 
     simulated = True

@@ -1,4 +1,4 @@
-"""The model of the cell for pictures: posed by recorded joint angles, lit, with a table below it."""
+"""Model of the cell for pictures, posed by recorded joint angles and lit, with a table below it."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ class Moment:
 
     Attributes:
         force_N: Tared force of the world on the tool, (3,), sensor frame; None if it was not measured.
-        torque_Nm: Its torque about the sensor's origin, (3,); None if ``force_N`` is None.
+        torque_Nm: Torque about the sensor's origin, (3,); None if ``force_N`` is None.
         decision: The current action and its reason; None outside actions.
     """
 

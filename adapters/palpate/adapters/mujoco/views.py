@@ -11,7 +11,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 CAMERAS: Final = ("both", "close-up", "arm")
 FIELD_OF_VIEW_DEG: Final = 20.0
-"""Vertical; narrow, so that near and far lengths are comparable."""
+"""Vertical field of view, which is narrow so that near and far lengths are comparable."""
 _PEGS_HIGH: Final = 3.1
 """Height of the close-up in peg diameters."""
 _MARGIN: Final = 1.3
@@ -23,7 +23,7 @@ class View:
 
     Attributes:
         azimuth_deg: Heading in which the camera looks, from the base's x towards its y.
-        elevation_deg: Above the horizon; negative looks down.
+        elevation_deg: Elevation above the horizon; negative if the camera looks down.
         cut: Whether the half of the plate nearer to the camera is omitted, to show the inside of the hole.
     """
 
@@ -35,7 +35,7 @@ class View:
 
     @property
     def axes(self) -> Array:
-        """Directions right, up and forward of the picture as rows, (3, 3), base frame."""
+        """Right, up and forward directions of the picture as rows, (3, 3), base frame."""
         a, e = radians(self.azimuth_deg), radians(self.elevation_deg)
         forward = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
         right = np.array([sin(a), -cos(a), 0.0])

@@ -1,4 +1,4 @@
-"""Replay of many logs by several processes."""
+"""Replay of many logs in several processes."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -31,7 +31,7 @@ def replay_file(
 
 @dataclass(frozen=True)
 class WhatIf:
-    """Changes to the replay of a batch, whether the simulator continues it, and the folder for its logs."""
+    """Changes to the replays of a batch, whether the simulator continues them, and the folder for their logs."""
 
     changes: Changes = field(default_factory=Changes)
     in_mujoco: bool = False
@@ -82,7 +82,7 @@ def exit_code(replays: Sequence[Replay], *, strict: bool) -> int:
 
 
 def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
-    """Return what differs, and the known causes, on one line."""
+    """Return the differences and their known causes on one line."""
     if one.verdict is Verdict.REFUSED:
         return f"{one.problem}\n"
     text = f"{one.path}: "

@@ -129,7 +129,7 @@ def _compare_fields(
 
 
 def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
-    """Return the fields of the end record that need the ground truth, scored again with that in the log."""
+    """Return the fields of the end record that need the ground truth, scored again with the ground truth in the log."""
     end = log.end
     if end is None or len(end.true_tip_in_task_m) != 3 or len(end.true_hole_in_task_m) != 3:
         return {}
@@ -153,7 +153,7 @@ def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
 
 
 def ending_note(tape: Tape) -> str:
-    """Return the remark on an equal trial that would continue beyond the recorded samples."""
+    """Return the note on an equal trial that would continue beyond the recorded samples."""
     end, last = tape.log.end, len(tape.log.ticks) - 1
     if end is None:
         return f"the log ends at tick {last}, before the trial did"

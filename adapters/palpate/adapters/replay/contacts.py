@@ -1,4 +1,4 @@
-"""Contacts in recorded trials of any policy, and the belief learned from them."""
+"""Contacts in recorded trials of any policy, and a belief that is learned from them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -66,7 +66,7 @@ class ContactCollector(Policy):
 
 @dataclass(frozen=True)
 class FoundContacts:
-    """Contacts in recorded trials: settings of the first, and the policy file of a belief that learned from all."""
+    """Contacts in recorded trials, with the first trial's settings and the policy file of a belief learned from all."""
 
     config: RunConfig
     document: PolicyDocument

@@ -1,4 +1,4 @@
-"""Replay of one log: runs the unmodified core on the recorded inputs and compares every output."""
+"""Replay of one log, which runs the unmodified core on the recorded inputs and compares every output."""
 
 import enum
 import json
@@ -50,7 +50,7 @@ class Replay:
         counterfactual_from: Tick of the first command that differs from the recording; the recorded samples after it do
             not result from the core's commands. None if all commands are equal.
         other_code: Whether different code of the core recorded the log; False if unknown.
-        recorded_decisions: Why the decisions were taken from the log; empty if the policy made them again.
+        recorded_decisions: Reason for taking the decisions from the log; empty if the policy made them again.
     """
 
     path: str
@@ -72,7 +72,7 @@ class Replay:
 def replay(
     log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
-    """Replay one log; ``out`` is the recorder of the replay, and the name of its log.
+    """Replay one log; ``out`` contains the recorder of the replay and the name of its log.
 
     With ``in_mujoco``, the simulator continues from the first command that differs from the recording.
 
@@ -176,7 +176,7 @@ def _verdict(differences: Differences, log: TrialLog) -> Verdict:
 
 
 def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
-    """Return the differences from the time of the recording that the log shows."""
+    """Return the known changes since the recording that may cause differences."""
     start, causes = log.start, []
     recorded: dict[str, str] = json.loads(start.versions_json or "{}")
     for name, version in made_with().items():

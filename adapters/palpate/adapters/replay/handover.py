@@ -1,8 +1,8 @@
 """What-ifs that continue in the simulator from the first command that differs from the recording.
 
 The log does not hold the simulator's state at that tick. It is restored by executing the recorded commands from the
-start of the trial, which equal the core's own until then. MuJoCo is deterministic, so this restores the complete state
-(integration state, sensor history, noise, contacts), and every tick until then is compared with the recording.
+start of the trial; until that tick they equal the core's own. MuJoCo is deterministic, so this restores the complete
+state (integration state, sensor history, noise, contacts), and every tick until then is compared with the recording.
 """
 
 import json

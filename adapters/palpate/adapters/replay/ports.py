@@ -1,4 +1,4 @@
-"""The four ports for a recorded trial: inputs come from the log, outputs are compared with it."""
+"""The four ports for a recorded trial. Inputs come from the log, and outputs are compared with it."""
 
 from typing import Generic
 
@@ -49,9 +49,9 @@ class ReplaySensor(ManagedDevice, Generic[T]):
 
 
 class ReplayArm(ManagedDevice, ArmCommand):
-    """Answers commands as the recorded arm did, and notes commands that differ.
+    """Arm that answers commands like the recorded arm and records commands that differ.
 
-    After the first difference the arm's answer is unknown: the requested command counts as applied, unless the arm was
+    After the first difference, the arm's answer is unknown: the requested command counts as applied, unless the arm was
     limited or stopped at that time.
     """
 

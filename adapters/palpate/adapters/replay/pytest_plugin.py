@@ -45,11 +45,11 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 
 
 class ReplayDiffersError(Exception):
-    """A recorded trial does not replay identically; the message holds the full explanation."""
+    """A recorded trial does not replay identically; the message contains the full explanation."""
 
 
 class LogItem(pytest.Item):
-    """One recorded trial as a test."""
+    """A recorded trial, used as a test."""
 
     def __init__(self, *, log: Path, **others: Any) -> None:
         super().__init__(**others)

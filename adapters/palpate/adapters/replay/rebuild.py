@@ -1,4 +1,4 @@
-"""Rebuilds the objects that ran a trial from its log's start record."""
+"""Reconstruction of the objects that ran a trial, from the start record of its log."""
 
 import json
 import tomllib
@@ -47,7 +47,7 @@ _OUTSIDE: Final = ("cell", "recording")
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """The core at the beginning of the trial, and why decisions come from the log; empty if the policy makes them."""
+    """The core at the beginning of a trial, and the reason for using logged decisions; empty if the policy decides."""
 
     config: RunConfig
     setup: TrialSetup
@@ -115,7 +115,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class RecordedDecisions(FixedPolicy):
-    """Returns the recorded decisions in order; the first ``observed`` grounds of each do not come from the policy."""
+    """Policy that repeats recorded decisions; the first ``observed`` grounds of each do not come from the policy."""
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()

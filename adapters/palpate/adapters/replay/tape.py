@@ -1,4 +1,4 @@
-"""A recorded trial as a tape for each port: the results of each call, and the commands to compare."""
+"""A recorded trial as a tape for each port, with the results of each call and the commands to compare."""
 
 from collections import defaultdict, deque
 from collections.abc import Callable
@@ -73,7 +73,7 @@ class Track(Generic[T]):
 
 
 class Tape:
-    """A recorded trial with the tapes of its ports, its present tick (-1 before the first) and the last loaded one."""
+    """A recorded trial with the tapes of its ports, its current tick (-1 before the first) and the last loaded tick."""
 
     def __init__(self, log: TrialLog) -> None:
         self.log = log

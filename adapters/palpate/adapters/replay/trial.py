@@ -1,4 +1,4 @@
-"""Runs the core for a recorded trial on any ports, and records the trial again."""
+"""Execution of the core for a recorded trial on any ports, with a new recording of the trial."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ class ReplayedRecords(Sink):
 
 @dataclass(frozen=True)
 class ReplayedTrial:
-    """A trial that is run again, its records, and another recorder with the name of its log, if any."""
+    """A trial that is run again, with its records and, if requested, another recorder and the name of its log."""
 
     tape: Tape
     rebuilt: Rebuilt
@@ -52,7 +52,7 @@ class ReplayedTrial:
         facts: Callable[[TrialReport], dict[str, Any]],
         observers: Sequence[LoopObserver] = (),
     ) -> TrialReport:
-        """Run the trial; ``facts`` returns the fields of the end record that the core does not know."""
+        """Run the trial; ``facts`` returns the fields of the end record that the core lacks."""
         rebuilt = self.rebuilt
         recorders = [TrialRecorder(self.made, Path(), RecordingConfig())]
         observers = [*observers, _Interrupts(self.tape, rebuilt.task), self._begin(recorders[0], world, "")]

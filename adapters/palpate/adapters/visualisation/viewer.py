@@ -1,4 +1,4 @@
-"""A simulated rig in MuJoCo's passive viewer, in real time. Trials are the same as without it, bit for bit."""
+"""Display of a simulated rig in MuJoCo's passive viewer in real time. It does not change any bit of a trial."""
 
 import os
 import signal
@@ -19,11 +19,11 @@ from palpate.simulation.work_cell import WorkCell
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 _BEHIND_S: Final = 0.1
-"""After a longer delay, such as a pause, the viewer does not catch up."""
+"""Delay above which the viewer does not catch up, for example after a pause."""
 
 
 class _ViewedClock(Clock):
-    """The simulator's clock, held back to real time; each tick is shown. Closing the window ends the run."""
+    """Simulator clock that is slowed to real time and shows each tick. Closing the window ends the run."""
 
     def __init__(self, clock: Clock, window: Any, cell: WorkCell) -> None:
         self._clock, self._window, self._cell = clock, window, cell

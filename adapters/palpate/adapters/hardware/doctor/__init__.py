@@ -1,4 +1,4 @@
-"""``palpate rig doctor``: examines the devices of a rig and recommends remedies."""
+"""Examination of the devices of a rig by ``palpate rig doctor``, which recommends remedies."""
 
 import lazy_loader
 

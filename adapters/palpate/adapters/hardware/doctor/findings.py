@@ -1,4 +1,4 @@
-"""Results of an examination: facts and judgements of each device."""
+"""Results of an examination: facts and judgements about each device."""
 
 import enum
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ class Topic(enum.Enum):
 
 
 class Finding(NamedTuple):
-    """One judgement: a sentence, with a remedy at its end unless all is well."""
+    """One judgement as a sentence, which ends with a remedy unless all is well."""
 
     level: Level
     topic: Topic
@@ -43,7 +43,7 @@ class Finding(NamedTuple):
 
 
 class DeviceReport:
-    """Collects facts and judgements of one device, so that a failure keeps earlier results."""
+    """Collects facts and judgements about one device, so that earlier results survive a failure."""
 
     def __init__(self, title: str) -> None:
         self.title = title

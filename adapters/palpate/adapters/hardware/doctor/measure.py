@@ -1,4 +1,4 @@
-"""Measurements of a device by its port (rate, age, marks, noise), and of the wake-up delays of this computer."""
+"""Measurements of a device through its port (rate, age, marks, noise), and of the computer's wake-up delays."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -27,26 +27,26 @@ _READ_NS: Final = 1_000_000
 _RATE_SHARE: Final = 0.9
 _BUSY: Final = "end other programs, or ask for real-time scheduling ([real_time] in --config)"
 _STILL_N: Final = 1.0
-"""Standard deviation above which the tool moves or is disturbed."""
+"""Standard deviation above which the tool counts as moving or disturbed."""
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
-"""A computer that wakes later than this in more than 1 % of ticks is too slow for ticks of 7 ms."""
+"""Wake-up delay that, if exceeded in more than 1 % of ticks, makes a computer too slow for ticks of 7 ms."""
 _RARE_SHARE: Final = 0.01
 """Share of old samples up to which the computer is the likelier cause."""
 _LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
-"""Limits of a run, except that on the time between ticks, which :func:`report_clock` judges."""
+"""Limits of a run, except the limit on the time between ticks, which :func:`report_clock` judges."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class Series(NamedTuple, Generic[SampleT]):
-    """Reads of a device in order, each with its time in ns and the latest sample."""
+    """Readings of a device in order, each with its time in ns and the latest sample."""
 
     reads: list[tuple[int, SampleT]]
 
     @property
     def samples(self) -> list[SampleT]:
-        """Return different samples in order of arrival."""
+        """Return the distinct samples in order of arrival."""
         found: dict[int, SampleT] = {}
         for _, sample in self.reads:
             found.setdefault(sample.sequence, sample)
@@ -69,7 +69,7 @@ class MeasuredNoise(NamedTuple):
 
 
 def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[SampleT]:
-    """Read for a time, more often than any loop."""
+    """Read for a number of seconds, more often than any loop."""
     reads: list[tuple[int, SampleT]] = []
     end_ns = clock.now_ns() + round(seconds * 1e9)
     while (now_ns := clock.now_ns()) < end_ns:
@@ -121,7 +121,7 @@ def _is_old(now_ns: int, sample: WrenchSample | JointSample) -> bool:
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
-    """Return the first trip of a run on these samples, with sound ones of the other device."""
+    """Return the first trip of a run with these samples and valid samples of the other device."""
     samples, noise = SampleMonitor(_LIMITS, facts), NoiseMonitor(_LIMITS, TaskConfig(), facts)
     samples.begin()
     noise.begin()

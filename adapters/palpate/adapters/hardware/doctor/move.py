@@ -1,4 +1,4 @@
-"""Moves each joint by a milliradian and back, and checks that the encoders follow."""
+"""Motion of each joint by a milliradian and back, to check that the encoders follow."""
 
 from typing import Final
 
@@ -16,7 +16,7 @@ from palpate.core.ports import (
 )
 
 STEP_RAD: Final = 1e-3
-"""The step of each joint."""
+"""Step of each joint."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ // 2
 _WAIT_TICKS: Final = CONTROL_RATE_HZ // 2
 _GOOD_RAD: Final = 0.25 * STEP_RAD

@@ -1,4 +1,4 @@
-"""Checks the signs of the wrench while a person pushes the tool."""
+"""Check of the signs of the wrench while a person pushes the tool."""
 
 from collections.abc import Callable
 from math import hypot
@@ -38,7 +38,7 @@ class PushCheck:
         self._rest: tuple[float, ...] = (0.0,) * 6
 
     def run(self) -> None:
-        """Ask, measure, judge."""
+        """Ask for pushes, measure the forces, and judge them."""
         if self._person.ask("Let the tool hang free, pointing straight down, and press Enter: ") is None:
             self._report.add(Level.WRONG, Topic.PUSH, "no one answered, the signs are not checked", "use a terminal")
             return

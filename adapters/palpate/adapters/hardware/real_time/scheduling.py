@@ -1,4 +1,4 @@
-"""Request real-time scheduling from the operating system, report the result, and restore everything afterwards."""
+"""Requests for real-time scheduling to the operating system, their results, and the restoration of all settings."""
 
 import ctypes
 import gc
@@ -14,7 +14,7 @@ from palpate.adapters.config import RealTimeConfig
 
 _Taking: TypeAlias = Callable[[], AbstractContextManager[None]]
 _SWITCH_S: Final = 0.0001
-"""Time after which the loop asks another thread for the interpreter; Python's own is 5 ms."""
+"""Time after which the loop asks another thread for the interpreter; Python's default is 5 ms."""
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _SCHEDULING_REMEDY: Final = (
     "add a line '@realtime - rtprio 51' to /etc/security/limits.d and log in again; a container needs"
@@ -29,14 +29,14 @@ _MEMORY_REMEDY: Final = (
 
 
 class RealTimeResult(NamedTuple):
-    """The result of one request; a refusal has a reason and is not an error."""
+    """Result of one request. A refusal has a reason and is not an error."""
 
     wish: str
     reason: str = ""
 
     @property
     def granted(self) -> bool:
-        """True if the system has granted it."""
+        """True if the system has granted the request."""
         return not self.reason
 
     def __str__(self) -> str:
@@ -44,7 +44,7 @@ class RealTimeResult(NamedTuple):
 
 
 class RealTime:
-    """Real-time resources of a run. A context manager around the run; :meth:`loop` is the context of each trial.
+    """Real-time resources of a run, as a context manager around the run; :meth:`loop` is the context of each trial.
 
     Locked memory and frozen objects belong to the process and last as long as the run. Priority and CPU belong to the
     loop's thread and last as long as :meth:`loop`: a process started outside it inherits neither. A thread

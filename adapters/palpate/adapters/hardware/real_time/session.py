@@ -17,14 +17,14 @@ _EDGES_ms: Final = np.array([0.0, *np.geomspace(1e-3, 1e3, 181)])
 
 
 def _ends(section: str) -> Any:
-    """Return an observer's method that is called at the end of a section of a tick."""
+    """Return an observer's method that is to be called at the end of a section of a tick."""
     return lambda timer, *_: timer.end(section)
 
 
 class LoopTimer(LoopObserver):
     """Records the longest duration of each section of a tick, and a histogram of the ticks' delays.
 
-    It must be the first observer: the time of the others counts towards the next section.
+    It must be the first observer, because the time of the others counts towards the next section.
 
     Attributes:
         longest_ns: Longest time of each section, by name.
@@ -71,11 +71,11 @@ class LoopTimer(LoopObserver):
 
     @property
     def ticks(self) -> int:
-        """Ticks of the finished trials."""
+        """Number of ticks in the finished trials."""
         return int(self._counts.sum())
 
     def late_ms(self) -> dict[str, float]:
-        """Median, 99th percentile and maximum of the ticks' delays in ms."""
+        """Return the median, 99th percentile and maximum of the ticks' delays in ms."""
         below = np.cumsum(self._counts)
         median, p99 = (float(_EDGES_ms[np.searchsorted(below, share * self.ticks) + 1]) for share in (0.5, 0.99))
         return {"median": round(median, 4), "p99": round(p99, 4), "max": round(self._worst_ns * 1e-6, 4)}
@@ -96,13 +96,13 @@ class RealTimeSession(RealTime):
         self.timer = LoopTimer()
 
     def report_json(self) -> str:
-        """The timing of the run so far, for the end of a log."""
+        """Return the timing of the run so far, for the end of a log."""
         timer = self.timer
         fields: dict[str, Any] = {"ticks": timer.ticks, "skipped_slots": timer.skipped_slots}
         return dump_json({**fields, "late_ms": timer.late_ms(), "longest_ns": timer.longest_ns})
 
     def report(self) -> str:
-        """The timing of the run so far, in two lines."""
+        """Return the timing of the run so far, in two lines."""
         timer = self.timer
         late, longest = timer.late_ms(), timer.longest_ns.items()
         return (

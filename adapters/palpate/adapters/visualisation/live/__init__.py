@@ -1,4 +1,4 @@
-"""Trials in Rerun's viewer: while they run, and from their logs."""
+"""Display of trials in Rerun's viewer, while they run and from their logs."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Trials in Rerun's viewer while they run: an observer of the control loop."""
+"""Display of running trials in Rerun's viewer by an observer of the control loop."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ _SERIES: Final[dict[str, tuple[str, ...]]] = {
 """Time series: the tared wrench in the sensor's frame, the tip in the task frame, the lateness of each tick and the age
 of its wrench."""
 _POSE_TICKS: Final = 5
-"""Ticks between two poses: 28 poses per second."""
+"""Ticks between two poses, which gives 28 poses per second."""
 _FLUSH_TICKS: Final = 14
-"""Ticks between two transmissions of time series: ten per second."""
+"""Ticks between two transmissions of time series, which gives ten per second."""
 _FLUSH_S: Final = 5.0
-"""Time limit for the last data; without one, a server that was killed would block the end of the run."""
+"""Time limit for the last data; without a limit, a server that was killed would block the end of the run."""
 _MEAN_TICKS: Final = 5
-"""The force arrow is a mean over this many ticks; the noise of single samples would make it flicker."""
+"""Number of ticks in the mean that the force arrow shows; the noise of single samples would make it flicker."""
 _MOST_TRIALS: Final = 1000
 _SPHERES_OF_CONTACT: Final = 3
 """Group of the peg's contact spheres, which are too small to be visible."""
@@ -81,7 +81,7 @@ class LiveView(TrialsObserver):
         """Serve viewers on this computer.
 
         Raises:
-            ConfigurationError: The port is taken.
+            ConfigurationError: The port is in use.
         """
         port = port or PORT
         try:
@@ -259,7 +259,7 @@ class CellShapes:
 
         Returns:
             Position (3,) in m and quaternion (w, x, y, z) of each frame, base frame; origin and vector of the force's
-            arrow, base frame, m; and the tip by the encoders, task frame, (3,) in mm.
+            arrow, base frame, m; and the tip from the encoders, task frame, (3,) in mm.
         """
         cell = self._cell
         # From the encoders, which do not measure the gripper's deflection.

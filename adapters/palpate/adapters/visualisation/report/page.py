@@ -1,4 +1,4 @@
-"""The parts of a report, and its HTML: one self-contained file, which needs no network."""
+"""Parts of a report, and its HTML: one self-contained file, which needs no network."""
 
 import base64
 import os

@@ -1,4 +1,4 @@
-"""A learned policy as arrows: actions over states."""
+"""Picture of a learned policy, with arrows for the actions in the states."""
 
 from math import hypot
 from textwrap import wrap

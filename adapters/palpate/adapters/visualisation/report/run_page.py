@@ -1,4 +1,4 @@
-"""The page of a run of ``palpate train`` or ``palpate run``."""
+"""Page of a run of ``palpate train`` or ``palpate run``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LATE: Final = 25
 
 @dataclass(frozen=True)
 class RunSource:
-    """A run's folder: trials, configuration, facts of its call, and ``summary.json``, empty while it is unfinished."""
+    """A run's folder: trials, configuration, facts of its call, and ``summary.json`` (empty while it is unfinished)."""
 
     path: Path
     rows: tuple[experiments.TrialRow, ...]
@@ -50,7 +50,7 @@ class RunSource:
 
     @property
     def late(self) -> tuple[experiments.TrialRow, ...]:
-        """The evaluated trials: all, or for a learning run the last 25, at most half of them."""
+        """Evaluated trials: all trials, or for a learning run the last 25, but at most half of them."""
         return self.rows[-min(_LATE, max(1, len(self.rows) // 2)) :] if self.learns else self.rows
 
     @property

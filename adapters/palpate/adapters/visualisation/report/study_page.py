@@ -1,4 +1,4 @@
-"""The page of a study: figures, success and time against each swept setting, and learning curves."""
+"""Page of a study: figures, success and time against each swept setting, and learning curves."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from palpate.adapters.visualisation.report.run_page import HEAD, RunSource, figu
 from palpate.core.errors import OutputError
 
 Setting = tuple[tuple[str, str], ...]
-"""Names and values of the swept settings."""
+"""Names and values of swept settings."""
 
 
 class ReportedCondition(NamedTuple):

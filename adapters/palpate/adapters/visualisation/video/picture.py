@@ -1,4 +1,4 @@
-"""One picture of a trial: the cell, the force at the tip, and the core's state and action."""
+"""Picture of a trial with the cell, the force at the tip, and the core's state and action."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _PAPER: Final = (255, 255, 255, 190)
 
 
 class Painter:
-    """Paints pictures of one trial. A context manager, which releases the graphics library on exit.
+    """Context manager that paints pictures of one trial and releases the graphics library on exit.
 
     Raises:
         LogError: The log does not describe the cell completely.
@@ -165,7 +165,7 @@ def outcome_of(log: TrialLog) -> str:
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
-    """Write lines on a light background; ``place`` in fractions of width and height, ``anchor`` as in Pillow."""
+    """Write lines on a light background; ``place`` is in fractions of width and height, ``anchor`` is Pillow's."""
     width, height = picture.size
     size_px = max(round(min(height, width * 0.75) / _LINES), _SMALLEST_PX)
     corner, pad, draw = (place[0] * width, place[1] * height), size_px * 0.4, ImageDraw.Draw(picture, "RGBA")

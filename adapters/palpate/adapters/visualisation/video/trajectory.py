@@ -13,9 +13,9 @@ from palpate.core.errors import ConfigurationError, LogError, require_in
 from palpate.core.trial import Phase
 
 FORCE_TICKS: Final = 5
-"""Drawn forces are means over this many ticks (36 ms), because the noise of single samples makes arrows flicker."""
+"""Ticks (36 ms) in the mean of a drawn force, because the noise of single samples makes arrows flicker."""
 _SAME_S: Final = 1e-6
-"""A tick within this time after a picture counts as simultaneous, because both times are rounded."""
+"""Time after a picture within which a tick counts as simultaneous, because both times are rounded."""
 
 
 @dataclass(frozen=True)
