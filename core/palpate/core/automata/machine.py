@@ -99,7 +99,7 @@ def shown_name(name: str) -> str:
 
 
 def shown_names(names: Iterable[str]) -> str:
-    """Return names separated by commas."""
+    """Return the names, separated by commas."""
     return ", ".join(map(shown_name, names))
 
 

@@ -12,7 +12,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
-"""Accuracy of a depth on a touched surface; half the dither of a soft gripper if that is larger."""
+"""Accuracy of the depth on a touched surface; half the dither of a soft gripper if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
 """Height of a wedged corner above a corner in its place in the hole, divided by the height difference between a tilted
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""

@@ -78,7 +78,7 @@ class PartConfig(Settings):
         return self.hole_depth_mm or self.depth_mm
 
     def describe(self) -> str:
-        """Return sizes and fit in one line, as on a drawing."""
+        """Return the sizes and the fit in one line, as on a drawing."""
         unit = "" if self.shape == ROUND else f"{self.shape} "
         return (
             f"{unit}peg {self.peg_mm:.3f} mm, hole {self.hole_mm:.3f} mm, radial clearance {self.clearance_mm:.3f} mm,"
@@ -139,7 +139,7 @@ class ToolConfig(Settings):
 
     @property
     def geometry(self) -> ToolGeometry:
-        """Return sensor and tip relative to the flange, in metres and radians."""
+        """Return the poses of sensor and tip relative to the flange, in metres and radians."""
         return ToolGeometry(
             _metres(self.sensor_mm), _radians(self.sensor_rpy_deg), _metres(self.tip_mm), _radians(self.tip_rpy_deg)
         )

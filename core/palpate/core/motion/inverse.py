@@ -115,7 +115,7 @@ class InverseKinematics:
         )
 
     def turning(self, q_rad: JointVector, axis: Vector3) -> list[float]:
-        """Return joint velocities, (n,), that turn the tip in place at 1 rad/s about an axis, (3,), tip frame."""
+        """Return the joint velocities, (n,), that turn the tip in place at 1 rad/s about an axis, (3,), tip frame."""
         rates, _ = self._damped_least_squares(
             self._kinematics.tip_jacobian(q_rad), np.array((0.0, 0.0, 0.0, *axis)), None
         )

@@ -1,4 +1,4 @@
-"""Poses of force sensor and peg tip on the flange."""
+"""Poses of the force sensor and the peg's tip on the flange."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class ToolGeometry:
-    """Poses of sensor and tip; the default is a bare flange.
+    """Poses of the sensor and the tip; the default is a bare flange.
 
     Attributes:
         sensor_m: Origin of the sensor's frame relative to the flange, (3,), in the flange's axes with z out of the arm.

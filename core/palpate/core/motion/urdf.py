@@ -218,6 +218,6 @@ def _number(text: str) -> float:
 
 
 def _numbers(element: Element | None, key: str, usual: str) -> list[float]:
-    """Return three numbers; NaN for invalid words."""
+    """Return the three numbers of an attribute; NaN for each invalid word."""
     words = (usual if element is None else element.get(key, usual)).split()
     return [_number(word) for word in words] if len(words) == 3 else [float("nan")] * 3

@@ -204,7 +204,7 @@ class SelfOrganisingMap(_OfChannels):
         return ("som_row", "som_column")
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Return row and column of the nearest unit, counted from 0.
+        """Return the row and column of the nearest unit, counted from 0.
 
         Raises:
             CommandError: The measurement is not finite, so no unit is nearest.

@@ -42,11 +42,11 @@ class Perception:
         return self.identifier.states
 
     def reset(self) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self.identifier.reset()
 
     def observe(self, signal: tuple[float, ...], action: str | None = None) -> tuple[int, int]:
-        """Process a measurement vector in the order of ``CHANNELS``, SI units; return symbol and state.
+        """Process a measurement vector in the order of ``CHANNELS``, SI units; return the symbol and state.
 
         A task may append its own values after the channels.
 

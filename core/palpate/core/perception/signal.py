@@ -187,7 +187,7 @@ class SignalProcessor(Settings):
         return y0, y1, y2, y3, y4, y5
 
     def get_state(self) -> list[float]:
-        """Return tare (6) and filter state (empty before the first reset), the initial state that a log records."""
+        """Return the tare, (6,), and the filter state (empty before the first reset), which a log records initially."""
         return [*self._tare, *self._memory]
 
     def _conditioned(self, raw: Sequence[float]) -> Wrench:

@@ -206,7 +206,7 @@ class EpisodeOutcome:
 
     Attributes:
         inserted: True if the peg was found to be in the hole; always False for a trial that the supervisor ended.
-        tip_m: Tip from the encoders, (3,), like ``position_m`` of an observation; the position of the hole if inserted.
+        tip_m: Tip from the encoders, (3,), like an observation's ``position_m``; the position of the hole if inserted.
             Zeros if no sample was valid.
         depth_m: Depth of the tip below the plate's surface, at least 0.
     """

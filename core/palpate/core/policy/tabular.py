@@ -26,11 +26,11 @@ class QParameters(Settings):
     TABLE: ClassVar[str] = "policy"
 
     alpha: LearningRate
-    """Learning rate of the first visit."""
+    """Learning rate at the first visit."""
     gamma: Discount
     """Discount factor; the paper uses 1."""
     temperature: TemperatureSchedule
-    """Temperature of the exploration."""
+    """Exploration temperature."""
     alpha_visits: HalvingVisits = 0.0
     """Number of visits that halves the learning rate; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0

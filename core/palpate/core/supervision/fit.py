@@ -1,4 +1,4 @@
-"""Check the limits against task, arm and sensor, and refuse a limit that always or never trips."""
+"""Check the limits against the task, arm and sensor, and refuse a limit that always or never trips."""
 
 from math import inf
 from typing import Final
@@ -22,7 +22,7 @@ WITHDRAWAL_SHARE: Final = 2.0
 def require_fitting(
     config: SupervisionConfig, task: TaskConfig, kinematics: Kinematics, ready_rad: Array, sensor: SensorFacts
 ) -> None:
-    """Check the limits against arm, task and sensor.
+    """Check the limits against the arm, task and sensor.
 
     Args:
         kinematics: Kinematics of the arm; its state is changed.

@@ -40,7 +40,7 @@ class WrenchMonitor:
         self._force_scale, self._torque_scale = scale[:3], scale[3:]
 
     def begin(self) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self._first: tuple[float, ...] | None = None
         self._free: Vector3 | None = None
         self._sequence: int
@@ -144,7 +144,7 @@ class JointMonitor:
         self._samples: deque[tuple[int, JointVector]] = deque()
 
     def begin(self) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self._commands.clear()
         self._samples.clear()
         self._before_ns: int | None = None
@@ -240,7 +240,7 @@ class SampleMonitor:
         self._noisy, self._frame = sensor.noise_N > 0.0, sensor.frame
 
     def begin(self) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self._last_ns: int | None = None
         self._sequences: tuple[int | None, int | None] = (None, None)
         self._wrench_repeats: int
@@ -340,7 +340,7 @@ class WorkspaceMonitor:
         """Return the trip for the position of the tip; None if it is inside the limits.
 
         Args:
-            tip_m: Tip from the encoders, (3,), task frame.
+            tip_m: Tip position from the encoders, (3,), task frame.
             turned_rad: Tilt and yaw of the tool, (2,).
         """
         x, y, z = tip_m

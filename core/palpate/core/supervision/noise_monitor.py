@@ -49,7 +49,7 @@ class NoiseMonitor:
         self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
 
     def begin(self) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self._sequence: int | None = None
         self._still.clear()
         self._tared = False

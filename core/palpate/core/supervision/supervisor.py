@@ -93,7 +93,7 @@ class Supervisor:
         return self._trip
 
     def begin(self) -> None:
-        """Reset for a trial; the next :meth:`check` is its first tick.
+        """Reset the state for a trial; the next :meth:`check` is its first tick.
 
         Raises:
             FaultLatchedError: A trip, even of another supervisor of the same rig, has not been acknowledged.
@@ -119,7 +119,7 @@ class Supervisor:
         """Return the arm's command for the current tick; after a trip, the task's command is ignored.
 
         Args:
-            tip_m: Tip from the encoders, (3,), task frame; None before the task has computed it.
+            tip_m: Tip position from the encoders, (3,), task frame; None before the task has computed it.
             turned_rad: Tilt and yaw of the tool from the encoders, (2,).
 
         Raises:

@@ -42,7 +42,7 @@ class TaskParts:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Fit of tool and part in the simulated cell, for scoring.
+    """Fit of the tool and the part in the simulated cell, for scoring.
 
     Attributes:
         clearance_mm: Radial gap between tool and part, at its widest.

@@ -30,7 +30,7 @@ class Measurement:
     Attributes:
         depth_step_m: Standard deviation of the tip position along the tool axis caused by encoder steps.
         tip_lever_m: Distance of the tip from the sensor's origin.
-        position_m: Tip from the encoders, (3,); excludes the deflection of the gripper.
+        position_m: Tip position from the encoders, (3,), without the deflection of the gripper.
         tip_depth_m: Depth of the tip below the nominal plane, from the encoders and the deflection of spring and
             damper, at the latest time for which both force and joint angles are known.
         turned_rad: Tilt and yaw of the tool, (2,); zero unless weight compensation is on, as for tools that turn.
@@ -98,7 +98,7 @@ class Measurement:
 
     @property
     def filter_state(self) -> list[float]:
-        """Return tare and filter state."""
+        """Return the tare and the filter state."""
         return self._signal.get_state()
 
     def update(self, snapshot: Snapshot) -> None:

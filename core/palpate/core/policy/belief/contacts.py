@@ -99,7 +99,7 @@ class ContactTrial:
         return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(contacts[-_MAX_CONTACTS:]))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON integers; each contact is x and y of position and torque, and the pressing force."""
+        """Return plain JSON integers; a contact consists of x and y of position and torque, and the pressing force."""
         contacts = [[*contact.place, *contact.torque, contact.press] for contact in self.contacts]
         return {"hole": list(self.hole), "contacts": contacts}
 

@@ -24,7 +24,7 @@ Hole = tuple[float, float]
 
 
 def off_path_m2(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float) -> Floats:
-    """Return squared distances of points from the straight path from the origin to (dx, dy)."""
+    """Return the squared distances of points from the straight path from the origin to (dx, dy)."""
     length = dx_m * dx_m + dy_m * dy_m
     along = np.clip((x_m * dx_m + y_m * dy_m) / length, 0.0, 1.0) if length > 0.0 else np.zeros_like(x_m)
     off_x, off_y = x_m - along * dx_m, y_m - along * dy_m
@@ -46,7 +46,7 @@ class Places:
         self._half = half
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """Return row and column, x and y, of the nearest grid point; points beyond the edge have cells beyond it."""
+        """Return row and column (x and y) of the nearest point of the grid continued beyond its edge."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
     def likeliest_m(self, belief: Floats) -> tuple[float, float]:

@@ -79,7 +79,7 @@ class ContactTask(Task):
         self._clamped_tick = -2
 
     def step(self, snapshot: Snapshot) -> JointCommand:
-        """Run one control tick: process a snapshot and return the command.
+        """Run one control tick, in which a snapshot is processed, and return the command.
 
         Raises:
             DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
@@ -220,7 +220,7 @@ class ContactTask(Task):
 
     @property
     def filter_state(self) -> list[float]:
-        """Return tare and state of the wrench filter; after :meth:`begin`, it is the initial state of the trial."""
+        """Return the tare and wrench filter state, which after :meth:`begin` is the initial state of the trial."""
         return self._measurement.filter_state
 
     @property

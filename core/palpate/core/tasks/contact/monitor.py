@@ -100,7 +100,7 @@ class Monitor:
         self._dither, self._push_dither = Dither(0.0, speed_m_s), Dither(0.0, speed_m_s)
 
     def begin(self, setup: TrialSetup) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         rng = generator(setup.seed, Purpose.DITHER, setup.index)
         self._dither.begin(rng)
         self._push_dither.begin(rng)

@@ -78,7 +78,7 @@ class Settle(RunningPhase):
         self._tare_ticks = task.tare_ticks
 
     def begin(self) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self.over = False
         self.bias: Bias | None = None
         self._sum, self._values = [0.0] * 6, list[tuple[float, ...]]()

@@ -14,7 +14,7 @@ from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS,
 from palpate.core.ports import PERIOD_S
 
 _OUTLIER: Final = 1.5
-"""Residuals above this many standard deviations get less weight (Huber's constant), because of stick-slip."""
+"""Standard deviations above which a residual has less weight (Huber's constant), because of stick-slip."""
 _NORMAL: Final = 1.48
 """Standard deviation divided by median deviation, for a normal distribution."""
 _LAGS: Final = 5
@@ -57,7 +57,7 @@ class Response:
         self.begin(0.0, 0.0, 1.0)
 
     def begin(self, noise_N: float, step_m: float, dither_N: float, lag: int | None = None) -> None:
-        """Reset for a new trial or direction.
+        """Reset the state for a new trial or direction.
 
         Args:
             step_m: Standard deviation of a position from the encoders.
@@ -166,7 +166,7 @@ class Response:
                 self.lag = int(likely.argmax())
 
     def _fitted(self, expected: Array, measured: Array) -> tuple[Any, Any]:
-        """Return share and half-width for each column of expected forces; a second pass weights outliers less."""
+        """Return the share and half-width for each column of expected forces; a second pass reduces outlier weights."""
         total, count = np.add.reduce, len(measured)
         x, y = expected - total(expected) / count, measured - total(measured) / count
         # A stationary flange measures nothing.
@@ -187,9 +187,9 @@ class Response:
 
 
 def _repetition(x: Array, rest: Array) -> Any:
-    """Return samples per independent sample, for each column of two series correlated in time.
+    """Return the number of samples per independent sample, for each column of two series correlated in time.
 
-    A late or recorded force swings as the dither does, and a few samples of it can match the dither by chance. The
+    A late or recorded force oscillates like the dither, and a few of its samples can match the dither by chance. The
     variance of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """

@@ -28,7 +28,7 @@ class TrialState:
         self.observation: Observation | None
 
     def begin(self, setup: TrialSetup) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         self.report = TrialReport(setup)
         self.phase = Phase.LIFT
         # A trial may begin with the tool where the previous one left it.

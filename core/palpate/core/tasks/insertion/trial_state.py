@@ -28,7 +28,7 @@ class InsertionState(TrialState):
         self._agent, self._measurement = agent, measurement
 
     def begin(self, setup: TrialSetup) -> None:
-        """Reset for a new trial."""
+        """Reset the state for a new trial."""
         super().begin(setup)
         self.explore_start = 0
         self.hole_tick: int | None = None

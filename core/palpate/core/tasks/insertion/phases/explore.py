@@ -49,7 +49,7 @@ class Explore(RunningPhase):
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, press_N
 
     def begin(self, start_m: tuple[float, float]) -> None:
-        """Reset for a trial that starts at (x, y), task frame."""
+        """Reset the state for a trial that starts at (x, y), task frame."""
         self.area = ExplorationArea.of(self._task, start_m)
         self._rests_m = list[tuple[float, float]]()
         # After an approach without contact it is resumed without being entered, with a choice.
