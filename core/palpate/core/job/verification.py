@@ -54,7 +54,7 @@ class Spring:
     Attributes:
         damping_s: Damping divided by stiffness.
         rigid_kg: Mass between sensor and spring.
-        lowest, highest: Accepted measured stiffness, divided by the true one.
+        lowest, highest: Bounds of the accepted measured stiffness, divided by the true stiffness.
     """
 
     stiffness_N_per_m: float

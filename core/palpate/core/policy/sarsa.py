@@ -39,7 +39,7 @@ class Sarsa(TabularLearner):
     ``choose`` then returns it. The value of the goal is 0. If another policy acts in ``j``, ``b`` is its action.
 
     Raises:
-        ConfigurationError: A value is out of range, or names repeat.
+        ConfigurationError: A value is out of range, or a name is repeated.
     """
 
     parameters: SarsaParameters

@@ -56,7 +56,7 @@ class TabularLearner(Learner):
         frozen: True disables learning and uses the temperature for frozen policies.
 
     Raises:
-        ConfigurationError: A value is out of range, or names repeat.
+        ConfigurationError: A value is out of range, or a name is repeated.
     """
 
     def __init__(

@@ -49,9 +49,9 @@ class SupervisionConfig(Settings):
     max_equal_samples: Annotated[int, Limit(1, 1_000_000, "samples")] = 5
     """Consecutive new force samples that are equal in all six channels; noise prevents that in a live sensor."""
     max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
-    """Consecutive new force samples that repeat earlier ones in order, which only a recording does."""
+    """Consecutive new force samples that repeat earlier ones in order, as in a recording."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
-    """Consecutive new force samples of a channel within a third of its noise, which only a dead channel does."""
+    """Consecutive new force samples of a channel within a third of its noise, as in a dead channel."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
     """Noise of a channel during taring, while nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0

@@ -159,7 +159,7 @@ class _ModelFit:
 
 
 def _borrowing(table: Floats) -> Floats:
-    """Add to each ring of a table (rings, k) a fraction of its neighbours."""
+    """Add a fraction of the neighbours to each ring of a table, (rings, k)."""
     lent = _BORROWED * table
     table = table.copy()
     table[1:] += lent[:-1]

@@ -62,7 +62,7 @@ class Places:
     def near_way(
         self, from_m: tuple[float, float], displacement_m: tuple[float, float], within_m: float
     ) -> tuple[tuple[slice, slice], Floats]:
-        """Return a box of the cells that may be within a distance of a straight path, and their squared distances."""
+        """Return a box with all cells within a given distance of a straight path, and their squared distances."""
         x, y = (self._span(start, start + move, within_m) for start, move in zip(from_m, displacement_m, strict=True))
         return (x, y), off_path_m2(self.axis_m[x, None] - from_m[0], self.axis_m[None, y] - from_m[1], *displacement_m)
 

@@ -72,7 +72,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         frozen: True disables learning, and random actions within the first :data:`GREEDY_ACTIONS` actions of a trial.
 
     Raises:
-        ConfigurationError: Names are repeated, the actions have no common lattice, or the model would be too large.
+        ConfigurationError: A name is repeated, the actions have no common lattice, or the model would be too large.
     """
 
     def __init__(
