@@ -109,7 +109,7 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
 
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
-    """Yield a temporary name for a file; on success the file is renamed to ``path``, on an error removed.
+    """Yield a temporary name for a file; on success the file is renamed to ``path``, on an error it is removed.
 
     Raises:
         OutputError: A file or folder with that name exists.

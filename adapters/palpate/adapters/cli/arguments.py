@@ -57,7 +57,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings in the words as nested tables, and the first word that is not a setting (empty if none).
+    """Return the settings on the command line as nested tables, and the first word that is not a setting, or "".
 
     Raises:
         UsageError: A setting has no value.
@@ -99,7 +99,7 @@ def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[A
 
 
 def _plain(word: str, kind: Any) -> Any:
-    """Return the number in a word if the setting may be a number; otherwise the word."""
+    """Return the number in a word if the setting may be a number; otherwise, return the word."""
     base = parts_of(kind)[0]
     base = optional_of(base) or base
     for number, kinds in ((int, (int, float, Any)), (float, (float, Any))):
@@ -158,7 +158,7 @@ def _require_once(kind: type, words: Sequence[str]) -> None:
 
 
 def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[str]]:
-    """Return the command's own options, and all other words."""
+    """Return the command's own options and all other words."""
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):

@@ -68,7 +68,7 @@ def help_of(group: str = "") -> str:
 
 
 def function_of(name: str) -> Callable[..., object]:
-    """Return the function of a command, named after its last word."""
+    """Return the function of a command, which is named after the last word of the command."""
     word, module = name.split()[-1], import_module(f"palpate.adapters.cli.{COMMANDS[name].module}")
     found: Callable[..., object] = getattr(module, "import_" if word == "import" else word)
     return found

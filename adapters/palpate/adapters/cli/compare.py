@@ -12,7 +12,7 @@ from palpate.adapters.experiments import compare as compared
 
 
 def compare(options: CompareOptions) -> int:
-    """Run every strategy on the same trials, print their table, and return the exit code."""
+    """Run every strategy on the same trials, print a table of the results, and return the exit code."""
     config, trials = options.run, options.trials
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     found = compared(Run(config, notify=note), options.policy, trials, folder, partial(progress, trials, "trial"))

@@ -40,7 +40,7 @@ def help_text(kind: type, command: str) -> str:
 
 
 def options_in(kind: type) -> tuple[list[Described], list[Described], list[Described]]:
-    """Return positional arguments, flags, and flags that only ``palpate settings`` describes."""
+    """Return the positional arguments, the flags, and the flags that only ``palpate settings`` describes."""
     shared = {name for base in kind.__mro__[1:] for name in vars(base).get("__annotations__", {})}
     # A command's own options come before those that it shares with others.
     found = sorted(described(kind), key=lambda option: option.name in shared)

@@ -42,7 +42,7 @@ class InferOptions(Settings):
 
 
 def infer(options: InferOptions) -> int:
-    """Infer, report and save; return 0, or 2 if no network became consistent with labelled strings."""
+    """Infer an automaton, report and save it; return 0, or 2 if no network became consistent with labelled strings."""
     if options.show and options.compare:
         raise UsageError("palpate infer takes --show or --compare, not both")
     if options.show:

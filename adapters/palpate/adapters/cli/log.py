@@ -41,7 +41,7 @@ class PlotOptions(Settings):
 
 @dataclass(frozen=True)
 class ScoreOptions(Settings):
-    """Score trials with up to 100 points, by the score sheet of the AI for Industry Challenge (March 2026).
+    """Score trials with up to 100 points, according to the score sheet of the AI for Industry Challenge (March 2026).
 
     An insertion gives 75 points, a partial insertion 38 to 50, and a position near the hole up to 25. Low jerk gives up
     to 6 points, a short time up to 12 (within 5 s), and a short path up to 6. More than 1 s above 20 N costs 12 points.
@@ -111,7 +111,7 @@ def info(options: InfoOptions) -> int:
 
 
 def plot(options: PlotOptions) -> int:
-    """Plot a trial over time."""
+    """Plot a trial over time, and return the exit code."""
     from palpate.adapters.files import new_file, require_no_file
     from palpate.adapters.log import figure_kind, read_log, timeline
 
@@ -128,7 +128,7 @@ def plot(options: PlotOptions) -> int:
 
 
 def score(options: ScoreOptions) -> int:
-    """Print the points of trials."""
+    """Print the points of trials, and return the exit code."""
     files = _logs(options.files, "score")
     from palpate.adapters.log import read_log, score_of, score_table
 
@@ -142,7 +142,7 @@ def score(options: ScoreOptions) -> int:
 
 
 def export(options: ExportOptions) -> int:
-    """Write trials in another format."""
+    """Write trials in another format, and return the exit code."""
     paths = _logs(options.files, "export")
     options.require("out", bool(options.out), "a folder for the result")
     out = Path(options.out)
@@ -157,7 +157,7 @@ def export(options: ExportOptions) -> int:
 
 
 def import_(options: ImportOptions) -> int:
-    """Convert a bag to a log."""
+    """Convert a bag to a log, and return the exit code."""
     from palpate.adapters.config import configured
     from palpate.adapters.experiments import plain_perception, ready_pose
     from palpate.adapters.files import new_file, require_no_file

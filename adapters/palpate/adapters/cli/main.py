@@ -25,7 +25,7 @@ QUIET_S: Final = 5.0
 class Interrupts:
     """Context in which signals that end a process raise KeyboardInterrupt; ``raised`` is True after such a signal.
 
-    SIGINT and SIGTERM do so even if a shell ignores them. Another signal within ``QUIET_S`` is ignored, because it
+    SIGINT and SIGTERM raise it even if a shell ignores them. Another signal within ``QUIET_S`` is ignored, because it
     would interrupt the closing of logs and devices. Later signals raise it again. With ``last``, SIGINT is ignored
     after the context, because the process ends with the command.
     """

@@ -97,7 +97,7 @@ def trial_line(row: TrialRow) -> str:
 
 @contextmanager
 def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterator[None]:
-    """Print where the logs of a rig's trials are if an error ends the trials."""
+    """If an error ends the trials of a rig, print the location of their logs."""
     try:
         yield
     except Exception:

@@ -1,7 +1,7 @@
 """Command-line options of the commands that load the simulator.
 
-This module does not load it, so that ``--help`` and invalid arguments get an immediate response. Other commands define
-their options in their own modules.
+This module does not load the simulator, so that ``--help`` and invalid arguments get an immediate response. Other
+commands define their options in their own modules.
 """
 
 from copy import copy
@@ -35,7 +35,7 @@ class RunSettings(Settings):
     arm: str = ""
     """Name of the arm, such as ur5e. To use your own arm, add a table [arm] to the job file."""
     learner: Annotated[str, OneOf("", *LEARNERS)] = ""
-    """Learner. Default: the learner of the policy file, else q-learning."""
+    """Name of the learner. Default: the learner of the policy file, else q-learning."""
     seed: Annotated[int, Range(-1, 2**63 - 1, text=f"a whole number from 0 to {2**63 - 1}")] = -1
     """Seed of all random streams. Default: 0."""
     config: str = ""
@@ -308,15 +308,15 @@ class StudyOptions(Settings):
 class ExploreOptions(Settings):
     """Train a learner to find the goal of a grid world with an ambiguous sensor, and compare it with the optimum.
 
-    Prints the mean number of steps in the last 100 trials of each run, and two lower bounds: the optimum with full
-    information and the belief-state optimum.
+    The command prints the mean number of steps in the last 100 trials of each run, and two lower bounds: the optimum
+    with full information and the belief-state optimum.
     """
 
     map: str = "1"
     """Scenario 1, 2 or twin; eight regions such as ABC/C.E/BDF; or a text file with rows of letters, in which # is a
     wall and a dot is the goal."""
     size: int = 7
-    """Side length in cells, an odd number. A text file defines its own size."""
+    """Side length in cells; must be odd. A text file defines its own size."""
     state: str = "symbols"
     """State of the learner: symbols (the last symbol), last-2 or last-3 (the last symbols), or an automaton file
     (.json)."""

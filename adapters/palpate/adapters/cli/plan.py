@@ -26,11 +26,11 @@ _UNITS: Final = (
     ("_N_s_per_m", 1.0, "N s/m"), ("_m_per_N_s", 1e3, "mm/(N s)"), ("_Nm", 1e3, "mN m"), ("_m", 1e3, "mm"),
     ("_N", 1.0, "N"), ("_m_s", 1e3, "mm/s"), ("_N_s", 1.0, "N/s"), ("_s", 1.0, "s"), ("_Hz", 1.0, "Hz"), ("", 1.0, ""),
 )  # fmt: skip
-"""Suffix of a name in SI units, factor to the displayed unit, and that unit; the first match counts."""
+"""Name suffix in SI units, factor to the displayed unit, and displayed unit; the first match applies."""
 
 
 def plan(options: PlanOptions) -> int:
-    """Print derived settings, regime, verdict and results of simulated trials; return the exit code."""
+    """Print the derived settings, the regime, the verdict and the results of simulated trials; return the exit code."""
     picture = Path(options.out or f"{Path(options.job).stem}-plan.png")
     if options.trials and picture.exists():
         raise ConfigurationError("out", str(picture), "a file that does not exist yet")

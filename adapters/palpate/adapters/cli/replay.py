@@ -32,7 +32,7 @@ _MOST_EXPLAINED: Final = 10
 
 
 def replay(options: ReplayOptions) -> int:
-    """Replay and report; return the exit code."""
+    """Replay the logs and print a report; return the exit code."""
     if not options.logs:
         raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
     changes = read_changes(options)

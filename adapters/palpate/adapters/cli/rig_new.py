@@ -42,7 +42,7 @@ class NewOptions(Settings):
 
 
 def new(options: NewOptions) -> None:
-    """Print the file."""
+    """Print the requested file."""
     if options.job:
         sys.stdout.write(job_text())
         return

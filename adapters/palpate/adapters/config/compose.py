@@ -233,7 +233,7 @@ def depth_step_mm(config: RunConfig) -> float:
 
 
 def verdict_on(config: RunConfig, task: str = "") -> Verdict:
-    """Return the verdict on a configuration's job with the simulated noise, for a task or for the best own task."""
+    """Return the verdict on a configuration's job with the simulated noise, for a task or for palpate's best one."""
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 

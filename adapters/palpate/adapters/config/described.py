@@ -1,4 +1,4 @@
-"""Descriptions of settings for listings and generated files: name, accepted values, unit, default, help."""
+"""Descriptions of settings for listings and generated files: name, accepted values, unit, default and help."""
 
 import ast
 import inspect
@@ -17,7 +17,7 @@ _UNITS: Final = {
     "mm_per_s": "mm/s", "mm_s": "mm/s", "rad_s": "rad/s", "rad_s2": "rad/s^2", "N_s_per_m": "N s/m", "m_s": "m/s",
     "per_N_s": "1/(N s)", "m_per_N_s": "m/(N s)", "kgf_mm": "kgf mm", "m_s2": "m/s^2",
 }  # fmt: skip
-"""Unit by the suffix of a name."""
+"""Units by name suffix."""
 
 
 RARE: Final = "rare"
@@ -35,7 +35,7 @@ class Described:
 
     @property
     def accepted(self) -> str:
-        """Accepted values, in words."""
+        """Accepted values as text."""
         return accepted_by(self.kind)
 
     @property

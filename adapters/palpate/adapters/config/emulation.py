@@ -30,7 +30,7 @@ class EmulationConfig(Settings):
     baud: Annotated[int, RARE] = 230_400
     """Line rate of the arm's serial bus."""
     velocity_stop_ms: Annotated[Annotated[float, Range(0.0, 10_000.0)] | None, RARE] = None
-    """With wires ros2: accept velocities, and stop the arm N ms after the last; 0 never does. Default: positions."""
+    """With wires ros2: accept velocities, and stop the arm N ms after the last; 0 disables this. Default: positions."""
     divider: Annotated[int, Range(1, 14), RARE] = 2
     """Control ticks per bus cycle: 2 gives 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0

@@ -11,7 +11,7 @@ from palpate.core.ports import LearningRate, OneOf, Range, Settings, Temperature
 from palpate.simulation.grid import STEP_LIMIT
 
 TRIALS: Final = 1500
-"""Trials of a run (paper, section 4)."""
+"""Number of trials in a run (paper, section 4)."""
 RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
 """Learning rate, halving visits and floor of each learner. They performed well with all kinds of state.
 

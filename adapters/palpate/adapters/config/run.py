@@ -87,7 +87,7 @@ class RecordingConfig(Settings):
 
 @dataclass(frozen=True)
 class AcceptanceConfig(Settings):
-    """Limits on the timing of an accepted trial. In the simulator every trial is accepted."""
+    """Limits on the timing of an accepted trial. In the simulator, every trial is accepted."""
 
     TABLE: ClassVar[str] = "acceptance"
 
@@ -126,7 +126,7 @@ class RunConfig(Settings):
     """All settings on which a run depends; its results also depend on package versions."""
 
     scenario: Annotated[str, OneOf(*SCENARIOS)] = "paper"
-    """Preset that the other settings start from. job: none, only the job; paper: the hole is at the nominal goal;
+    """Preset that the other settings start from. job: no preset, only the job; paper: the hole is at the nominal goal;
     blind: within 3 mm of it; blind with one further condition: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip,
     blind-bias, blind-bias-drawn, blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth,
     blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with grip, plate and yaw a peg that

@@ -32,7 +32,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
     @abstractmethod
     def make(self) -> RigT:
-        """Return a new rig with an adapter that is only constructed."""
+        """Return a new rig with an adapter that is constructed but not configured."""
 
     def may_use(self) -> bool:
         """Return True if the device may be used at all."""

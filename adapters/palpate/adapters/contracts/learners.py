@@ -44,7 +44,7 @@ _PRESS: Final[Vector3] = (0.0, 0.0, -4.9)
 
 
 def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool = False) -> ThirdPartyPolicy:
-    """Wrap a policy that derives from no class of palpate."""
+    """Wrap a policy that does not derive from a class of palpate."""
     kind = type(policy)
     return ThirdPartyPolicy(
         policy, ThirdPartyEntry(f"{kind.__module__}:{kind.__name__}", "", "", "", 0), context, frozen=frozen

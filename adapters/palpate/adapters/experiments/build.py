@@ -158,7 +158,7 @@ def ready_pose(config: RunConfig) -> ReadyPose:
 
 
 def clearances_mm(config: RunConfig) -> tuple[float, float]:
-    """Return the play of the peg in the hole, and the additional play of its mouth, as drawn unless stated."""
+    """Return the play of the peg in the hole, and the additional play of its mouth; by default, from the drawing."""
     peg, task = config.cell.peg, config.task
     play_mm = task.play_mm or peg.play_mm(config.cell.worn_clearance_mm)
     return play_mm, task.chamfer_mm or max(peg.chamfer_mm, _EDGE_MM)

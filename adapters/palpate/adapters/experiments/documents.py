@@ -1,4 +1,4 @@
-"""Files of learned policies and automata, and of examples."""
+"""Files with learned policies, automata and examples."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointCommand, Jo
 from palpate.core.trial import GoalConfig, ReadyPose, Task, TrialReport, goal_in_base
 
 _BEYOND_TICKS: Final = CONTROL_RATE_HZ // 10
-"""Commands shown after the tare, while the task approaches and no joint is yet too far from its set-point."""
+"""Number of commands shown after the tare, while the task approaches and all joints are near their set-points."""
 _LONGEST_TICKS: Final = 10 * CONTROL_RATE_HZ
 
 

@@ -1,4 +1,4 @@
-"""A policy by name or file, checked before anything is built, and its evaluation on a rig."""
+"""Evaluation of a policy on a rig. The policy, given by name or file, is checked before anything is built."""
 
 import os
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ from palpate.core.ports import Rig
 from palpate.core.trial import TRIALS_OF_A_SERIES, ReadyPose, TrialReport
 
 FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
-"""First number of evaluation trials, so that their random streams differ from those of training."""
+"""Number of the first evaluation trial, chosen so that random streams differ from those of training."""
 
 
 ORACLE_ON_RIG: Final = "one that does not need the true position of the hole, which is unknown on a rig"

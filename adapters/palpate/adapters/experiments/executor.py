@@ -49,7 +49,7 @@ class ThisProcess(Workers):
         return future
 
     def close(self) -> None:
-        """Do nothing: no call is running."""
+        """Do nothing, because no call is running."""
 
 
 class LocalWorkers(Workers):

@@ -21,7 +21,7 @@ from palpate.core.ports import Rig
 from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, ReadyPose, generator
 
 FIRST_FITTING_TRIAL = 2 * TRIALS_OF_A_SERIES
-"""First number of fitting trials, so that their random streams differ from those of a run."""
+"""Number of the first fitting trial, chosen so that random streams differ from those of a run."""
 
 
 def configured_perception(config: RunConfig) -> perception.Perception | None:

@@ -38,7 +38,7 @@ def run_blocks(
     A policy without memory of past trials gives the same trials and files as in one process.
 
     Raises:
-        PalpateError: A trial failed, with the message of its error.
+        PalpateError: A trial failed. The message is that of the trial's error.
     """
     rows, losses = list[TrialRow](), list[str]()
     # Existing workers keep the working folder in which they were started.

@@ -1,8 +1,8 @@
 """Folder of a run. Files are replaced atomically, so that no error loses their content.
 
 It contains ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
-``summary.json``, ``learning_curve.png``; ``--resume`` continues from ``checkpoint.json``; ``logs`` holds the recording
-of each trial.
+``summary.json`` and ``learning_curve.png``. ``--resume`` continues from ``checkpoint.json``. ``logs`` contains the
+recording of each trial.
 """
 
 from __future__ import annotations

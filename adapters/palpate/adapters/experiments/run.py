@@ -138,7 +138,7 @@ class Run:
         return chosen
 
     def trials(self, chosen: ChosenPolicy, recording: Recording = NOT_RECORDED, **recorded: str) -> Trials:
-        """Return trials of a policy on the rig, without training; ``recorded`` as for :class:`Trials`."""
+        """Return trials of a policy on the rig, without training; for ``recorded``, see :class:`Trials`."""
         return Trials(
             self.config, self.ready, self.rig, chosen.perception, chosen.on(self.rig), recording,
             name=chosen.baseline, first=FIRST_EVALUATION_TRIAL, **recorded,
@@ -217,7 +217,7 @@ class Run:
 
         Args:
             folder: Receives a line of ``trials.csv`` for each trial.
-            recorded: ``command`` and ``subfolder`` as for :class:`Trials`.
+            recorded: ``command`` and ``subfolder``, as for :class:`Trials`.
         """
         rows: list[TrialRow] = []
 
@@ -304,7 +304,7 @@ class Run:
         self._notify_part()
 
     def record(self, kept: ExitStack, opened: ExitStack, folder: RunFolder | None) -> Recording:
-        """Start recording, and real time on a rig, until ``opened`` closes; ``kept`` then reports losses."""
+        """Start recording, and real-time scheduling on a rig, until ``opened`` closes; ``kept`` then reports losses."""
         config, recorder = self.config, None
         if folder is not None:
             recorder = folder.recorder(config.recording, opened)

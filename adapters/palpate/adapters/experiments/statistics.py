@@ -1,6 +1,6 @@
 """Statistics of trials for tables and ``summary.json``, with 95 % intervals.
 
-Importing scipy.stats takes a second, so it is imported where an interval is computed.
+Importing scipy.stats takes a second, so it is imported only where an interval is computed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Policies as tables."""
+"""Display of policies as tables."""
 
 from palpate.adapters.log import aligned, counted
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow

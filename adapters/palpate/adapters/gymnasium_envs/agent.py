@@ -1,7 +1,7 @@
 """Exchange between two threads: the control loop, and an agent that chooses its actions.
 
-On a rig the loop never waits long. If a decision is late, the loop inserts a pause, which is supervised and recorded as
-an action: the peg stays pressed in place under the same compliant control. The decision is used when the next one is
+On a rig, the loop never waits long. If a decision is late, the loop inserts a pause, which is supervised and recorded
+as an action: the peg stays pressed in place under the same compliant control. The decision is used when the next one is
 due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the simulator, time stops
 until the agent has decided.
 """

@@ -45,7 +45,7 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
 
 
 MOST_SKIPPED: Final = 20
-"""Largest number of consecutive trials without a decision; more indicate an incorrect set-up of the cell."""
+"""Largest number of consecutive trials without a decision. More indicate an incorrect set-up of the cell."""
 _TIMEOUT_S: Final = 5.0
 
 
@@ -127,7 +127,7 @@ class Episodes:
 
     @property
     def exploration_time_s(self) -> float:
-        """Return the time from contact until now, or until the hole or the end of a finished trial."""
+        """Return the time from contact until now, until the hole was reached, or until the end of a finished trial."""
         if self.report.outcome is not None:
             return self.report.exploration_time_s
         contact_tick = next(event.tick for event in self.report.events if event.name == "contact")

@@ -239,7 +239,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     def rig(self) -> Rig:
         """Return the rig of the trials, with its ports and its fault latch.
 
-        ``rig.latch.acknowledge(by, reason)`` is a person's decision.
+        Only a person may decide to call ``rig.latch.acknowledge(by, reason)``.
         """
         return self._episodes.rig
 

@@ -68,7 +68,7 @@ class TipWrench:
         self._low, self._high, self._turns = low, high, bool(turns)
 
     def of(self, task: InsertionTask) -> np.ndarray[Any, np.dtype[np.float32]]:
-        """Return the nine or twelve numbers."""
+        """Return the nine or twelve values."""
         force, torque = task.wrench_at_tip
         seen = np.array([*task.tip_m, *force, *torque, *(task.turn_rad if self._turns else ())], np.float32)
         return np.clip(seen, self._low, self._high)
@@ -93,7 +93,7 @@ class PortReadings:
         self.space = spaces.Box(-np.inf, np.inf, (len(self.names),), np.float64)
 
     def of(self, task: InsertionTask) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return the numbers."""
+        """Return the port data as numbers."""
         now = task.snapshot
         wrench, joints = now.wrench, now.joints
         applied = joints if now.applied is None else now.applied
@@ -116,7 +116,7 @@ class NumberedActions:
         self.space = spaces.Discrete(len(actions))
 
     def decision(self, action: Any) -> Decision:
-        """Return the action of that number.
+        """Return the action with this number.
 
         Raises:
             ActionRefusedError: The action is not a whole number from 0 to one less than the number of actions.
@@ -150,7 +150,7 @@ class Twists:
     """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, tilt about x and y, and yaw, task frame.
 
     x, y and z are fractions of the longest step, and the others of the turn in one action at 11 degrees/s. With z below
-    0 the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing (``step``), and an
+    0, the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing (``step``), and an
     upright tool enters the hole where it loses contact. The lengths of steps and turns are limited as for free steps.
     """
 

@@ -22,9 +22,9 @@ _ALONG: Final = 0.98
 _THERE_RAD: Final = 2e-3
 """Tolerance of each joint at a pose, which must hold in several consecutive samples."""
 _STAYS_SAMPLES: Final = 5
-"""Number of these samples. An arm that is catching up may pass the pose at up to 5 mrad per sample."""
+"""Number of samples required at a pose. An arm that is catching up may pass it at up to 5 mrad per sample."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
-"""Ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
+"""Number of ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
 
 An arm that is delayed by 0.2 s near the end of the path then has little to catch up, with the plate 3 mm away.
 """

@@ -41,7 +41,7 @@ _HANGS_NS: Final = 2 * _NS // 5
 """Time of inactivity, beyond the set-point time-out, after which a process counts as hanging. A cycle on a line that
 does not answer takes time."""
 _LATE_NS: Final = 40_000_000
-"""Time of inactivity after which a process is late or dead; an arm without its own stop is then held."""
+"""Time of inactivity after which a process counts as late or dead; an arm without its own stop is then held."""
 _LEFT: Final = "only the drives' own time-outs stop the arm now; switch it off if it moves"
 
 

@@ -69,7 +69,7 @@ class SharedState(Generic[NoteT]):
 
 
 class _Word:
-    """A time, ns. The processor reads and writes it in one step; ``struct`` would write a 0 in between."""
+    """A time in ns. The processor reads and writes it in one step; ``struct`` would write a 0 in between."""
 
     def __init__(self, index: int) -> None:
         self._index = index

@@ -228,7 +228,7 @@ class ArmLoop:
         self._arm.close()
 
     def _end(self) -> None:
-        """Stop and close the arm if the loop is gone without closing it."""
+        """Stop and close the arm if the loop has ended without closing it."""
         if not self._closed:
             self._stop()
             # Some arms get no more commands and store their position, so they must not be swinging.
@@ -244,7 +244,7 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """Assignment of the process, the first message on its line; ``path`` is the loop's module search path."""
+    """Assignment of the process, which is the first message on its line; ``path`` is the loop's module search path."""
 
     entry: DeviceEntry
     context: RigContext
@@ -255,7 +255,7 @@ class Assignment(NamedTuple):
 
 
 def _set_priority(real_time: RealTimeConfig) -> None:
-    """Give this thread a higher real-time priority than the loop's, if the run uses any."""
+    """Give this thread a higher real-time priority than the loop has, if the run uses real-time priorities."""
     if real_time.scheduling and not take_real_time(min(real_time.priority + 1, 99)).granted:
         take_real_time(real_time.priority)
 

@@ -16,7 +16,7 @@ class CanBusTable(Settings):
     """Common settings of devices on CAN."""
 
     interface: str = "socketcan"
-    """Kind of CAN interface, as python-can calls it."""
+    """Kind of CAN interface, by its name in python-can."""
     channel: str = "can0"
     """Name of the channel."""
     bitrate: _BitRate = 1_000_000

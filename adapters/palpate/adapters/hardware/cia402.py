@@ -34,7 +34,7 @@ class Cia402Table(CanBusTable, ArmTable):
 
 
 def make_cia402(table: Cia402Table, context: RigContext) -> DriverArm:
-    """Return an arm of CiA 402 drives."""
+    """Return an arm with CiA 402 drives."""
     joints = len(context.lower_rad)
     zeros = table.zero_counts or (0,) * joints
     for name, vector in (("nodes", table.nodes), ("counts_per_rad", table.counts_per_rad), ("zero_counts", zeros)):

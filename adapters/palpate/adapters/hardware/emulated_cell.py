@@ -80,7 +80,7 @@ class EmulatedCell:
         self._servers.close()
 
     def job_toml(self) -> str:
-        """Return the job file of the cell, without values that only the simulator knows."""
+        """Return the job file of the cell, without values that only the simulator has."""
         stated, arm = self.config, self.config.arm
         named = f'name = "{arm}"\n' if isinstance(arm, str) else to_toml(arm)
         job = to_toml(Job(stated.part, stated.tool, stated.place, stated.limits))
@@ -130,7 +130,7 @@ class EmulatedCell:
         notify: Callable[[GroundTruth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
-        """Run the cell in real time until ``ended``; report the truth of each insertion, and each event."""
+        """Run the cell in real time until ``ended``; report the ground truth of each insertion, and each event."""
         clock = self._clock
         begun_ns = deadline_ns = start_ns = clock.now_ns()
         moved_ns = tick = 0

@@ -24,7 +24,7 @@ _TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 
 
 class GuardedTicks:
-    """Control ticks of an arm that moves while samples are sound and the force stays near a reference.
+    """Control ticks of an arm that moves while samples are valid and the force stays near a reference.
 
     Args:
         monitor: Check of the samples, as in a run.
@@ -48,10 +48,10 @@ class GuardedTicks:
         self._first_N = recent_force_N(self._ports)
 
     def tick(self, q_rad: JointVector) -> Snapshot:
-        """Command joint angles, (n,), and return the samples; until they are sound the arm holds its pose.
+        """Command joint angles, (n,), and return the samples; until they are valid, the arm holds its pose.
 
         Raises:
-            DeviceError: The samples stay unsound, the force differs, or the arm is held back.
+            DeviceError: The samples stay invalid, the force differs, or the arm is held back.
         """
         clock, ports = self._ports.clock, self._ports
         for _ in range(_BLIND_TICKS + 1):

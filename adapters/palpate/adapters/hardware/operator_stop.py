@@ -23,9 +23,9 @@ _WAKE: Final = b"\0"
 class OperatorStop:
     """The operator's stop, which latches until it is acknowledged.
 
-    A context manager for the main thread, because of the signal. While the main thread is busy in C code, the signal
-    waits; an arm that gets no set-points in this time is stopped by its own process. The signal handler also stops the
-    arm, and reports the cause once.
+    It is a context manager for the main thread, because of the signal. While the main thread is busy in C code, the
+    signal waits; an arm that gets no set-points in this time is stopped by its own process. The signal handler also
+    stops the arm, and reports the cause once.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
 
 
 def stop_surely(arm: ArmCommand) -> str:
-    """Stop an arm that may be gone; return why it could not be commanded, or an empty text."""
+    """Stop an arm that may be gone; return the reason why it could not be commanded, or an empty text."""
     try:
         arm.stop()
     except Exception as error:

@@ -35,7 +35,7 @@ class SensorTable(Settings):
 
 
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
-    """A wrist sensor with a polled driver. Samples are raw, because it never tares by itself.
+    """A wrist sensor with a polled driver. Samples are raw, because the adapter never tares by itself.
 
     The protocols carry no time of measurement: source and receive time are both that of the poll that found the
     reading, which is older by the delays of the sensor's filter, the line, and the wait for the poll.

@@ -171,7 +171,7 @@ class HardwareRig(DeviceRig):
         self._approach, self._at_ready = find_approach(config, ready), False
 
     def stopped_by(self) -> str:
-        """Cause of a stop other than core and supervisor since the last :meth:`prepare`; empty if there is none."""
+        """Cause of a stop since the last :meth:`prepare`, if it was neither core nor supervisor; otherwise empty."""
         fault = self.ports.arm.fault
         return self.operator.tripped or (f"fault of the arm: {fault}" if fault else "")
 
@@ -217,7 +217,7 @@ class NoArm(ManagedDevice, ArmCommand):
 
 
 class DryRig(DeviceRig):
-    """Sensors and encoders of a rig; commands go to :class:`NoArm`. ``is_on``: whether the arm had to be activated.
+    """Sensors and encoders of a rig; commands go to :class:`NoArm`. ``is_on``: True if the arm had to be activated.
 
     The arm gets no power, unless a third-party adapter has encoders and servos in one object, which must be activated
     to report angles.

@@ -101,7 +101,7 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
 
 
 def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Write each log as a bag, storage MCAP: samples, commands, and events as text.
+    """Write each log as a bag with MCAP storage: samples, commands, and events as text.
 
     Times are those of the run's clock. Returns the folders of the bags.
 

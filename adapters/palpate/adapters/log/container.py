@@ -112,7 +112,7 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
 
 
 def _in_chunk(chunk: Chunk, ours: dict[int, int]) -> list[RawMessage]:
-    """Return the messages on palpate's channels; the library's own method takes three times as long."""
+    """Return the messages on palpate's channels, in a third of the time of the library's own method."""
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     data, at, found = stream.read(size), 0, list[RawMessage]()
     while at < size:

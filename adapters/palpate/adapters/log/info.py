@@ -17,7 +17,7 @@ from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSampl
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001
-"""A tick whose clock was read more than this long after its due time counts as late."""
+"""Delay of the clock reading after a tick's due time above which the tick counts as late."""
 
 
 def info_of(log: TrialLog) -> dict[str, Any]:

@@ -133,7 +133,7 @@ def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence
 
 
 def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> None:
-    """Draw the phases as coloured bands; ``width_in`` is the width of the panel, to omit names that do not fit."""
+    """Draw the phases as coloured bands; names that do not fit the panel's width, ``width_in``, are omitted."""
     phases = log.phases
     if not phases or phases[0][0] > 0:
         phases.insert(0, (0, "lift"))

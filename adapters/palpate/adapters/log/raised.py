@@ -10,7 +10,7 @@ BY_PORT: Final = "port"
 BY_POLICY: Final = "policy"
 """A third-party policy raised the error, which a replay without its code cannot repeat."""
 BY_OUTSIDE: Final = "outside"
-"""An observer, the clock or a signal caused the error, and neither the core nor a device."""
+"""An observer, the clock or a signal caused the error, not the core or a device."""
 _CORE, _PORTS, _LOOP = "palpate.core.", "palpate.core.ports", "palpate.core.control_loop"
 
 

@@ -1,4 +1,4 @@
-"""Score of a trial by the score sheet of the AI for Industry Challenge.
+"""Score of a trial according to the score sheet of the AI for Industry Challenge.
 
 Source: intrinsic-dev/aic, docs/scoring.md, March 2026.
 
@@ -24,7 +24,7 @@ _ASIDE_M: Final = 5e-3
 _SMOOTH: Final = 6.0
 _MOST_JERK_M_S3: Final = 50.0
 _WINDOW: Final = 15
-"""Samples of the quadratic fit to the velocity: 30 ms in the challenge, 107 ms at 140 Hz."""
+"""Number of samples in the quadratic fit to the velocity: 30 ms in the challenge, 107 ms at 140 Hz."""
 _MOVING_M_S: Final = 0.01
 _DURATION: Final = 12.0
 _FAST_S, _SLOW_S = 5.0, 60.0

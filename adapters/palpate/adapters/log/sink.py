@@ -36,7 +36,7 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Accepts one log after another. Only ``open`` and ``close`` may block. ``losses`` are the losses with reasons."""
+    """Accepts one log after another. Only ``open`` and ``close`` may block. ``losses`` lists losses with reasons."""
 
     losses: list[str]
 

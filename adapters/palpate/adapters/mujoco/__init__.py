@@ -1,4 +1,4 @@
-"""The work cell in MuJoCo behind the ports, and its pictures."""
+"""Ports and pictures of the work cell in MuJoCo."""
 
 import lazy_loader
 

@@ -27,7 +27,7 @@ def reference_N(forces_N: Iterable[float]) -> float:
 
 
 def metres_per_N(reference_N: float, view: View) -> float:
-    """Return the length of an arrow per newton, at which the largest force, five references, fits into the picture."""
+    """Return the arrow length per newton at which the largest force, five times the reference, fits the picture."""
     return _LONGEST / 5.0 / reference_N / view.pixels_per_m(1)
 
 

@@ -67,7 +67,7 @@ class Track(Generic[T]):
         return True
 
     def pass_refused(self) -> None:
-        """Skip the recorded refusal of a call that is refused in the replay as well."""
+        """Skip the recorded refusal of a call that the replay also refuses."""
         if self.left and isinstance(self._items[0], Raised):
             self._items.popleft()
 

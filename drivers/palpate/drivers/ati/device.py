@@ -13,7 +13,7 @@ from palpate.drivers.errors import DeviceFaultError, WiringError
 
 RDT_PORT: Final = 49152
 _ASK_AGAIN_NS: Final = 100_000_000
-"""A stream that does not start within this time is requested again, because datagrams may be lost."""
+"""Time after which a stream that has not started is requested again, because datagrams may be lost."""
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
 """Maximum number of datagrams per call: more than a socket buffer holds, but a limit for streams of any rate."""

@@ -32,7 +32,7 @@ _NOTIFIER_CYCLE_S: Final = 0.1
 
 
 class _EndOfReceiving(can.Listener):
-    """Ends the receive thread on an error without a traceback; python-can keeps it for ``require_alive``."""
+    """Exception that ends the receive thread without a traceback; python-can keeps it for ``require_alive``."""
 
     @override
     def on_message_received(self, msg: can.Message) -> None: ...

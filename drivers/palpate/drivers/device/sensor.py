@@ -10,7 +10,7 @@ from palpate.drivers.errors import DriverError, SilentError
 
 Vector3: TypeAlias = tuple[float, float, float]
 _STALL_NS: Final = 100_000_000
-"""A sensor counts as silent after this time without a sample."""
+"""Time without a sample after which a sensor counts as silent."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,7 @@ class Jr3(PolledSensor):
         """Full scales of the board, which identify it. FACT: the protocol has neither a serial number nor a version.
 
         Raises:
-            StateError: They have not been read yet.
+            StateError: The full scales have not been read yet.
         """
         if self._sampler.full_scales is None:
             raise StateError(self.name, "has not been asked yet", "open it and poll first")

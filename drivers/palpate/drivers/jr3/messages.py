@@ -67,8 +67,8 @@ Signs: TypeAlias = tuple[int, int, int, int, int, int]
 LEFT_HANDED: Signs = (-1, 1, 1, -1, 1, 1)
 """Signs that make a JR3's left-handed axes right-handed. FACT: yarp-devices (Jr3Mbed, Jr3Pci) negates Fx and Mx.
 
-INFERENCE: that is right if moments follow the right-hand rule about each of the sensor's axes. If a sensor computes
-its moments as r x F in its own left-handed axes instead, the signs are (-1, 1, 1, 1, -1, -1). Check with known pushes,
+INFERENCE: this is right if moments follow the right-hand rule about each of the sensor's axes. If a sensor computes its
+moments as r x F in its own left-handed axes instead, the signs are (-1, 1, 1, 1, -1, -1). Check with known pushes,
 starting with the sensor upright and unloaded: a weight of m kg hung at +0.1 m along each axis that points sideways must
 change the force by 9.81 m N downwards and the moments by r x F, with the lever arm r in right-handed axes. Fx, Fy and
 Fz show the sign of each axis, and the moments show which of the two sets applies.

@@ -26,7 +26,7 @@ def def_stat(mask: StatusItem) -> NmcCommand:
 
 
 def read_stat(mask: StatusItem) -> NmcCommand:
-    """Request these items once."""
+    """Request the items in the mask once."""
     return NmcCommand(Code.READ_STAT, bytes((mask,)))
 
 
@@ -55,7 +55,7 @@ def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcC
 
 
 def set_baud(divisor: int) -> NmcCommand:
-    """Change the baud rate of every module that receives it; sent only to groups. No reply."""
+    """Change the baud rate of every module that receives the command, which is sent only to groups. No reply."""
     return NmcCommand(Code.SET_BAUD, bytes((divisor,)))
 
 

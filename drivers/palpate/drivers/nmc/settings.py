@@ -34,11 +34,11 @@ class BusSettings:
 
 
 ERRORS_IN_A_ROW: Final = 2
-"""Consecutive failures, at one module or on the whole bus, that require a new start. FACT (libnmc)."""
+"""Number of consecutive failures, at one module or on the whole bus, that requires a restart. FACT (libnmc)."""
 MAX_MODULES: Final = 31
 """Largest number of modules in the address chain. INFERENCE."""
 BITS_PER_BYTE: Final = 10
-"""One start bit, eight data bits, one stop bit."""
+"""Bits per byte on the line: one start bit, eight data bits and one stop bit."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Driver of the arm: reads joint angles, sends commands, and makes the arm hold its position on any error.
+"""Driver of the arm. It reads joint angles, sends commands, and makes the arm hold its position on any error.
 
 A forward_command_controller holds its last command without a time limit. Therefore each commanded position is at most
 one period ahead of the arm, and each stop sends that position again, or velocities of zero.

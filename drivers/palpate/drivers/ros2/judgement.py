@@ -10,7 +10,7 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME
 
 _NS: Final = 1_000_000_000
 _LEAP_NS: Final = _NS // 4
-"""Lead of a message's stamp over its arrival that shows that the clock was set ahead."""
+"""Lead of a message's stamp over its arrival from which the clock counts as set ahead."""
 _DRIFT: Final = 1e-4
 """Largest relative drift between two clocks."""
 _LOOK_S: Final = 0.01

@@ -132,7 +132,7 @@ class UrArm(LatchingArm):
         return found
 
     def stop(self) -> None:
-        """Brake. May be called at any time and repeatedly; never raises.
+        """Brake the arm. May be called at any time and repeatedly; never raises.
 
         A client that does not respond is terminated, so that the controller's watchdog acts.
         """

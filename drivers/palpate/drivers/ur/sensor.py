@@ -1,4 +1,4 @@
-"""The force sensor in the tool flange of an e-Series arm, read by polling."""
+"""Polled force sensor in the tool flange of an e-Series arm."""
 
 from typing import Final
 

@@ -40,7 +40,7 @@ class UrSettings:
     """Settings of the arm in the rig file.
 
     Attributes:
-        lookahead_s: servoj's look-ahead. gain: servoj's gain.
+        lookahead_s: Look-ahead time of servoj. gain: Gain of servoj.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.
         force_stop_N: Change of the tool force since enabling that stops the arm; 0 disables the limit.

@@ -1,4 +1,4 @@
-"""Driver for the Zebra Zero, a six-joint arm with six PIC-SERVO modules; bus and marks: :mod:`palpate.drivers.nmc`.
+"""Driver for the Zebra Zero, six joints on six PIC-SERVO modules. For bus and marks, see :mod:`palpate.drivers.nmc`.
 
 Sources: *client* is ``client/arm.py`` of brendandburns/zebra-zero; *port* is brendandburns/ros2_zebra_zero. Both drive
 one real arm. NOT FOUND: the maker's data sheet, payload, repeatability, and whether limit switches are wired.

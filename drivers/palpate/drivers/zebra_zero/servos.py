@@ -1,4 +1,4 @@
-"""The six motors: their command sequences, and which of them are on."""
+"""Command sequences for the six motors, and the state of their servos."""
 
 import enum
 from collections.abc import Callable, Sequence
@@ -44,7 +44,7 @@ _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
 """Time without a reply after which a stop treats the line as dead."""
 _DEAD_TRIES: Final = 3
-"""Minimum number of unanswered requests by then, independent of the bus time-outs."""
+"""Minimum number of unanswered requests before the line counts as dead, for any bus time-outs."""
 
 
 class StopOutcome(enum.Enum):

@@ -42,8 +42,8 @@ Belief: TypeAlias = tuple[tuple[int, int], ...]
 """Possible cells in ascending order, each with the number of starts that lead there."""
 
 MOST_CELLS: Final = 2_000_000
-"""Limit of the search, as a number of cells in visited beliefs, which takes less than a minute. The maps of the paper
-need thousands, and maps of 15 x 15 need tens of thousands."""
+"""Limit of the search, as a number of cells in visited beliefs. It is reached in less than a minute. The maps of the
+paper need thousands, and maps of 15 x 15 need tens of thousands."""
 MOST_BLIND_CELLS: Final = 100_000
 """The limit for maps with a single symbol, whose readings carry no information: 15 cells need 8400, 19 about 62 000 and
 24 about 595 000. The search reaches it in one or two seconds."""

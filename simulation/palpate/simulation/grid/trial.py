@@ -24,7 +24,7 @@ from palpate.core.trial import Purpose, generator
 from palpate.simulation.grid.maps import GridMap, grid_actions
 
 STEP_LIMIT: Final = 100
-"""Steps after which a trial ends without the goal (paper, section 4)."""
+"""Number of steps after which a trial ends without reaching the goal (paper, section 4)."""
 PENALTY: Final = ActionPenalty()
 _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 

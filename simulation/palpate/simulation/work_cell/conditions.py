@@ -19,8 +19,8 @@ class ConditionsConfig(Settings):
     TABLE: ClassVar[str] = "cell.conditions"
 
     hole_shift_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """Set-up error of the plate for each batch: the centre of the disc of its holes is anywhere within this distance of
-    the nominal goal."""
+    """Set-up error of the plate for each batch: the centre of the disc that contains its holes is anywhere within this
+    distance of the nominal goal."""
     hole_shift_trials: _Batch = 0
     """Number of trials per batch; 0 puts all trials of a seed into one."""
     tilt_heading: _Heading = "set"

@@ -76,7 +76,7 @@ class PegConfig(Settings):
 
     @property
     def is_hull(self) -> bool:
-        """Return True if the peg touches as one convex body."""
+        """Return True if the peg makes contact as one convex body."""
         return self.contact == "hull" and (self.cross_section in SIDES or self.chamfer_mm > 0.0)
 
     @property

@@ -66,7 +66,7 @@ class ContactSearch:
         self._next = self._needed()
 
     def step(self, steps: int) -> None:
-        """Make n physics steps."""
+        """Perform n physics steps."""
         data, self.level = self._data, self._next
         if self.level < self._highest:
             position, velocity, activation, history, guess = self._kept
@@ -82,7 +82,7 @@ class ContactSearch:
         self._next = needed
 
     def _needed(self) -> int:
-        """Return the lowest level that finds every contact for the peg's pose at the newest physics step."""
+        """Return the lowest level that finds every contact for the peg's pose at the latest physics step."""
         x, y, z, along, across, _, tilt_x, tilt_y, down = self._pose.tolist()
         tilt = hypot(tilt_x, tilt_y)
         lowest = z + self._radius_m * tilt

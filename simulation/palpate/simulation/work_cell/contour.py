@@ -28,7 +28,7 @@ class ContourConfig(Settings):
     amplitude_mm: Annotated[float, Range(0.0, 20.0)] = 2.0
     """Height of the crests above the mean."""
     wavelength_mm: Annotated[float, Range(5.0, 1000.0)] = 80.0
-    """Length of the wave."""
+    """Wavelength of the surface."""
     length_mm: Annotated[float, Range(10.0, 2000.0)] = 260.0
     """Length of the surface along x, and its width."""
     ball_radius_mm: Annotated[float, Range(0.5, 20.0)] = 5.0

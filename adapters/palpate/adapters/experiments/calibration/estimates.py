@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""Largest accepted deviation from a rigid tool's wrench, as a fraction of its weight. More has another cause."""
+"""Largest deviation from a rigid tool's wrench, as a fraction of its weight. Larger deviations have another cause."""
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ class GuardedMoves:
         return self._requested
 
     def joint_line(self, target_rad: JointVector | Array) -> None:
-        """Move straight in joint space within the speed limit of the tool, and wait until the arm has settled."""
+        """Move along a line in joint space within the speed limit of the tool, and wait until the arm has settled."""
         begin, target = np.array(self._requested), np.asarray(target_rad)
         ticks = ceil(self._duration_s(begin, target) * CONTROL_RATE_HZ)
         for tick in range(1, ticks + 1):
@@ -85,7 +85,7 @@ class GuardedMoves:
         self.hold(_SETTLE_TICKS)
 
     def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Sample]:
-        """Move the tip straight at constant orientation and yield each tick; the motion ends when iteration ends."""
+        """Move the tip along a line at constant orientation and yield each tick; the motion ends with the iteration."""
         begin = self.place(self._requested)
         path_m = target_in_base.translation - begin.translation
         ticks = max(1, ceil(float(np.linalg.norm(path_m)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
@@ -97,7 +97,7 @@ class GuardedMoves:
             yield self.tick(q_rad)
 
     def go(self, target_in_base: pin.SE3) -> None:
-        """Move the tip straight."""
+        """Move the tip along a straight line."""
         for _ in self.tip_line(target_in_base):
             pass
 

@@ -1,7 +1,7 @@
 """Results of learning runs: a table for people, values for programs, and a line for every trial.
 
-The mean over the last trials is always shown with the steps that full information and the best policy without it need,
-because an improvement means little without knowledge of the optimum.
+The mean over the last trials is always shown with the number of steps needed with full information and by the best
+policy without it, because an improvement means little if the optimum is not known.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Score:
 
 
 def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
-    """Return a table with a line per run, their mean, and the bounds."""
+    """Return a table with one line per run, the mean of all runs, and the bounds."""
     count = min(LAST, trials)
     rows = {str(score.seed): (score.first, score.last, score.reached) for score in scores}
     if len(scores) > 1:

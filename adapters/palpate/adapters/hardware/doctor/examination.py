@@ -1,4 +1,4 @@
-"""Examination of a rig, device by device; each device is closed in any case."""
+"""Examination of a rig, device by device. Each device is always closed."""
 
 from __future__ import annotations
 

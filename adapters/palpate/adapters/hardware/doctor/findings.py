@@ -74,7 +74,7 @@ class DeviceReport:
             self.add(Level.WRONG, Topic.FAULT, fault, "remove its cause, then examine the rig again")
 
     def count(self, level: Level) -> int:
-        """Return the number of findings of a level."""
+        """Return the number of findings at a level."""
         return sum(finding.level is level for finding in self.findings)
 
     def text(self) -> str:

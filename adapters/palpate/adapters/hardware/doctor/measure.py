@@ -33,7 +33,7 @@ _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
 """Wake-up delay that, if exceeded in more than 1 % of ticks, makes a computer too slow for ticks of 7 ms."""
 _RARE_SHARE: Final = 0.01
-"""Share of old samples up to which the computer is the likelier cause."""
+"""Share of old samples up to which the computer is the more likely cause."""
 _LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
 """Limits of a run, except the limit on the time between ticks, which :func:`report_clock` judges."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
@@ -115,7 +115,7 @@ def report_samples(
 
 
 def _is_old(now_ns: int, sample: WrenchSample | JointSample) -> bool:
-    """Return whether a sample is older than a run accepts, or marked so by its adapter."""
+    """Return whether a sample is older than a run accepts, or is marked as old by its adapter."""
     limit_ms = _LIMITS.max_force_age_ms if isinstance(sample, WrenchSample) else _LIMITS.max_joint_age_ms
     return sample.validity is Validity.STALE or now_ns - sample.source_time_ns > limit_ms * 1e6
 

@@ -20,7 +20,7 @@ STEP_RAD: Final = 1e-3
 _RAMP_TICKS: Final = CONTROL_RATE_HZ // 2
 _WAIT_TICKS: Final = CONTROL_RATE_HZ // 2
 _GOOD_RAD: Final = 0.25 * STEP_RAD
-"""Accepted error of a stationary arm; friction and the servo's dead band leave some counts."""
+"""Accepted error of a stationary arm. Friction and the servo's dead band leave an error of some counts."""
 
 
 def report_moves(

@@ -1,4 +1,4 @@
-"""Real-time scheduling of the control loop, and its punctuality."""
+"""Real-time scheduling and punctuality of the control loop."""
 
 import lazy_loader
 

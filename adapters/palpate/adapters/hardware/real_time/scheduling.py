@@ -103,7 +103,7 @@ class RealTime:
 
 
 def take_real_time(priority: int) -> RealTimeResult:
-    """Put this thread, and all that it starts, into the real-time class permanently, at a priority of 1 to 99."""
+    """Put this thread, and all threads that it starts, permanently into the real-time class, at priority 1 to 99."""
     take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
 

@@ -13,7 +13,7 @@ from palpate.core.control_loop import LoopObserver
 from palpate.core.trial import TrialReport
 
 _EDGES_ms: Final = np.array([0.0, *np.geomspace(1e-3, 1e3, 181)])
-"""Bins of the histogram of lateness: 30 per decade."""
+"""Bin edges of the lateness histogram, 30 per decade."""
 
 
 def _ends(section: str) -> Any:
@@ -89,7 +89,7 @@ class LoopTimer(LoopObserver):
 
 
 class RealTimeSession(RealTime):
-    """Real-time settings of one run, and its timer, the first observer of each trial."""
+    """Real-time settings and timer of one run. The timer is the first observer of each trial."""
 
     def __init__(self, config: RealTimeConfig) -> None:
         super().__init__(config)

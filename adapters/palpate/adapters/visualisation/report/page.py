@@ -14,7 +14,7 @@ _GENERATOR: Final = b'<meta name="generator" content="palpate report">'
 
 
 class Picture(NamedTuple):
-    """A picture of the page."""
+    """A picture on the page."""
 
     alt: str
     caption: str
@@ -27,7 +27,7 @@ class Picture(NamedTuple):
 
 
 class PageTable(NamedTuple):
-    """A table of the page."""
+    """A table on the page."""
 
     caption: str
     head: tuple[str, ...]
@@ -45,7 +45,7 @@ class PageSection(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A report, with facts at its top and important notices."""
+    """A report with facts at its top, and with important notices."""
 
     title: str
     kind: str

@@ -17,7 +17,7 @@ Place = tuple[int, int]
 
 
 def policy_picture(document: PolicyDocument) -> Picture:
-    """Draw the best action of each state; x to the right, y down, as seen from above.
+    """Draw the best action of each state as seen from above, with x to the right and y down.
 
     The paper's position and torque regions become two maps in which each state lies on the side of the hole where it
     is measured, so that correct arrows point to the middle: the hole is at heading (-ty, tx).

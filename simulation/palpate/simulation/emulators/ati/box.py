@@ -72,7 +72,7 @@ class EmulatedBox:
 
 
 class NetFtServer:
-    """A thread that serves a box on this computer; like a real box, it sends to the last client."""
+    """Thread that serves a box on this computer; like a real box, it sends to the client of the last request."""
 
     host = "127.0.0.1"
 

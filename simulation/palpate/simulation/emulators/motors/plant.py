@@ -13,7 +13,7 @@ AXES: Final = 6
 HOME_RAD: Final[JointVector] = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 """Joint angles at which the encoders are zero at power-up (FACT, brendandburns/ros2_zebra_zero)."""
 ARM_COUNTS_PER_rad: Final = 30_557.75
-"""For joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
+"""Ratio for joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
 WRIST_COUNTS_PER_rad: Final = 11_034.53
 """Base ratio of the wrist's gears (FACT, same sources; CALC: 69 332 counts per turn)."""
 

@@ -26,7 +26,7 @@ class NmcModule:
     Attributes:
         rejected: Number of commands since construction with an unsuitable length or kind, which have no effect
             (assumed: the firmware would use any content of its buffer). Only trapezoidal trajectories that start
-            immediately are emulated, but not homing or outputs.
+            immediately are emulated; homing and outputs are not.
     """
 
     def __init__(self, axis: int, plant: JointPlant) -> None:

@@ -10,9 +10,9 @@ ONE_COUNT: Final = 1 << 16
 class Profile:
     """The commanded position of one servo, advanced once per tick.
 
-    Velocity words are counts/s * 65536 * T and acceleration words counts/s^2 * 65536 * T^2 with T the tick's length
-    in s (FACT, PIC-SERVO; 33.554432 and 0.017179869 for T = 0.512 ms). All are integers, so a move ends exactly on its
-    target. How the firmware rounds within a tick is not published; here the ramp down takes the largest velocity from
+    Velocity words are counts/s * 65536 * T and acceleration words counts/s^2 * 65536 * T^2 with T the tick's length in
+    s (FACT, PIC-SERVO; 33.554432 and 0.017179869 for T = 0.512 ms). All are integers, so a move ends exactly on its
+    target. The firmware's rounding within a tick is not published; here the ramp down takes the largest velocity from
     which braking at the given acceleration still ends on the target (INFERENCE).
 
     Attributes:

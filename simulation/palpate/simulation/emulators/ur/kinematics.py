@@ -17,7 +17,7 @@ LENGTHS_M: Final = {
     "ur16e": (-0.4784, -0.36, 0.1807, 0.17415, 0.11985, 0.11655),
     "ur20": (-0.862, -0.7287, 0.2363, 0.201, 0.1593, 0.1543),
 }
-"""a2, a3, d1, d4, d5, d6. FACT: Universal Robots, parameters for kinematics and dynamics calculations."""
+"""Lengths a2, a3, d1, d4, d5, d6. FACT: Universal Robots, parameters for kinematics and dynamics calculations."""
 _ALPHA: Final = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2, 0.0)
 
 
