@@ -65,7 +65,7 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
 
     Raises:
         UsageError: There is no terminal.
-        ConfigurationError: ``--confirm`` names another rig.
+        ConfigurationError: ``--confirm`` names a different rig.
         KeyboardInterrupt: The operator does not confirm.
     """
     file, run = RigFile.load(Path(options.rig)), options.run

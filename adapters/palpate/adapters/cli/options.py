@@ -43,7 +43,7 @@ class RunSettings(Settings):
     run: RunConfig = field(default_factory=RunConfig, init=False)
 
     def with_run(self, run: RunConfig) -> Self:
-        """Return the same options with another configuration."""
+        """Return the same options with a different configuration."""
         other = copy(self)
         object.__setattr__(other, "run", run)
         return other
@@ -98,7 +98,7 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
     """Fit the learner belief to recorded trials of any policy, without running trials. Takes logs, folders with logs,
-    or patterns in quotes, the newest last; uses the settings of the first log."""
+    or patterns in quotes, with the newest last; uses the settings of the first log."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class ReplayOptions(Settings):
     logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     """Logs, folders that contain logs, or patterns in quotes."""
     policy: str = ""
-    """What-if: use another policy: a policy file, oracle, torque, spiral-10, spiral-5, random, or
+    """What-if: use a different policy: a policy file, oracle, torque, spiral-10, spiral-5, random, or
     package.module:Name."""
     set: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
     """What-if: change a setting, as in --set task.max_force_N=20. May be repeated."""

@@ -15,7 +15,7 @@ _GRAVITY_M_S2: Final = 9.81
 
 @dataclass(frozen=True)
 class CalibrationTable(Settings):
-    """Measurements made by ``palpate rig calibrate`` and used by every run; None if not measured."""
+    """Measurements made by ``palpate rig calibrate`` and used by every run. A value that was not measured is None."""
 
     TABLE: ClassVar[str] = "calibration"
 

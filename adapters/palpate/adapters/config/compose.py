@@ -156,7 +156,7 @@ def tables_of(settings: Tables) -> dict[str, Any]:
     """Return the tables of settings, which may be given as tables, as a TOML file, or not at all.
 
     Raises:
-        ConfigurationError: The settings are given in another form.
+        ConfigurationError: The settings are given in a different form.
     """
     if settings is None:
         return {}

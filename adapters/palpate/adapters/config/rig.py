@@ -32,7 +32,7 @@ _Ranges: TypeAlias = Annotated[Vector3, _AboveZero]
 
 @dataclass(frozen=True)
 class SensorFactsTable(Settings):
-    """Properties of the force sensor, from the rig file or reported by the sensor; None if unknown."""
+    """Properties of the force sensor, from the rig file or reported by the sensor. Unknown properties are None."""
 
     TABLE: ClassVar[str] = "force_sensor.facts"
 
@@ -50,7 +50,7 @@ class SensorFactsTable(Settings):
     """Frame of the samples. Default: sensor."""
 
     def noise(self) -> SensorFacts | None:
-        """Return noise and range, from which settings are derived; None if no noise is stated."""
+        """Return noise and range, from which settings are derived, or None if no noise is stated."""
         if self.noise_N is None or self.noise_Nm is None:
             return None
         ranges = {name: found for name in ("range_N", "range_Nm") if (found := getattr(self, name)) is not None}
@@ -115,7 +115,7 @@ class RigFile(Settings):
     emulated: bool = False
     """True if all devices are emulated, so that no real device moves; set by `palpate emulate`."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
-    """Speed of the emulated devices relative to real time; 1 for real devices."""
+    """Speed of the emulated devices relative to real time, or 1 for real devices."""
     accept_kinematics: bool = False
     """Whether a person accepts the arm's nominal model for this run; not a key of the file."""
     model: str | ArmDescription = ""

@@ -46,12 +46,12 @@ class DeviceRig(Generic[DeviceT]):
     """Common part of the rigs of the three device ports.
 
     Attributes:
-        advance: Advances the world and its time by a number of control ticks, in every state of the adapter.
-        is_open: Returns whether the adapter holds a connection or another resource.
-        provoke_fault: Makes the active device fail, and returns when the adapter has latched the fault.
-        disconnect: Cuts the cable, in any state of the adapter.
-        reconnect: Restores the connection that ``disconnect`` cut.
-        dispose: Releases the rig's own resources after the adapter was closed.
+        advance: Function that advances world and time by a number of control ticks, in every adapter state.
+        is_open: Function that returns whether the adapter holds a connection or another resource.
+        provoke_fault: Function that makes the active device fail, and returns when the adapter has latched the fault.
+        disconnect: Function that cuts the cable, in any state of the adapter.
+        reconnect: Function that restores the connection that ``disconnect`` cut.
+        dispose: Function that releases the rig's own resources after the adapter was closed.
         call_budget_ns: Maximum duration of a reading or a command.
         runs_by_itself: Whether the world continues between two calls, as with real hardware.
         settle_ticks: Number of ticks after which a small move is complete, or a reading reflects a change.
@@ -97,7 +97,7 @@ class SensorRig(DeviceRig[DeviceT]):
 
     Attributes:
         max_age_ns: Maximum age of a ``VALID`` sample.
-        go_silent: Makes the device stop sending without an error.
+        go_silent: Function that makes the device stop sending without an error.
     """
 
     max_age_ns: int
@@ -114,13 +114,13 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     """A force sensor on the test bench.
 
     Attributes:
-        push_N: Exerts a force (fx, fy, fz) on the tool, in the sensor frame, until the next call; (0, 0, -10) is a
-            surface that presses against the tool axis. It must also work before ``configure``.
+        push_N: Function that exerts a force (fx, fy, fz) on the tool, in the sensor frame, until the next call; (0, 0,
+            -10) is a surface that presses against the tool axis. It must also work before ``configure``.
         load_N: Force that is safe and well within the range.
         overload_N: Force that may exceed the range but causes no damage on this rig.
         tolerance_N: Maximum error, including noise, of a settled reading.
         kind: Compensation that the adapter declares for its wrench.
-        twist_Nm: Exerts an additional torque on the tool, in the same way as ``push_N``.
+        twist_Nm: Function that exerts an additional torque on the tool, in the same way as ``push_N``.
         load_Nm: Torque that is safe and well within the range.
         overload_Nm: Torque that may exceed the range but causes no damage on this rig.
         tolerance_Nm: Maximum error, including noise, of a settled reading.
@@ -183,8 +183,8 @@ class ArmCommandRig(MovingRig[ArmCommand]):
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
         fast_step_rad: Motion within one tick that is too fast; at home, at least one joint has room for it.
-        position_rad: Returns the true joint angles, (n,).
-        turn_by_hand: Moves the joints of the inactive arm to these angles from outside.
+        position_rad: Function that returns the true joint angles, (n,).
+        turn_by_hand: Function that moves the joints of the inactive arm to these angles from outside.
         stop_budget_ns: Maximum duration of ``stop``.
         limit_ticks: Maximum delay, in ticks, of the arm on its path to the nearest position limit.
     """

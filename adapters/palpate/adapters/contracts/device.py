@@ -28,7 +28,7 @@ class DeviceContract(ABC, Generic[RigT]):
     """Clauses for the life cycle of a device; the suite of each port adds further clauses."""
 
     may_command: bool = True
-    """Whether commands, including commands that are too fast, may be sent to the arm; False for a real arm."""
+    """Whether commands, including commands that are too fast, may be sent to the arm. It is False for a real arm."""
 
     @abstractmethod
     def make(self) -> RigT:

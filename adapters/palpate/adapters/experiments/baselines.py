@@ -52,8 +52,8 @@ class OraclePose(Baseline):
     """Strategy that moves above the true hole and into its true orientation, as fast as allowed, and then inserts.
 
     Args:
-        pose: Returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation vector from
-            the task's axes to the hole's, (3,), rad, and, if drawn, ``heading_deg``.
+        pose: Function that returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation
+            vector from the task's axes to the hole's, (3,), rad, and, if drawn, ``heading_deg``.
         tilt_rad: Tilt of the peg in the grip.
         heading_deg: Heading of that tilt, unless it was drawn.
         step_m: Longest step of an action.

@@ -95,7 +95,7 @@ def write_evaluation(
     trials: int,
     claim: Claim | None = None,
 ) -> dict[str, Any]:
-    """Write ``summary.json``, times and forces as a picture, and the policy; return the values of the summary."""
+    """Write ``summary.json``, a picture of times and forces, and the policy; return the values of the summary."""
     summary = run_summary(config, rows, trials, policy=name)
     if claim is not None:
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))

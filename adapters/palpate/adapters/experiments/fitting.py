@@ -25,7 +25,7 @@ FIRST_FITTING_TRIAL = 2 * TRIALS_OF_A_SERIES
 
 
 def configured_perception(config: RunConfig) -> perception.Perception | None:
-    """Return the perception defined by the configuration; None if it must be fitted."""
+    """Return the perception defined by the configuration, or None if it must be fitted."""
     return None if needs_fitting(config) else build_perception(config)
 
 

@@ -228,7 +228,7 @@ def third_party_document(code: str, config: RunConfig, perception: Perception) -
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
     """Return the perception of a policy file after comparison with that of the run.
 
-    If ``configured`` is None, the run's perception would have to be fitted, and that of the file is used.
+    If ``configured`` is None, the run's perception would have to be fitted, so that of the file is used.
 
     Raises:
         ConfigurationError: The two differ.
@@ -306,7 +306,7 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """Return the tool of a policy file's contact model; None without such a model, and for the policy of a log."""
+    """Return the tool of a policy file's contact model, or None without such a model or for the policy of a log."""
     tool = _signal_in(document).get("tool")
     if tool is None or document.learner is None or document.learner.kind != "belief":
         return None
@@ -314,7 +314,7 @@ def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
 
 
 def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
-    """Refuse a contact model of another tool, unless it is requested as a starting point."""
+    """Refuse a contact model of a different tool, unless it is requested as a starting point."""
     learned = tool_in(document)
     if learned is None or config.learning.belief.other_tool:
         return

@@ -161,7 +161,7 @@ class RunResult:
         rows: Lines of ``trials.csv``.
         summary: Statistics of all trials, as in ``summary.json``.
         finished: Whether all requested trials are finished.
-        folder: Folder of the run; None if nothing was kept.
+        folder: Folder of the run, or None if nothing was kept.
         losses: Failures of recording.
         timing: Punctuality of the control loop; empty in the simulator.
     """
@@ -249,7 +249,7 @@ class RunFolder:
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
-        """Return a recorder of trials in the folder ``logs``, until ``opened`` closes; None without recording."""
+        """Return a recorder of trials in the folder ``logs`` until ``opened`` closes, or None without recording."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 

@@ -56,9 +56,9 @@ class Run:
         acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
         live: Live view of the trials.
-        notify: Receives messages for the user; by default they are printed to the error stream on a rig, and dropped in
-            the simulator.
-        make_rig: Creates the rig in place of :func:`open_rig`, without entering it.
+        notify: Function that receives messages for the user; by default they are printed to the error stream on a rig,
+            and dropped in the simulator.
+        make_rig: Function that creates the rig in place of :func:`open_rig`, without entering it.
         presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as for :func:`configured`.
 
     Attributes:
@@ -172,7 +172,7 @@ class Run:
                 rig are recorded in the next free folder below ``runs``.
             jobs: Number of processes in the simulator. With several, every 10 trials start with a new policy object.
             claim: Claim that the trials prove or refute.
-            on_trial: Receives the number of trials finished since the previous call.
+            on_trial: Function that receives the number of trials finished since the previous call.
 
         Raises:
             ConfigurationError: A setting or the policy is refused.
@@ -216,7 +216,7 @@ class Run:
         """Run the trials of one policy object on the open rig until all are finished or Ctrl-C ends them.
 
         Args:
-            folder: Receives a line of ``trials.csv`` for each trial.
+            folder: Folder that receives a line of ``trials.csv`` for each trial.
             recorded: ``command`` and ``subfolder``, as for :class:`Trials`.
         """
         rows: list[TrialRow] = []
@@ -246,8 +246,8 @@ class Run:
             out: Folder for the policy, its logs, tables and learning curve.
             policy: Policy file, or code, to train instead of a new learner of the configuration.
             resume: Whether to continue from the checkpoint in the folder.
-            on_begin: Receives the folder and the number of trials in it, before the first trial.
-            on_trial: Receives each finished trial.
+            on_begin: Function that receives the folder and the number of trials in it, before the first trial.
+            on_trial: Function that receives each finished trial.
 
         Raises:
             ConfigurationError: A setting is refused, or the policy does not learn.

@@ -165,7 +165,7 @@ class Subject:
         return cls(name, document, code)
 
     def perception(self, config: RunConfig, checkpoint: Checkpoint | None) -> Perception | None:
-        """Return the perception; None if it must be fitted."""
+        """Return the perception, or None if it must be fitted."""
         perception = configured_perception(config)
         if self.document is not None:
             perception = perception_of(self.document, config, perception)

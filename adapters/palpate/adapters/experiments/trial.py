@@ -27,7 +27,7 @@ class ScoredTrial:
 
     Attributes:
         report: Report of the core, from port data.
-        truth: Ground truth; None if unknown.
+        truth: Ground truth, or None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that a trip ended.
         exploration_time_s: Exploration time of the report; the time limit for a trial that a trip ended.

@@ -47,7 +47,7 @@ class Agent(FixedPolicy, LoopObserver):
         grace_s: Time for which the loop waits for a decision; None waits without limit.
 
     Attributes:
-        look: Returns the agent's view when a decision is due; called in the loop's thread.
+        look: Function that returns the agent's view when a decision is due; called in the loop's thread.
         shown: Views for the agent, or the error that ended the trial.
     """
 

@@ -122,7 +122,7 @@ class Episodes:
 
     @property
     def outcome(self) -> Outcome | None:
-        """Return the outcome of the trial; None while it runs."""
+        """Return the outcome of the trial, or None while it runs."""
         return experiments.outcome_of(self.report)
 
     @property

@@ -26,7 +26,7 @@ _TURN_RAD_S: Final = radians(11.0)
 
 
 def spatial_of(config: RunConfig) -> SpatialOptions | None:
-    """Return the options of a task that turns the tool; None for any other task."""
+    """Return the options of a task that turns the tool, or None for any other task."""
     own = task_kind(config.task.name).options is SpatialOptions
     return options_of(SpatialOptions, config.task) if own else None
 
@@ -78,7 +78,7 @@ WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "to
 
 
 class PortReadings:
-    """Unfiltered port data of the latest tick, float64, in the order of ``names``; for recording.
+    """Unfiltered port data of the latest tick for recording, float64, in the order of ``names``.
 
     They are joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
     measurements, and the applied command of the previous tick, all unbounded.

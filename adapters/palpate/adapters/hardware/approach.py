@@ -61,7 +61,7 @@ def move_to_ready(
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or touches something, or a
-            sensor fails or reports wrenches of another frame or kind.
+            sensor fails or reports wrenches in a different frame or of a different kind.
     """
     begin = ports.joint_encoder.read().position_rad
     require_right_turn(approach, begin)

@@ -107,7 +107,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
     @property
     def rate_Hz(self) -> float | None:
-        """Rate of the arm's cycles; None for a third-party arm, whose rate is unknown."""
+        """Rate of the arm's cycles, or None for a third-party arm, whose rate is unknown."""
         return None if self._arm.answers else CONTROL_RATE_HZ / self._arm.divider
 
     @property

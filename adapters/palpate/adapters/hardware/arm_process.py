@@ -112,7 +112,7 @@ class ArmLoop:
             self._latch(f"set-point time-out: {limit}")
 
     def _newest(self) -> Setpoint | None:
-        """Return the valid set-point; None if there is none."""
+        """Return the valid set-point, or None if there is none."""
         setpoint = self._memory.setpoint.read()
         if self._stopped or setpoint is None or setpoint.sent_ns < self._start_ns:
             return None

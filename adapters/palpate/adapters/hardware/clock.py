@@ -12,7 +12,7 @@ class MonotonicClock(Clock):
     """Clock in real time. It sleeps until absolute deadlines, so that delays do not accumulate.
 
     Args:
-        origin_ns: Reading of the system's monotonic clock at time 0 of this clock; None for the present time.
+        origin_ns: Reading of the system's monotonic clock at time 0 of this clock, or None for the present time.
         real_time_factor: Seconds of this clock per real second; below 1 for emulated devices with the same slow clock.
     """
 

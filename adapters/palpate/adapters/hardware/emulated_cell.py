@@ -28,8 +28,8 @@ _SHARED: Final = "  # emulated devices share this computer with the loop; leave 
 class EmulatedCell:
     """Simulated work cell with emulated devices; as a context manager, it serves the devices.
 
-    The Zebra starts in its home pose, any other arm in the ready pose. Drives start as after power-up; a Universal
-    Robots controller is switched on and in remote control.
+    The Zebra starts in its home pose, and any other arm starts in the ready pose. Drives start as after power-up; a
+    Universal Robots controller is switched on and in remote control.
 
     Args:
         config: The simulated cell; trial 0 of its seed determines hole and sensor errors.

@@ -49,8 +49,8 @@ class EmulatedDevice:
     """An emulated device with its server.
 
     Attributes:
-        entries: Returns the device's entries in the rig file; call it while the device is served, because the address
-            is known only then.
+        entries: Function that returns the device's entries in the rig file; call it while the device is served, because
+            the address is known only then.
         faults: Functions that trigger faults, by name of the event.
     """
 

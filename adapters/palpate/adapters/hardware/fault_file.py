@@ -55,7 +55,7 @@ class FaultFile(FaultLatch):
     Raises:
         OutputError: The file cannot be read.
         FaultLatchedError: A fault is open, and it is not acknowledged.
-        ConfigurationError: The words acknowledge nothing, or another fault.
+        ConfigurationError: The words acknowledge nothing, or a different fault.
     """
 
     def __init__(self, rig_file: Path | None, words: str = "") -> None:
@@ -72,7 +72,7 @@ class FaultFile(FaultLatch):
 
     @property
     def number(self) -> int:
-        """Number of the latest fault; 0 before the first."""
+        """Number of the latest fault, or 0 before the first."""
         return self._faults[-1].number if self._faults else 0
 
     @property

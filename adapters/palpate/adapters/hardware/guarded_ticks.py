@@ -30,7 +30,7 @@ class GuardedTicks:
         monitor: Check of the samples, as in a run.
         limit_N: Accepted difference from the force at the last :meth:`mark`.
         motion: Name of the motion in errors.
-        stopped_by: Returns the cause of a stop; empty if unknown.
+        stopped_by: Function that returns the cause of a stop; empty if unknown.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ def recent_force_N(ports: Ports) -> Vector3:
     """Return a recent force, (3,) N, of a sensor that does not compensate for its load.
 
     Raises:
-        DeviceError: There is no valid force, or it has another frame or kind.
+        DeviceError: There is no valid force, or it has a different frame or kind.
     """
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()

@@ -47,11 +47,11 @@ class RigContext:
     """Context of an adapter, in addition to its settings.
 
     Attributes:
-        tool: Tool on the flange according to the job; None without a job.
+        tool: Tool on the flange according to the job, or None without a job.
         accept_kinematics: Whether a person has accepted a nominal model of the arm, or the rig is emulated.
-        set_priority: Sets the real-time class and the CPU that the run requests; each thread that runs the arm's cycles
-            calls it first.
-        notify: Receives the messages of an adapter when it opens its device.
+        set_priority: Function that sets the real-time class and the CPU that the run requests; each thread that runs
+            the arm's cycles calls it first.
+        notify: Function that receives the messages of an adapter when it opens its device.
     """
 
     clock: Clock
@@ -82,7 +82,7 @@ class RigContext:
 
     @property
     def real_time_factor(self) -> float:
-        """Rig seconds per real second; 1 for real devices."""
+        """Rig seconds per real second, or 1 for real devices."""
         return self.clock.real_time_factor if isinstance(self.clock, MonotonicClock) else 1.0
 
     def portable(self) -> RigContext:
@@ -140,7 +140,7 @@ def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSett
 
 
 def settings_table(maker: Callable[..., Any]) -> type[Settings] | None:
-    """Return the type of a maker's first parameter, if it declares settings; None if it takes a mapping."""
+    """Return the type of a maker's first parameter, if it declares settings, or None if it takes a mapping."""
     try:
         first = next(iter(get_type_hints(maker).values()), None)
     except (TypeError, NameError):

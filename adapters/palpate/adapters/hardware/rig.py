@@ -118,7 +118,7 @@ class HardwareRig(DeviceRig):
     """Real devices behind the ports. On exit of its context, the arm is stopped and every device is closed.
 
     Args:
-        latch: Latch that outlasts the program; None for a latch that ends with it.
+        latch: Latch that outlasts the program, or None for a latch that ends with it.
 
     Attributes:
         latch: Latch that a trip, an operator's stop or a device fault sets; while it is set, nothing moves.

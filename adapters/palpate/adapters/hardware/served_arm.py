@@ -19,8 +19,8 @@ class StandBy:
     """Access of the loop's process to an arm whose controller continues without commands.
 
     Attributes:
-        hold: Holds the arm at its last known pose, (n,) rad; called when the process that owns it is gone.
-        close: Releases the resources of this access.
+        hold: Function that holds the arm at its last known pose, (n,) rad, when its own process is gone.
+        close: Function that releases the resources of this access.
     """
 
     hold: Callable[[JointVector], object]
@@ -32,7 +32,7 @@ class ServedArm(ABC):
 
     Attributes:
         limiter: Limiter of commands before they reach the arm's process.
-        max_age_ns: Age above which a sample of the joints is stale; 0 if the arm marks stale samples itself.
+        max_age_ns: Age above which a sample of the joints is stale, or 0 if the arm marks stale samples itself.
         answers: Whether the applied command of a set-point is known only from its cycle.
         listens_unpowered: Whether the arm reports angles without power.
     """
@@ -82,11 +82,11 @@ class ServedArm(ABC):
         return False
 
     def run_out(self) -> float | None:
-        """Move slowly, end the commands, and return the time until the arm stopped, s; None if it did not stop."""
+        """Move slowly, end the commands, and return the time in s until the arm stopped, or None if it did not stop."""
         return None
 
     def stand_by(self) -> StandBy | None:
-        """Prepare the loop's process to hold the arm if the other process is gone; None if this is not necessary."""
+        """Let the loop's process hold the arm if the other process is gone; return None if this is not necessary."""
         return None
 
     def diagnostics(self) -> Mapping[str, str]:

@@ -42,7 +42,7 @@ class UrTable(UrController, ArmTable):
     """The table ``[arm]`` of a rig file."""
 
     force_stop_N: Annotated[float, Range(0.0, 500.0)] = UrSettings.force_stop_N
-    """Change of the tool force at which the arm stops, even with another sensor; 0 disables the check."""
+    """Change of the tool force at which the arm stops, even with a different sensor; 0 disables the check."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = UrSettings.lookahead_s
     """Look-ahead time of servoj, which smooths the motion and delays the arm."""
     gain: Annotated[float, Range(100.0, 2000.0)] = UrSettings.gain

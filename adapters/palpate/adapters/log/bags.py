@@ -72,7 +72,7 @@ def joint_names(config: RunConfig) -> tuple[str, ...]:
 
 
 def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perception, topics: BagTopics) -> bytes:
-    """Return a log with the bag's samples at the control rate, with the latest sample of each kind at every tick.
+    """Return a log with the bag's samples at the control rate: the latest sample of each kind at every tick.
 
     Commands are the measured joint angles, because a bag does not state the cause of a motion. The policy is the torque
     rule, so that a replay with a policy shows its perception and choices.

@@ -72,9 +72,9 @@ def bytes_of(path: str | Path) -> bytes:
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
-    """Return the messages of a log up to the first damage, and a description of the damage.
+    """Return the messages of a log up to the first damage, with a description of the damage.
 
-    They are sorted by sequence number if the file is undamaged, otherwise in file order.
+    Messages are sorted by sequence number if the file is undamaged, and otherwise are in file order.
 
     Raises:
         LogError: The file is not an MCAP file.

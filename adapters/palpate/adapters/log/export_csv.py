@@ -23,7 +23,7 @@ _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Export logs to a new folder, several in subfolders; return the folders of the logs.
+    """Export logs to a new folder, with a subfolder for each of several logs; return the folders of the logs.
 
     Raises:
         LogError: A log cannot be read; nothing is written.
@@ -39,7 +39,7 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
 
 
 def names_for(paths: Sequence[Path]) -> list[str]:
-    """Return the stems of the files, numbered if they are equal."""
+    """Return the stems of the files, with numbers added to equal ones."""
     names: list[str] = []
     for path in paths:
         name, number = path.stem, 1

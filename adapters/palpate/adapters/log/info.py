@@ -21,7 +21,7 @@ LATE_S: Final = 0.001
 
 
 def info_of(log: TrialLog) -> dict[str, Any]:
-    """Return the content of ``palpate log info`` as JSON values; None if the log does not contain a value.
+    """Return the content of ``palpate log info`` as JSON values. Values that the log does not contain are None.
 
     Rates are tick numbers, or new samples, per second of the clock or of the device's own time; missing ticks do not
     lower them. The age of a sample is the clock reading of its tick minus its source time.

@@ -70,7 +70,7 @@ class TrialLog:
 
     @property
     def trip(self) -> records.EventEntry | None:
-        """Return the event with the reason why supervisor, sensors or operator ended the trial; None if none did."""
+        """Return the event with the reason why supervisor, sensors or operator ended the trial, or None if none did."""
         cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)
         names = ("trip", "end") if cut else ("trip",)
         return next((event for name in names for event in self.events if event.name == name), None)
@@ -89,8 +89,8 @@ def read_log(path: str | Path) -> TrialLog:
     """Read a log, up to its end or the first damage.
 
     Raises:
-        LogError: The log is missing or empty, has another program or format, is not a single trial, or is damaged
-            before the trial's start.
+        LogError: The log is missing or empty, is from another program or in a different format, is not a single trial,
+            or is damaged before the trial's start.
     """
     data = bytes_of(path)
     messages, damage = read_messages(str(path), data)
@@ -101,7 +101,7 @@ def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "
     """Assemble a trial from the messages of a log.
 
     Raises:
-        LogError: The messages are not those of one trial, or have another format.
+        LogError: The messages are not those of one trial, or have a different format.
     """
     if not messages and damage:
         raise LogError(path, "", f"contains nothing readable: {damage}", "it can only be deleted")

@@ -20,7 +20,7 @@ class FlightRecorder(LoopObserver):
     """Passes a trial as messages to a sink, which packs them.
 
     Args:
-        start: Returns the start record; called after the task has begun or failed to begin.
+        start: Function that returns the start record; called after the task has begun or failed to begin.
         counterfactual: For a what-if: returns True once the trial has left the recorded path, for marking messages.
         stop_on_loss: A message that cannot be stored ends the trial; otherwise it is reported.
     """
@@ -48,7 +48,7 @@ class FlightRecorder(LoopObserver):
         return self._unfinished.calling
 
     def end(self, record: records.EndRecord | None) -> None:
-        """Record the outcome; None for a log that ends before the trial."""
+        """Record the outcome, which is None if the log ends before the trial."""
         self._put_start()
         if self._deadline_ns is not None:
             tick = self._unfinished

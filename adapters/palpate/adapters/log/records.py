@@ -21,7 +21,7 @@ class StartRecord:
         perception_json: Stages of perception, including fitted values.
         policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
         policy_json: The policy document, even of a third-party policy.
-        temperature: Temperature of the exploration; None for a policy without one.
+        temperature: Temperature of the exploration, or None for a policy without one.
         world: ``simulator``, or the name of a rig.
         world_json: Values that reproduce the world, with its ground truth if there is one.
         processor_json: Properties of the processor that may affect the last bits.
@@ -166,9 +166,9 @@ class TickRecord:
     """Port data of one control tick.
 
     Attributes:
-        time_ns: Clock reading; None if the clock was not read.
-        wrench: The force sample; None if none was read.
-        requested_rad: The requested command, (n,); None if none was sent.
+        time_ns: Clock reading, or None if the clock was not read.
+        wrench: The force sample, or None if none was read.
+        requested_rad: The requested command, (n,), or None if none was sent.
         counterfactual: True if this command or an earlier one differs from the recording: a what-if, not an
             observation.
     """

@@ -12,7 +12,7 @@ from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 PACKAGE: Final = "palpate.log"
 SCHEMA: Final = "palpate.log/4"
-"""Version of the format. A changed field or meaning requires a new version; logs of another format are refused."""
+"""Version of the format. A changed field or meaning requires a new version; logs in other formats are refused."""
 
 VALIDITIES: Final = (Validity.VALID, Validity.SATURATED, Validity.STALE, Validity.INVALID)
 KINDS: Final = (WrenchKind.RAW, WrenchKind.TARED, WrenchKind.GRAVITY_COMPENSATED)

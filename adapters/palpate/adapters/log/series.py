@@ -29,7 +29,7 @@ class Tare:
     origin: str
 
     def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
-        """Return force and torque, (6,), minus the zero; None without a current measurement."""
+        """Return force and torque, (6,), minus the zero, or None without a current measurement."""
         if sample is None or sample.validity in NO_NEWS:
             return None
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))

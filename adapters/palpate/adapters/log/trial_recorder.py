@@ -42,7 +42,7 @@ class TrialRecorder:
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
-        """Create a recorder that writes files, as configured; None if recording is off."""
+        """Create a recorder that writes files, as configured, or None if recording is off."""
         return cls(FileSink(), folder, config) if config.enabled else None
 
     def __enter__(self) -> Self:

@@ -93,7 +93,7 @@ class SimulatedRig(Rig):
         self.cell.set_ticks(ticks)
 
     def truth(self) -> GroundTruth:
-        """Return the ground truth; for scoring and baselines only."""
+        """Return the ground truth, which is only for scoring and baselines."""
         return self.cell.truth()
 
     def __enter__(self) -> Self:

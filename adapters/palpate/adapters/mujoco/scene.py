@@ -23,9 +23,9 @@ class Moment:
     """Known values at one tick.
 
     Attributes:
-        force_N: Tared force of the world on the tool, (3,), sensor frame; None if it was not measured.
-        torque_Nm: Torque about the sensor's origin, (3,); None if ``force_N`` is None.
-        decision: The current action and its reason; None outside actions.
+        force_N: Tared force of the world on the tool, (3,), sensor frame, or None if it was not measured.
+        torque_Nm: Torque about the sensor's origin, (3,), or None if ``force_N`` is None.
+        decision: The current action and its reason, or None outside actions.
     """
 
     tick: int
@@ -137,7 +137,7 @@ class DrawnCell:
         return tip
 
     def force_in_base(self, moment: Moment) -> Array | None:
-        """Return the measured force on the tool, (3,) N, base frame; None if it was not measured."""
+        """Return the measured force on the tool, (3,) N, base frame, or None if it was not measured."""
         if moment.force_N is None:
             return None
         rotation = self.data.body("sensor").xmat.reshape(3, 3)
@@ -168,7 +168,7 @@ class DrawnCell:
 
 
 def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
-    """Return the true position of the hole, (3,), task frame; None if it is unknown."""
+    """Return the true position of the hole, (3,), task frame, or None if it is unknown."""
     found: Any = None
     with suppress(LogError):
         found = json_in(log, "start.world_json", log.start.world_json).get("hole_in_task_m")

@@ -83,7 +83,7 @@ def _compare_start(trial: ReplayedTrial) -> None:
 
 
 def _ready(config: RunConfig) -> list[float] | None:
-    """Return joint angles and tool orientation at the ready pose, computed now; None if it cannot be reached."""
+    """Return joint angles and tool orientation at the ready pose, computed now, or None if it cannot be reached."""
     try:
         ready = ready_pose(config)
     except UnreachableError:

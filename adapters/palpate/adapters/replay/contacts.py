@@ -124,7 +124,7 @@ def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fo
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
-    """Refuse a log of another tool, whose torques have another meaning."""
+    """Refuse a log of a different tool, whose torques have a different meaning."""
     wanted, there = (
         {**tool_of(each), "perception.calibration": each.perception.calibration} for each in (first, config)
     )

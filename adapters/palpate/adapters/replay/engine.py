@@ -132,7 +132,7 @@ def _torn(tape: Tape) -> bool:
 
 
 def run_over(trial: ReplayedTrial) -> Exception | None:
-    """Run the core over the tape and return the error that ended it; None if the trial ended normally."""
+    """Run the core over the tape and return the error that ended it, or None if the trial ended normally."""
     tape = trial.tape
     sensor = ReplaySensor("recorded force sensor", tape.wrenches)
     encoder, arm = ReplaySensor("recorded encoders", tape.joints), ReplayArm(tape)

@@ -63,7 +63,7 @@ class Rebuilt:
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes of a replay from the recording: settings as ``name=value``, and another policy."""
+    """Differences between a replay and its recording: settings as ``name=value``, and a different policy."""
 
     settings: tuple[str, ...] = ()
     policy: PolicyDocument | ThirdPartyEntry | str | None = None
@@ -97,7 +97,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
     """Return the nested table of ``name.of.field=value``.
 
     Raises:
-        ConfigurationError: The text has another form, or names a setting that does not affect a replay.
+        ConfigurationError: The text has a different form, or names a setting that does not affect a replay.
     """
     name, equals, text = setting.partition("=")
     parts = name.strip().split(".")

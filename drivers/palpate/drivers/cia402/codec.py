@@ -91,7 +91,7 @@ after a stop, an arm passes through all states, as after power-up."""
 
 
 def state_of(statusword: int) -> DriveState | None:
-    """Return the state of a statusword (object 0x6041); None if it matches no pattern."""
+    """Return the state of a statusword (object 0x6041), or None if it matches no pattern."""
     return next((state for state, mask, value in PATTERNS if statusword & mask == value), None)
 
 

@@ -43,8 +43,8 @@ def fault_of(
     """Return the most significant problem, or None.
 
     Args:
-        allowed: Permitted states of a drive under power; None while the arm must be without power. Faults of the drives
-            and the pose are then ignored, because nothing moves.
+        allowed: Permitted states of a drive under power, or None while the arm must be without power. Faults of the
+            drives and the pose are then ignored, because nothing moves.
     """
     axes = list(zip(views, settings.joints, strict=True))
     for check in (_restarted, _reports, _silent):

@@ -21,7 +21,7 @@ class Objects:
         self._channel = channel
 
     def read(self, index: int, subindex: int = 0) -> bytes | None:
-        """Return the bytes of an object; None if the drive has no such object."""
+        """Return the bytes of an object, or None if the drive has no such object."""
         return self._try(index, subindex, lambda: self._channel.upload(index, subindex))
 
     def write(self, index: int, subindex: int, value: int, size: int) -> None:

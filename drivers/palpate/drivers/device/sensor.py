@@ -43,7 +43,7 @@ class PolledSensor(ABC):
     """Driver of a force sensor; ``remedy`` is the advice in the error for a silent sensor.
 
     Attributes:
-        failure: Error after which no more samples are accepted; None if there is none.
+        failure: Error after which no more samples are accepted, or None if there is none.
         errors: Number of invalid messages of each kind.
     """
 

@@ -65,7 +65,7 @@ class CanDecoder:
         self._halves.clear()
 
     def decode(self, frame: CanFrame) -> Message | None:
-        """Return the message in a frame; None if it is for another node, invalid, or the first half of a reading."""
+        """Return the message in a frame, or None if it is for another node, invalid, or the first half of a reading."""
         if frame.can_id & _NODE_MASK != self._node:
             return None
         op, data = frame.can_id & _OP_MASK, frame.data

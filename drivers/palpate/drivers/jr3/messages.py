@@ -29,7 +29,7 @@ class Op(enum.IntEnum):
 
 
 SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
-"""Number of full scales in the acknowledgement of an operation; 0 for operations that are not listed."""
+"""Number of full scales in the acknowledgement of an operation, or 0 for operations that are not listed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ _SETTLED_TAUS: Final = 5.0
 
 
 def settling_ns(cutoff_cHz: int) -> int:
-    """Return the time after which the filter counts as settled, in ns; 0 if unfiltered.
+    """Return the time after which the filter counts as settled, in ns, or 0 if unfiltered.
 
     CALC: the filter is first-order (FACT, Jr3Controller.cpp of jr3-mbed-firmware), tau = 1/(2 pi cut-off); 0.4 s at
     2 Hz.
@@ -27,7 +27,7 @@ class Sampler:
     """Converts readings to samples, numbered in order of arrival.
 
     Attributes:
-        full_scales: Full scales reported by the board; None before they are known, when readings give no samples.
+        full_scales: Full scales reported by the board, or None if not yet known; readings then give no samples.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
@@ -43,7 +43,7 @@ class Sampler:
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
 
     def take(self, reading: Reading, now_ns: int) -> ForceSample | None:
-        """Return the sample of a reading; None if it is not new."""
+        """Return the sample of a reading, or None if it is not new."""
         if self.full_scales is None:
             return None
         ahead = 1 if self._counter is None else (reading.counter - self._counter) % _WRAP

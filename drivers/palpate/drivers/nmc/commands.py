@@ -55,7 +55,7 @@ def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcC
 
 
 def set_baud(divisor: int) -> NmcCommand:
-    """Change the baud rate of every module that receives the command, which is sent only to groups. No reply."""
+    """Change the baud rate of every module that receives the command. Send it only to groups; no module replies."""
     return NmcCommand(Code.SET_BAUD, bytes((divisor,)))
 
 

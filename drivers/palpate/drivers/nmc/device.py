@@ -159,7 +159,7 @@ class NmcBus:
         return isinstance(reply, Reply) and not self._waiting_bytes()
 
     def exchange(self, address: int, command: NmcCommand) -> Reply | None:
-        """Send a command once, as in each control cycle, and return the reply; None if it was lost or discarded.
+        """Send a command once, as in each control cycle, and return the reply, or None if it was lost or discarded.
 
         Raises:
             SilentError: More replies in a row are missing than the settings allow, or the port is gone.
@@ -185,7 +185,7 @@ class NmcBus:
     def require(self, address: int, command: NmcCommand) -> Reply:
         """Send a command and return the reply; repeat failed exchanges as often as the settings allow.
 
-        Only for commands that may be executed twice without harm.
+        Use this only for commands that may be executed twice without harm.
 
         Raises:
             SilentError, GarbledError, WiringError: As for :meth:`exchange`.

@@ -10,8 +10,8 @@ BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000
 """Data byte of SET_BAUD for each baud rate.
 
 FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all fit 1.25 MHz / (divisor + 1) within 3.5 %,
-except 230 400, which would really be 208 333 (-9.6 %): too far off for a UART, unless the modules have another clock.
-INFERENCE from the same formula: 250 000, which it meets exactly.
+except 230 400, which would really be 208 333 (-9.6 %): too far off for a UART, unless the modules have a different
+clock. INFERENCE from the same formula: 250 000, which it meets exactly.
 """
 
 
@@ -46,7 +46,7 @@ class SerialTiming:
     """Timing of the serial line and its adapter.
 
     Attributes:
-        adapter_latency_s: Latency that the adapter adds to every exchange. The response time of a module is NOT FOUND.
+        adapter_latency_s: Latency that the adapter adds to every exchange. NOT FOUND: response time of a module.
     """
 
     baud: int

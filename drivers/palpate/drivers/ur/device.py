@@ -31,7 +31,7 @@ class UrArm(LatchingArm):
     """A Universal Robots arm.
 
     Attributes:
-        hello: Identity of the controller; None before :meth:`open`.
+        hello: Identity of the controller, or None before :meth:`open`.
         tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty before.
     """
 
@@ -61,7 +61,7 @@ class UrArm(LatchingArm):
 
     @property
     def seen(self) -> UrState | None:
-        """Latest state; None before :meth:`open`."""
+        """Latest state, or None before :meth:`open`."""
         return self._seen
 
     def enable(self) -> None:

@@ -61,7 +61,7 @@ class UrLink:
     """Connection to the controller through ur_rtde in a separate process.
 
     Args:
-        set_priority: Puts the calling thread into the real-time class, which the started process inherits.
+        set_priority: Function that puts its thread into the real-time class, which the process inherits.
         real_time_factor: Controller seconds per real second; below 1 for an emulated controller.
     """
 
@@ -135,7 +135,7 @@ class UrLink:
         self._send({"op": "servo", "args": [list(q_rad), 0.5, 0.5, step_s, lookahead_s, gain]})
 
     def state(self) -> UrState | None:
-        """Return the latest state; None before the first.
+        """Return the latest state, or None before the first.
 
         Raises:
             DriverError: The connection to the controller is lost.
@@ -149,7 +149,7 @@ class UrLink:
         return UrState(**fields)
 
     def close(self) -> None:
-        """End the process, after a request to end the program on the controller. Never raises."""
+        """Ask the controller to end its program, and then end the process. Never raises."""
         process, line, errors = self._process, self._line, self._errors
         self._process = self._line = self._errors = None
         self._answers = {}

@@ -21,7 +21,7 @@ class CountsStore(Protocol):
     """Storage of the counters between runs."""
 
     def load(self) -> Sequence[int] | None:
-        """Return the counters of an earlier run; None if there are none.
+        """Return the counters of an earlier run, or None if there are none.
 
         Raises:
             WiringError: The counters cannot be read.
@@ -112,7 +112,7 @@ class ZebraZero(LatchingArm):
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
         """Send the set-point, if any, and read the pose before it, in one exchange with every axis.
 
-        Must be called at ``settings.rate_Hz``; an earlier call shortens the step in proportion.
+        Call it at ``settings.rate_Hz``; an earlier call shortens the step in proportion.
 
         Args:
             setpoint_rad: Requested joint angles, (6,); None holds the pose.

@@ -153,7 +153,7 @@ class Servos:
         self.on: set[int] = set()
 
     def attach(self) -> tuple[Module, ...] | None:
-        """Return the modules of an earlier run; None if no module has kept its address."""
+        """Return the modules of an earlier run, or None if no module has kept its address."""
         try:
             return attach(self._bus, JOINTS)
         except SilentError as error:

@@ -20,7 +20,7 @@ class JointLimits:
         upper_rad: Upper limits, (6,), from the same source.
         velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
         acceleration_rad_per_s2: Highest joint acceleration, enforced by firmware with trapezoids. CALC from the port's
-            servo default of 10 000 on joints 1 to 3. (One configuration of the port has 0.2, another software cap.)
+            servo default of 10 000 on joints 1 to 3. (One configuration of the port has 0.2, a different software cap.)
     """
 
     lower_rad: Six = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
@@ -29,7 +29,7 @@ class JointLimits:
     acceleration_rad_per_s2: float = 19.0
 
     def outside(self, position_rad: Sequence[float], tolerance_rad: float = 0.0) -> int | None:
-        """Return the index of the first joint beyond a limit by more than the tolerance; None if there is none."""
+        """Return the index of the first joint beyond a limit by more than the tolerance, or None if there is none."""
         for joint, angle in enumerate(position_rad):
             # Written so that an angle that is not a number is also outside.
             if not self.lower_rad[joint] - tolerance_rad <= angle <= self.upper_rad[joint] + tolerance_rad:
@@ -108,7 +108,7 @@ class ZebraZeroSettings:
 
     @property
     def highest_rate_Hz(self) -> float:
-        """The highest rate that leaves the reserve; both streaming methods take the same time. CALC."""
+        """Highest rate that leaves the reserve (CALC); both streaming methods take the same time."""
         line = nmc.SerialTiming(self.bus.baud, self.bus.adapter_latency_s)
         setpoint = nmc.stop_motor(nmc.StopControl.AMP_ENABLE | nmc.StopControl.HERE, 0)
         exchange_s = line.exchange_s(setpoint.size_bytes + nmc.reply_size_bytes(REPLY_ITEMS))

@@ -52,7 +52,7 @@ class Walker:
         start: Index of the first cell; if None, seed and trial determine it.
 
     Attributes:
-        cell: Present cell; None at the goal.
+        cell: Present cell, or None at the goal.
         state: State in the present cell. The goal has no reading and keeps the state of the previous cell.
 
     Raises:
@@ -97,7 +97,7 @@ class Walker:
         return Observation(self.state, _NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, self.steps)
 
     def move(self, action: int) -> int | None:
-        """Make a move and return the next state; None at the goal.
+        """Make a move and return the next state, or None at the goal.
 
         Raises:
             CommandError: The goal has been reached before.

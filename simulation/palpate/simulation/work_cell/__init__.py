@@ -1,4 +1,4 @@
-"""The MuJoCo model of arm, peg and plate, and its contact geometry."""
+"""MuJoCo model of arm, peg and plate, with its contact geometry."""
 
 import lazy_loader
 

@@ -42,12 +42,12 @@ class WorkCell:
     Args:
         ready_rad: Joint angles at the start of every trial, (n,), with the tool pointing down.
         wander_m: Largest distance of the peg from the nominal goal; it determines the size of the plate.
-        hidden: Hidden values of the rig; None if there are none. The configuration already includes their physical
+        hidden: Hidden values of the rig, or None if there are none. The configuration already includes their physical
             part.
 
     Attributes:
         model: MuJoCo's model, rebuilt for a trial with a different grip or clearance.
-        contacts: The contact search, rebuilt with the model; None if MuJoCo searches for all contacts at every step.
+        contacts: The contact search, rebuilt with the model, or None if MuJoCo searches for all contacts at every step.
         ticks: Control ticks since construction; not reset between trials.
         time_ns: Exact time of the current tick, rounded down to nanoseconds.
         before_errors: Latest measured wrench without noise, bias or zero shift, negated, (6,).

@@ -130,7 +130,7 @@ class ComplianceConfig(Settings):
     torsion_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
     """Stiffness against turning about the tool axis."""
     centre_above_tip_mm: Annotated[float, Range(-50.0, 140.0)] = 0.0
-    """Height of the centre of compliance above the peg tip; 0 as in a remote-centre-compliance device."""
+    """Height of the centre of compliance above the peg tip; 0 corresponds to a remote-centre-compliance device."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
     """Damping of each spring, as a fraction of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
@@ -156,7 +156,7 @@ class SensorConfig(Settings):
     torque_bias_Nm: Annotated[float, Range(0.0, 100.0)] = 0.05
     """Standard deviation of the constant torque offset, drawn for each trial."""
     encoder_counts_share: Annotated[float, Range(0.0, 1000.0)] = 1.0
-    """Encoder step as a fraction of the arm's own step; 0 for ideal encoders."""
+    """Encoder step as a fraction of the arm's own step, or 0 for ideal encoders."""
 
 
 @dataclass(frozen=True)

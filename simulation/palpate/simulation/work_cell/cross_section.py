@@ -30,10 +30,10 @@ class CrossSection:
     """A convex outline. Side 0, or the flat, has its normal along x.
 
     Attributes:
-        sides: Number of sides; 0 for a circle.
+        sides: Number of sides, or 0 for a circle.
         apothem_m: Radius of the inscribed circle.
         corner_m: Radius of the corners of a polygon.
-        flat_m: Distance of a circle's flat from its centre; None if it has none.
+        flat_m: Distance of a circle's flat from its centre, or None if it has none.
     """
 
     sides: int

@@ -33,7 +33,7 @@ class HiddenValues:
         hole_mm: Largest distance of the hole from the nominal goal.
         axial_share: Axial stiffness of the gripper, relative to the configured one.
         springs_share: Stiffness of all springs of the gripper, relative to the configured one.
-        friction: Friction between peg and plate; None for the configured one.
+        friction: Friction between peg and plate, or None for the configured one.
         latency_ms: Latency of wrench measurements.
     """
 

@@ -37,7 +37,7 @@ class Examination:
         seconds: Duration of reading each device.
         person: The person who pushes the tool; None skips this check.
         move: Whether joints are moved.
-        before_move: Called before the first motion, which it may refuse by raising an error.
+        before_move: Function called before the first motion, which it may refuse by raising an error.
 
     Raises:
         ConfigurationError: The rig file cannot be used. Settings that only a driver refuses are findings instead.
@@ -118,7 +118,7 @@ class Examination:
         report_moves(arm, arm, clock, self._context.upper_rad, report)
 
     def _await_stop(self, entry: DeviceEntry, opened: ExitStack) -> None:
-        """Test the claim that the robot stops by itself, without the process that would stop it."""
+        """Test the claim that the robot stops by itself, with the process that would stop it absent."""
         arm = served(arm_maker(entry.adapter)(entry.settings, self._context), self._context)
         opened.callback(arm.close)
         arm.open()

@@ -54,14 +54,14 @@ class Series(NamedTuple, Generic[SampleT]):
 
     @property
     def rate_Hz(self) -> float:
-        """Return the mean rate; 0 for fewer than two samples."""
+        """Return the mean rate, or 0 for fewer than two samples."""
         times_ns = [sample.receive_time_ns for sample in self.samples]
         span_ns = times_ns[-1] - times_ns[0] if times_ns else 0
         return (len(times_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
 
 
 class MeasuredNoise(NamedTuple):
-    """Noise of an unloaded, stationary sensor in the worst channel of each kind, and its rate."""
+    """Noise of an unloaded, stationary sensor in the worst channel of each kind, and the sensor's rate."""
 
     force_N: float
     torque_Nm: float

@@ -42,7 +42,7 @@ def report_moves(
 
 
 def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str, float]:
-    """Return the motion of a joint, a remedy if it does not follow, and its largest lag."""
+    """Return the motion of a joint, a remedy if the joint does not follow, and the joint's largest lag."""
     start = encoder.read().position_rad
     step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
     there, lag = _go(arm, encoder, clock, start, joint, (0.0, step))

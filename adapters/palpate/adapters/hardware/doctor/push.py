@@ -24,7 +24,7 @@ class Person(Protocol):
     """A person at a terminal."""
 
     def ask(self, question: str) -> str | None:
-        """Return the answer; None if there is no person."""
+        """Return the answer, or None if there is no person."""
 
     def notify(self, text: str) -> None:
         """Print a line for the person."""

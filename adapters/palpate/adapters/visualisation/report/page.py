@@ -1,4 +1,4 @@
-"""Parts of a report, and its HTML: one self-contained file, which needs no network."""
+"""Parts and HTML of a report, which is one self-contained file and needs no network."""
 
 import base64
 import os

@@ -35,7 +35,7 @@ def mean_s(rows: Sequence[experiments.TrialRow]) -> float:
 def learning_picture(
     curves: Mapping[str, Runs], levels: Mapping[str, Sequence[experiments.TrialRow]], title: str = ""
 ) -> Picture:
-    """Draw time and success over the trials: learners as curves with t intervals, others as lines."""
+    """Draw time and success over the trials: learners as curves with t intervals, and others as lines."""
     ends = []
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))

@@ -58,7 +58,7 @@ def policy_picture(document: PolicyDocument) -> Picture:
 
 
 def _on_maps(document: PolicyDocument) -> dict[str, Place] | None:
-    """Return the places of position regions and, to their right, of torque regions; None for other states."""
+    """Return the places of position regions and, to their right, of torque regions, or None for other states."""
     places: dict[str, Place] = {}
     for state in document.states:
         words = state.split(" ")

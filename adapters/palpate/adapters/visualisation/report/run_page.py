@@ -65,7 +65,7 @@ class RunSource:
 
     @property
     def document(self) -> PolicyDocument | None:
-        """Return the policy file; None if there is none."""
+        """Return the policy file, or None if there is none."""
         path = self.path / "policy.json"
         return load_policy(path) if path.exists() else None
 

@@ -17,7 +17,7 @@ one per acquisition."""
 
 
 def unsigned(data: bytes, offset: int, size: int) -> int:
-    """Return a little-endian number; 0 if the payload is too short. FACT: jr3-mbed-firmware-can main.cpp."""
+    """Return a little-endian number, or 0 if the payload is too short. FACT: jr3-mbed-firmware-can main.cpp."""
     return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
 
 

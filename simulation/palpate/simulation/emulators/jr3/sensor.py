@@ -36,7 +36,7 @@ def counts_of(wrench: Iterable[float]) -> list[float]:
 
 
 def smoothing_factor(cut_off_cHz: int) -> float:
-    """Return the weight of an acquisition, Ts / (Ts + 1 / (2 pi fc)); 1 if unfiltered. FACT: jr3-mbed-firmware."""
+    """Return the weight of an acquisition, Ts / (Ts + 1 / (2 pi fc)), or 1 if unfiltered. FACT: jr3-mbed-firmware."""
     if cut_off_cHz == UNFILTERED:
         return 1.0
     period_s = ACQUISITION_PERIOD_ns * 1e-9

@@ -110,7 +110,7 @@ class SerialLine(Generic[Emulator]):
         self._tx.append((self._tx_clear_ns, data))
 
     def _garbage(self, data: bytes, stretch: float) -> bytes:
-        """Return the bytes that a receiver at another line rate reads, about `stretch` times as many."""
+        """Return the bytes that a receiver at a different line rate reads, about `stretch` times as many."""
         return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
 

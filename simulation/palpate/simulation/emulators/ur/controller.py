@@ -148,7 +148,7 @@ class UrController:
                 self._fed_ns = self._now_ns
 
     def read(self, name: str) -> Value | None:
-        """Return an output field; None if this controller does not have it."""
+        """Return an output field, or None if this controller does not have it."""
         kind, _, index = name.rpartition("_register_")
         if index.isdecimal() and int(index) < _REGISTERS:
             number = int(index)
