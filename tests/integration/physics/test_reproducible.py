@@ -11,7 +11,6 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import ChosenPolicy, Run
-from palpate.simulation.work_cell.config import PegConfig
 
 
 def short_run(arm):
@@ -58,17 +57,3 @@ def test_trial_alone_equals_the_trial_in_a_sequence():
     sequence = digests(config, range(3))
     assert len(set(sequence)) == 3
     assert digests(config, [2, 0]) == [sequence[2], sequence[0]]
-
-
-@pytest.mark.parametrize(
-    ("arm", "section", "tilt_mrad"),
-    [("ur5", "round", 20.0), ("zebra-zero", "hexagon", 5.0)],
-)
-def test_trial_with_listed_contacts_is_that_with_all_of_them_searched(arm, section, tilt_mrad):
-    run = short_run(arm)
-    found = set()
-    for contacts in ("listed", "searched"):
-        peg = PegConfig(cross_section=section)
-        cell = replace(run.cell, peg=peg, tilt_mrad=tilt_mrad, contacts=contacts)
-        found.add(tuple(digests(replace(run, cell=cell), range(2))))
-    assert len(found) == 1

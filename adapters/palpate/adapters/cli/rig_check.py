@@ -10,7 +10,7 @@ import pytest
 
 from palpate.adapters.cli.options import CheckOptions
 from palpate.adapters.config import from_here, imported
-from palpate.adapters.contracts import ArmCommandContract, ClockContract, DeviceContract
+from palpate.adapters.contracts import ArmCommandContract, ClockContract, DeviceContract, JointEncoderContract
 from palpate.core.errors import ConfigurationError
 
 _ACCEPTED: Final = "package.module:Name of a contract suite with its make(), such as a class from ForceSensorContract"
@@ -35,8 +35,8 @@ def check(options: CheckOptions) -> int:
         flags = ("-c", os.devnull, f"--rootdir={folder}", "-p", "no:cacheprovider", "--import-mode=importlib")
         shown = ("--capture=no", "--verbose", "--no-header", "--tb=line", "-rs", "--disable-warnings")
         code = pytest.main([str(tests), *flags, *shown])
-    if isinstance(suite, ArmCommandContract) and not options.moves:
-        sys.stdout.write("next: of a simulated arm, --moves tries the clauses that move it\n")
+    if isinstance(suite, (ArmCommandContract, JointEncoderContract)) and not options.moves:
+        sys.stdout.write("clauses that move the arm were skipped; --moves tries them on a simulated arm\n")
     return int(code != pytest.ExitCode.OK)
 
 

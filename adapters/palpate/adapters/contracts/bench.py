@@ -4,6 +4,7 @@ A control that is None does not exist on this rig. The clauses that need it are 
 for example, may be unable to stop sending, and a real arm has no control that provokes a fault.
 """
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -206,8 +207,17 @@ def parameter(value: T | None, name: str) -> T:
         ClauseNotApplicable: The rig has no such control.
     """
     if value is None:
-        raise ClauseNotApplicable(f"this rig has no {name}")
+        raise ClauseNotApplicable(f"this rig has no {name}: {_described(name)}")
     return value
+
+
+def _described(name: str) -> str:
+    """Return the description of a control in the docstring of its rig, in one line."""
+    texts = "\n".join(
+        kind.__doc__ or "" for kind in (DeviceRig, SensorRig, ForceSensorRig, JointEncoderRig, ArmCommandRig)
+    )
+    found = re.search(rf"^ +{name}: (.+?)\n(?: +\w+: |    \n| *$)", texts, re.DOTALL | re.MULTILINE)
+    return " ".join(found[1].split()) if found else "see the attributes of the rig"
 
 
 def require(clause: str, holds: bool, observed: str, wanted: str) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from palpate.adapters.config import compose, overlay, scenario
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
+from palpate.adapters.contracts import CONTEXT, PolicyContract
 from palpate.adapters.experiments import baseline, build_perception, learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.baselines import Oracle, OraclePose, Spiral, TorqueFollowing
 from palpate.adapters.experiments.policies import perception_settings
@@ -222,6 +223,11 @@ def test_the_torque_tells_the_heading_of_the_hole(index):
     tx, ty, tz = np.cross(lever, force)
     decision = TorqueFollowing(ACTIONS, 0.01).choose(observation(torque_Nm=(tx, ty, tz)))
     assert (decision.index, decision.action) == (index, ACTIONS[index])
+
+
+class TestTorqueRule(PolicyContract):
+    def make(self):
+        return TorqueFollowing(CONTEXT.actions, 0.01)
 
 
 def test_only_a_torque_below_the_threshold_is_left_to_chance():

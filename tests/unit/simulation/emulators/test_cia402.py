@@ -1,11 +1,14 @@
-"""The CiA 402 drive: its state machine, and what it answers, byte for byte."""
+"""The CiA 402 drive: its state machine, what it answers, byte for byte, and how another client drives it."""
 
 import pytest
+from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
+from canopen.profiles.p402 import BaseNode402
 
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerMachine, PowerState
 from palpate.simulation.emulators.motors import DirectGears, JointPlant
 from tests.support import cia402_vectors as golden
+from tests.support.cia402_bench import FakeNetwork
 
 S = PowerState
 # Controlword by state, after the state diagram of CiA 402-2: what each command leads to; absent means no change.
@@ -97,3 +100,32 @@ def test_heartbeat_nmt_and_the_loss_of_the_host(drive):
     drive.feed(0x77E, b"\x05", 120_000_000)
     (lost,) = [frame for ms in range(121, 230) for frame in drive.advance(ms * 1_000_000) if frame.data != b"\x05"]
     assert (lost.arbitration_id, lost.data[:2]) == (0x081, b"\x30\x81")
+
+
+KINDS = {
+    0x6040: datatypes.UNSIGNED16, 0x6041: datatypes.UNSIGNED16, 0x6060: datatypes.INTEGER8, 0x6061: datatypes.INTEGER8,
+    0x6064: datatypes.INTEGER32, 0x6502: datatypes.UNSIGNED32,
+}  # fmt: skip
+
+
+def test_public_client_switches_the_drive_on_and_off_and_clears_its_fault(drive):
+    network, dictionary = FakeNetwork([drive]), ObjectDictionary()
+    for index, kind in KINDS.items():
+        entry = ODVariable(hex(index), index)
+        entry.data_type = kind
+        dictionary.add_object(entry)
+    client = BaseNode402(1, dictionary)
+    client.associate_network(network)
+    client.nmt.state = "OPERATIONAL"
+    client.setup_402_state_machine(read_pdos=False)
+    client.op_mode = "CYCLIC SYNCHRONOUS POSITION"
+    for state, reached in (("OPERATION ENABLED", S.ENABLED), ("SWITCH ON DISABLED", S.SWITCH_ON_DISABLED)):
+        client.state = state
+        assert (client.state, drive.machine.state) == (state, reached)
+    assert client.sdo[0x6064].raw == 0
+    drive.fail(0x4210)
+    network.sleep(0.1)
+    assert client.is_faulted()
+    client.reset_from_fault()
+    assert drive.machine.state is S.ENABLED
+    assert [error.code for error in client.emcy.log] == [0x4210, 0]
