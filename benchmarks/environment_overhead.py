@@ -57,7 +57,9 @@ class Floor:
     def command(self, data: Any) -> None:
         commands = {name: getattr(data, name).copy() for name in ("ctrl", "mocap_pos", "mocap_quat")}
         sent = {name: value for name, value in commands.items() if value.size}
-        self.stretches[-1][1].append((sent, self.model if self.cell is None else self.cell.stepped))
+        contacts = None if self.cell is None else self.cell.contacts
+        stepped = self.model if contacts is None else contacts.models[contacts.level]
+        self.stretches[-1][1].append((sent, stepped))
 
     def seconds(self) -> float:
         import mujoco

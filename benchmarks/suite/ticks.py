@@ -53,7 +53,9 @@ class Recorded:
     def advance(self) -> None:
         command = self.cell.data.ctrl.copy()
         self._advance()
-        self.trials[-1][2].append((command, self.cell.stepped))
+        contacts = self.cell.contacts
+        stepped = self.cell.model if contacts is None else contacts.models[contacts.level]
+        self.trials[-1][2].append((command, stepped))
 
     def bare_s(self, calls_per_tick: int) -> float:
         """CPU time of the same physics alone, in so many calls of ``mj_step`` a tick."""
