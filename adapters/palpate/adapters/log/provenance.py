@@ -34,9 +34,10 @@ def core_sha256() -> str:
 
 
 def source_sha256(roots: Iterable[str]) -> str:
-    """Return a digest of all source files below some folders."""
-    digest = hashlib.sha256()
-    files = {path.relative_to(root).as_posix(): path for root in roots for path in Path(root).rglob("*.py")}
+    """Return a digest of all source files below some folders; an earlier folder hides files of later ones."""
+    digest, files = hashlib.sha256(), dict[str, Path]()
+    for root in roots:
+        files = {path.relative_to(root).as_posix(): path for path in Path(root).rglob("*.py")} | files
     for name in sorted(files):
         digest.update(name.encode() + b"\0" + files[name].read_bytes())
     return digest.hexdigest()
