@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import enum
 from collections import deque
-from math import inf
-from typing import Any, Final
+from math import inf, sqrt
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,8 @@ class Response:
         self._likely = np.ones(_LAGS)
         self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
         self._forces: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
-        self._rows: Array = np.zeros((4 * MOST_SAMPLES, 1 + _LAGS))
+        # Measured force, and expected force at each lag.
+        self._rows: Array = np.zeros((1 + _LAGS, 4 * MOST_SAMPLES))
         self.restart()
 
     def restart(self) -> None:
@@ -91,15 +92,14 @@ class Response:
         # A later position makes the velocity a central difference.
         while self._forces and len(self._places) >= 3 and self._places[-1][0] > self._forces[0][0] + 0.5 * PERIOD_S:
             time_s, old_N = self._forces.popleft()
-            if self._end == len(self._rows):
-                kept = self._rows[-MOST_SAMPLES:].copy()
-                self._first, self._end = max(self._first + MOST_SAMPLES - self._end, 0), MOST_SAMPLES
-                self._rows[:MOST_SAMPLES] = kept
-            row, lags = self._rows[self._end], range(_LAGS) if self.lag is None else (self.lag,)
-            row[0] = old_N
-            for each in lags:
-                row[1 + each] = self._expected_N(time_s - each * PERIOD_S)
-            self._end += 1
+            rows, end = self._rows, self._end
+            if end == rows.shape[1]:
+                rows[:, :MOST_SAMPLES] = rows[:, -MOST_SAMPLES:].copy()
+                self._first, end = max(self._first + MOST_SAMPLES - end, 0), MOST_SAMPLES
+            rows[0, end] = old_N
+            for each in range(_LAGS) if self.lag is None else (self.lag,):
+                rows[1 + each, end] = self._expected_N(time_s - each * PERIOD_S)
+            self._end = end + 1
         if self._end - self._first >= self.window and (self.share is None or self._end % _EVERY == 0):
             self._fit_last(self.window)
         self.widen(self.stationary_ticks)
@@ -154,51 +154,51 @@ class Response:
         return -spring.stiffness_N_per_m * (place + spring.damping_s * velocity) - spring.rigid_kg * 2.0 * bend
 
     def _fit_last(self, count: int) -> None:
-        rows = self._rows[self._end - count : self._end]
-        lags = slice(1, None) if self.lag is None else slice(1 + self.lag, 2 + self.lag)
-        shares, half_widths = self._fitted(rows[:, lags], rows[:, :1])
-        best = int((shares / half_widths).argmax())
-        self.share, self.half_width = float(shares[best]), float(half_widths[best])
+        rows = self._rows[:, self._end - count : self._end]
+        lags = range(_LAGS) if self.lag is None else (self.lag,)
+        fits = [self._fitted(rows[1 + each], rows[0]) for each in lags]
+        certainties = [share / half_width for share, half_width in fits]
+        self.share, self.half_width = fits[certainties.index(max(certainties))]
         if self.lag is None and self.verdict() is Verdict.VERIFIED:
-            likely = self._likely * np.maximum(shares / half_widths, 1.0) ** 2
+            likely = self._likely * np.maximum(certainties, 1.0) ** 2
             self._likely = likely = likely / likely.max()
             if (likely > _DECIDED).sum() == 1:
                 self.lag = int(likely.argmax())
 
-    def _fitted(self, expected: Array, measured: Array) -> tuple[Any, Any]:
-        """Return the share and half-width for each column of expected forces; a second pass reduces outlier weights."""
+    def _fitted(self, expected: Array, measured: Array) -> tuple[float, float]:
+        """Return share and half-width for a series of expected forces; a second pass weights outliers less."""
         total, count = np.add.reduce, len(measured)
         x, y = expected - total(expected) / count, measured - total(measured) / count
         # A stationary flange measures nothing.
-        share = total(x * y) / np.maximum(total(x * x), _LEAST)
+        share = total(x * y) / max(total(x * x), _LEAST)
         off = np.abs(y - share * x)
-        usual = np.maximum(_NORMAL * np.sort(off, axis=0)[count // 2], max(self._noise_N, _LEAST))
+        usual = max(_NORMAL * sorted(off.tolist())[count // 2], self._noise_N, _LEAST)
         weights = np.minimum(1.0, _OUTLIER * usual / np.maximum(off, _LEAST))
         samples = total(weights)
         x = expected - total(weights * expected) / samples
         y = measured - total(weights * measured) / samples
         weighted = weights * x
         square = total(weighted * x)
-        square = np.maximum(np.maximum(square - samples * self._blur_N2, ATTENUATED * square), _LEAST)
+        square = max(square - samples * self._blur_N2, ATTENUATED * square, _LEAST)
         share = total(weighted * y) / square
         rest = y - share * x
-        variance = np.maximum(total(weights * rest * rest) / (samples - 2.0), max(self._noise_N**2, _LEAST))
-        return share, DEVIATIONS_95 * np.sqrt(variance * _repetition(x, rest) / square)
+        variance = max(total(weights * rest * rest) / (samples - 2.0), self._noise_N**2, _LEAST)
+        return float(share), DEVIATIONS_95 * sqrt(variance * _repetition(x, rest) / square)
 
 
-def _repetition(x: Array, rest: Array) -> Any:
-    """Return the number of samples per independent sample, for each column of two series correlated in time.
+def _repetition(x: Array, rest: Array) -> float:
+    """Return samples per independent sample, for two series correlated in time.
 
-    A late or recorded force oscillates like the dither, and a few of its samples can match the dither by chance. The
+    A late or recorded force swings as the dither does, and a few samples of it can match the dither by chance. The
     variance of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """
-    (count, columns), lags = x.shape, HALF_PERIOD_TICKS[1] - 1
-    padded = np.zeros((2, columns, count + lags - 1))
-    padded[0, :, :count], padded[1, :, :count] = x.T, rest.T
-    series, column, sample = padded.strides
+    count, lags = len(x), HALF_PERIOD_TICKS[1] - 1
+    padded = np.zeros((2, count + lags - 1))
+    padded[0, :count], padded[1, :count] = x, rest
+    series, sample = padded.strides
     # A view of both series, shifted by each lag.
-    shifted: Array = np.ndarray((lags, 2, columns, count), buffer=padded, strides=(sample, series, column, sample))
-    products = np.add.reduce(shifted * padded[:, :, :count], axis=3)
+    shifted: Array = np.ndarray((lags, 2, count), buffer=padded, strides=(sample, series, sample))
+    products = np.add.reduce(shifted * padded[:, :count], axis=2)
     correlated = products[1:] / np.maximum(products[0], _LEAST)
-    return np.maximum(1.0 + 2.0 * np.add.reduce(correlated[:, 0] * correlated[:, 1]), 1.0)
+    return max(1.0 + 2.0 * float(np.add.reduce(correlated[:, 0] * correlated[:, 1])), 1.0)
