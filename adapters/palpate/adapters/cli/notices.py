@@ -108,12 +108,12 @@ def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterato
 
 
 def validity_note(config: RunConfig, rig: str = "") -> str:
-    """Return the note to print below a success rate; empty on a rig, or if the simulator is valid."""
+    """Return the note to print below a success rate, or an empty text on a rig or if the simulator is valid."""
     return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
 def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return a line on trials flagged for timing: number, reasons, whether used for learning; empty if none."""
+    """Return a line on trials flagged for timing: number, reasons, whether used for learning; or ""."""
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())
@@ -122,7 +122,7 @@ def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> 
 
 
 def trips_line(summary: Mapping[str, Any]) -> str:
-    """Return the number of trials that a trip ended, and the reasons; empty if there are none."""
+    """Return the number of trials that a trip ended, and the reasons, or an empty text if there are none."""
     if not summary["trips"]:
         return ""
     reasons = ", ".join(f"{reason} {count}" for reason, count in summary["trips"].items())

@@ -142,7 +142,7 @@ def configured(
 
 
 def _agreed(key: str, chosen: str, table: Mapping[str, Any], before: str = "") -> str:
-    """Return the name of a preset; empty if neither a choice nor the settings name one."""
+    """Return the name of a preset, or an empty text if neither a choice nor the settings name one."""
     written = table.get(key, "")
     if not isinstance(written, str):
         raise ConfigurationError(f"{before}{key}", written, "a name")

@@ -40,7 +40,7 @@ class Described:
 
     @property
     def unit(self) -> str:
-        """Unit in the suffix of the name; empty if there is none."""
+        """Unit in the suffix of the name, or an empty text if there is none."""
         words = self.name.rpartition(".")[2].split("_")
         ends = ("_".join(words[place:]) for place in range(1, len(words)))
         return next((_UNITS[end] for end in ends if end in _UNITS), "")

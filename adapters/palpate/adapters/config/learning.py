@@ -39,7 +39,7 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 def learner_in(path: str) -> str:
-    """Return the learner that trained the policy of a policy file; empty if it is not a policy file."""
+    """Return the learner that trained the policy of a policy file, or an empty text for any other name."""
     try:
         document = json_of_file(path)
     except (OSError, ValueError):

@@ -35,7 +35,7 @@ def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
 
 
 def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
-    """Remove the table ``[run]`` from a run's settings and return it; empty for hand-written settings.
+    """Remove the table ``[run]`` from a run's settings and return it. It is empty for hand-written settings.
 
     Raises:
         ConfigurationError: The run folder has a different format.

@@ -160,8 +160,8 @@ class JointEncoderRig(SensorRig[JointEncoder], MovingRig[JointEncoder]):
 
     Attributes:
         expected_rad: True joint angles, (n,), if they are known.
-        arm: Arm that moves these joints, newly constructed; the same object as ``device`` if one adapter serves both
-            ports.
+        arm: Arm that moves these joints, newly constructed. It is the same object as ``device`` if one adapter serves
+            both ports.
     """
 
     joints: int

@@ -73,7 +73,7 @@ class OraclePose(Baseline):
         self._longest = step_m, turn_rad
 
     def choose(self, observation: Observation) -> Decision:
-        """Return one of several equal steps of the remaining path, or an insertion if above the hole."""
+        """Return one of several equal steps along the remaining path, or an insertion if above the hole."""
         x, y, _, *turned = self._pose()
         across = x - observation.reference_m[0], y - observation.reference_m[1]
         turn = [to - at for to, at in zip(self._turn_rad(turned), observation.turn_rad, strict=True)]

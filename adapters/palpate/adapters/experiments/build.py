@@ -188,7 +188,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(
     config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
 ) -> Supervisor:
-    """Return the supervisor between the task and the arm; by default, with a new latch that no trip has set."""
+    """Return the supervisor between the task and the arm; by default, it has a new latch that no trip has set."""
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration

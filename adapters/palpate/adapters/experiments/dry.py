@@ -30,7 +30,7 @@ _LONGEST_TICKS: Final = 10 * CONTROL_RATE_HZ
 
 @dataclass
 class _Observer(LoopObserver):
-    """Observer that stores forces before the end of the tare and commands after it, then soon ends the trial."""
+    """Observer that stores forces until the end of the tare and commands after it, and then soon ends the trial."""
 
     task: Task
     forces_N: list[tuple[float, ...]] = field(default_factory=list)

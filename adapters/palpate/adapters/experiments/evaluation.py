@@ -70,7 +70,7 @@ class ChosenPolicy:
 
     @property
     def baseline(self) -> str:
-        """Name of the policy if no policy file can hold it; otherwise empty."""
+        """Name of the policy if no policy file can hold it, or else an empty text."""
         return self.name if self.document is None else ""
 
     def on(self, rig: Rig) -> Policy:

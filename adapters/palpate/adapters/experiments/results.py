@@ -254,7 +254,7 @@ class RunFolder:
         return None if recorder is None else opened.enter_context(recorder)
 
     def summary(self) -> dict[str, Any]:
-        """Return ``summary.json``, which a run writes last; empty if there is none.
+        """Return ``summary.json``, which a run writes last, or an empty table if there is none.
 
         Raises:
             OutputError: The file is damaged.

@@ -39,7 +39,7 @@ def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]
 
 
 def exact_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Return the two-sided Clopper-Pearson interval of a proportion; from 0 to 1 without trials."""
+    """Return the two-sided Clopper-Pearson interval of a proportion, which is 0 to 1 if there are no trials."""
     from scipy.stats import binomtest
 
     if trials == 0:
@@ -110,7 +110,7 @@ def t_half_width(values: Array) -> Array:
 
 
 def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[float, float | None, float | None]:
-    """Return the mean of values from 0 to ``highest``, and the ends of Student's t interval, None for one value."""
+    """Return the mean of values from 0 to ``highest``, and the ends of Student's t interval, or None for one value."""
     data = np.asarray(values, dtype=float)
     mean = float(data.mean())
     if len(data) < 2:

@@ -28,7 +28,7 @@ def _trained(trials: int) -> str:
 
 
 def _contacts(model: ContactModel | None) -> str:
-    """Return the contact model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
+    """Return the contact model ring by ring; torques are in N mm and scaled to a pressing force of 4.9 N."""
     if model is None:
         return f"no contact model yet: fewer than {MIN_CONTACTS} contacts in trials that ended in the hole\n"
     offset_x, offset_y = (1e3 * value for value in model.offset_Nm)

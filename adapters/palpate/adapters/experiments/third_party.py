@@ -22,7 +22,7 @@ _PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
 def third_party_code(name: str) -> str:
-    """Return the code of the named policy, ``package.module:Name``; empty for other names."""
+    """Return the code of the named policy, ``package.module:Name``, or an empty text for other names."""
     if _PLACE.fullmatch(name):
         return name
     entry = None if "/" in name or name.endswith(".json") else entries(GROUP).get(name)

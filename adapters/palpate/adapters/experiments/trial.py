@@ -70,7 +70,7 @@ def outcome_of(report: TrialReport) -> Outcome | None:
 
 
 def trip_of(report: TrialReport) -> str:
-    """Return the reason, with its name, for which supervisor, sensors or operator ended a trial; empty if none did."""
+    """Return the reason, with its name, why supervisor, sensors or operator ended a trial, or "" if none did."""
     if report.trip is not None:
         return str(report.trip)
     return report.events[-1].detail if report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED) else ""
@@ -196,7 +196,7 @@ def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
-    """Return the fields of a log's end record that need the ground truth; empty if it is unknown."""
+    """Return the fields of a log's end record that need the ground truth. They are empty if it is unknown."""
     if scored.truth is None:
         return {}
     return {
@@ -209,7 +209,7 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
 
 
 def objections(report: TrialReport, config: AcceptanceConfig) -> str:
-    """Return the reasons for flagging a trial's timing, separated by semicolons; empty if there are none."""
+    """Return the reasons for flagging a trial's timing, separated by semicolons, or "" if there are none."""
     timing, ticks = report.timing, max(report.ticks, 1)
     found = []
     if timing.worst_late_ns > config.max_late_ms * 1e6:

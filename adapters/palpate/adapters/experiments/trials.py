@@ -47,7 +47,7 @@ class Recording:
 
     @property
     def timing(self) -> str:
-        """Timing of the loop; empty in the simulator."""
+        """Timing of the loop, or an empty text in the simulator."""
         return "" if self.session is None else self.session.report()
 
 

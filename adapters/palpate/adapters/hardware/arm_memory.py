@@ -55,7 +55,7 @@ class SharedState(Generic[NoteT]):
         _HEAD.pack_into(self._memory, at, number, len(data), zlib.crc32(data, number))
 
     def read(self) -> NoteT:
-        """Return the latest note; empty if there is none."""
+        """Return the latest note, or an empty note if there is none."""
         newest = self._number
         for at in (self._offset, self._offset + _SLOT_BYTES):
             number, length, checksum = _HEAD.unpack_from(self._memory, at)

@@ -164,7 +164,7 @@ class EmulatedCell:
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
-        """Return the wrench at a time, extrapolated from the last tick, from half a tick back to half a tick ahead.
+        """Return the wrench at a time, extrapolated from the last tick by half a tick back to half a tick ahead.
 
         A value held for the whole tick would have the same mean age, but its age would depend on the phase of the
         reading.

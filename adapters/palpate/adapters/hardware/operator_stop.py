@@ -42,7 +42,7 @@ class OperatorStop:
 
     @property
     def tripped(self) -> str:
-        """First cause of a stop since the last acknowledgement; empty if there is none."""
+        """First cause of a stop since the last acknowledgement, or an empty text if there is none."""
         return next(iter(self._tripped), "")
 
     def stop(self, cause: str = "program: requested") -> None:

@@ -84,7 +84,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return self._made(sample)
 
     def account(self) -> str:
-        """Describe what was received instead of new readings; empty if the latest reading is on time."""
+        """Describe what was received instead of new readings, or return "" if the latest reading is on time."""
         device, now_ns = self.device, self._clock.now_ns()
         if device is None:
             return ""

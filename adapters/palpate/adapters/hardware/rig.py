@@ -107,11 +107,11 @@ class DeviceRig(Rig):
 
     @property
     def clock_ticks(self) -> int:
-        """Real time cannot be set."""
+        """Return 0, because real time cannot be set."""
         return 0
 
     def set_clock_ticks(self, ticks: int) -> None:
-        """Real time cannot be set."""
+        """Do nothing, because real time cannot be set."""
 
 
 class HardwareRig(DeviceRig):
@@ -171,12 +171,12 @@ class HardwareRig(DeviceRig):
         self._approach, self._at_ready = find_approach(config, ready), False
 
     def stopped_by(self) -> str:
-        """Cause of a stop since the last :meth:`prepare`, if it was neither core nor supervisor; otherwise empty."""
+        """Operator stop or fault of the arm since the last :meth:`prepare`, or an empty text if there is none."""
         fault = self.ports.arm.fault
         return self.operator.tripped or (f"fault of the arm: {fault}" if fault else "")
 
     def _reported(self) -> str:
-        """Return the fault that a device reports; empty if there is none."""
+        """Return the fault that a device reports, or an empty text if there is none."""
         devices = (self._sensor, self._arm)
         return next((f"{getattr(one, 'name', 'device')}: {one.fault}" for one in devices if one.fault), "")
 

@@ -44,7 +44,7 @@ class FlightRecorder(LoopObserver):
 
     @property
     def failed_port(self) -> str:
-        """Return the port whose call ended the trial; empty if no port call failed."""
+        """Return the port whose call ended the trial, or an empty text if no port call failed."""
         return self._unfinished.calling
 
     def end(self, record: records.EndRecord | None) -> None:

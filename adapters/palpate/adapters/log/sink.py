@@ -42,7 +42,7 @@ class Sink(Protocol):
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:
-        """Begin a log; an open log is ended."""
+        """End the open log, if there is one, and begin another."""
 
     @abstractmethod
     def put(self, message: LogMessage) -> None:

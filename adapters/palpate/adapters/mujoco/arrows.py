@@ -40,7 +40,7 @@ def arrow_pixels(
 
 
 def draw_arrow(draw: ImageDraw.ImageDraw, foot: Point, head: Point, width: float, colour: tuple[int, int, int]) -> None:
-    """Draw an arrow with a light edge, which is visible on any background; all values in pixels."""
+    """Draw an arrow with a light edge, which is visible on any background; all values are in pixels."""
     (x0, y0), (x1, y1) = foot, head
     length = hypot(x1 - x0, y1 - y0)
     if length < width:

@@ -30,7 +30,7 @@ class Differences:
         self.count = 0
 
     def compare(self, tick: int, channel: str, field: str, recorded: Any, replayed: Any, *, gross: bool = True) -> None:
-        """Compare values, number by number; a difference of texts is gross if it matters on another processor."""
+        """Compare values, number by number; a text difference is gross if it matters on another processor."""
         if isinstance(recorded, dict) and isinstance(replayed, dict) and recorded.keys() == replayed.keys():
             for key in recorded:
                 self.compare(tick, channel, f"{field}.{key}", recorded[key], replayed[key])

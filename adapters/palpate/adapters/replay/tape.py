@@ -38,7 +38,7 @@ class Raised:
 
 
 class Track(Generic[T]):
-    """Recorded results of one port, call by call."""
+    """Recorded results of one port, in the order of the calls."""
 
     def __init__(self, port: str, load: Callable[[], bool]) -> None:
         self._port, self._load = port, load

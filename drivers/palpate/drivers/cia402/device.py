@@ -64,7 +64,7 @@ class Cia402Arm(LatchingArm):
         return found
 
     def _shown(self) -> str:
-        """Return a description of the first problem of the drives, with or without power; empty if there is none."""
+        """Describe the first problem of the drives, with or without power, or return "" if there is none."""
         for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
             if view.state in FAULTS:
                 return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"

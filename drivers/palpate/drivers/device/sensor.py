@@ -35,7 +35,7 @@ class ForceSample:
 
 
 def listed(counts: Mapping[str, int]) -> str:
-    """Return counters as text for a message; empty if there are none."""
+    """Return counters as text for a message, or an empty text if there are none."""
     return ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
 
 

@@ -15,7 +15,7 @@ from palpate.drivers.jr3.messages import Ack, Bootup, Counts3, Message, Op, Read
 
 
 class Jr3Code(enum.IntEnum):
-    """Identifiers of the messages of a JR3 board, to which the node number is added."""
+    """Message identifiers of a JR3 board. The node number is added to them."""
 
     ACK = 0x100
     FORCES = 0x600

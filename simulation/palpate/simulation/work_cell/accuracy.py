@@ -36,7 +36,7 @@ def valid(cell: CellConfig) -> bool:
 
 
 def validity_lines(cell: CellConfig) -> list[str]:
-    """Return a warning that applies to all results from the cell; empty if the cell is valid."""
+    """Return a warning that applies to all results from the cell, or no line if the cell is valid."""
     error = f"{play_error_mm(cell) * 1e3:.1f} um of a radial clearance of {cell.peg.clearance_mm * 1e3:g} um"
     line = f"outside the simulator's valid range: its play error is {error} (limit {VALID_SHARE:.0%})"
     return [] if valid(cell) else [line]

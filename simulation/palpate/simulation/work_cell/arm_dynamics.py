@@ -34,7 +34,7 @@ def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]
 
 
 def inertia_lines(named: str | ArmDescription) -> list[str]:
-    """Return a line about estimated inertias for the user; empty if there are none."""
+    """Return a line for the user about estimated inertias, or no line if there are none."""
     _, estimated = body_inertias(Kinematics(arm_named(named), ToolGeometry()))
     if not estimated:
         return []

@@ -188,7 +188,7 @@ class CellConfig(Settings):
 
     @property
     def tilts(self) -> bool:
-        """Return True if one side of a lowered peg touches the plate first; a ball has no sides."""
+        """Return True if one side of a lowered peg touches the plate first, which is impossible with a ball."""
         return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_tilt_mrad > 0.0)
 
     @property

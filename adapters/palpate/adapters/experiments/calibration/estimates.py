@@ -55,7 +55,7 @@ class Payload:
 
 
 def mean_of(wrenches: Array) -> tuple[Array, Array]:
-    """Return the mean of samples, (n, 6), and its standard deviation from batches of correlated samples, (6,) each.
+    """Return the mean of samples, (n, 6), and its standard deviation, from batches of correlated samples, (6,) each.
 
     Raises:
         UndeterminedError: There are too few samples.

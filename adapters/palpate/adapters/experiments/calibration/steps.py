@@ -117,7 +117,7 @@ class Commissioning:
     def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[estimates.Estimate, estimates.Estimate]:
         """Insert the peg slowly a few times, guided by its torque; the core verifies that it is in the hole.
 
-        Returns the position of the hole, x and y, m, base frame. A weight of 0 means the configured masses.
+        Returns the position of the hole, (x, y) in m in the base frame. A weight of 0 means the configured masses.
 
         Raises:
             UndeterminedError: The peg was not inserted.

@@ -116,7 +116,7 @@ def _one_thread(config: RunConfig) -> Iterator[None]:
 
 
 def policy_file(name: str) -> str:
-    """Return the absolute path of the policy file with this name; empty if there is none."""
+    """Return the absolute path of the policy file with this name, or an empty text if there is none."""
     return os.path.abspath(name) if os.path.isfile(name) else ""
 
 

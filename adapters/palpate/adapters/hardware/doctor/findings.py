@@ -59,7 +59,7 @@ class DeviceReport:
         self.add(Level.OK if good else ill, topic, text, "" if good else remedy)
 
     def error(self, error: Exception) -> None:
-        """Add an error. palpate's errors state accepted values; a third-party adapter may raise anything."""
+        """Add an error. palpate's errors state accepted values; a third-party adapter may raise any error."""
         if isinstance(error, PalpateError):
             self.add(Level.WRONG, Topic.OPEN, str(error))
         else:

@@ -158,7 +158,7 @@ def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
 
 
 def outcome_of(log: TrialLog) -> str:
-    """Return the outcome of a trial; empty if the log does not contain it."""
+    """Return the outcome of a trial, or an empty text if the log does not contain it."""
     if log.end is None:
         return ""
     return f"ended: {log.end.error}" if log.end.error else log.outcome

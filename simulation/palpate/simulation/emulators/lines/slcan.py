@@ -1,4 +1,4 @@
-"""A USB-CAN adapter that speaks slcan, with emulated nodes on its bus; a ``PtyServer`` serves it."""
+"""An emulated USB-CAN adapter for the slcan protocol, with emulated nodes on its bus; a ``PtyServer`` serves it."""
 
 import re
 from typing import Final
