@@ -3,6 +3,7 @@
 import socket
 import struct
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -77,9 +78,9 @@ class Wire:
         return found
 
 
-def streaming():
+def streaming(rate_Hz=1000.0):
     wire = Wire()
-    device = NetFt(wire, BOX)
+    device = NetFt(wire, replace(BOX, rate_Hz=rate_Hz))
     device.start(0)
     return device, wire
 
@@ -154,6 +155,15 @@ def test_request_that_was_lost_is_sent_again_until_the_stream_begins():
     assert wire.sent == [START] * 3 + [STOP]
 
 
+def test_slow_stream_has_time_to_begin():
+    device, wire = streaming(rate_Hz=2.0)
+    for ms in (100, 500, 999):
+        device.poll(ms * 1_000_000)
+    assert wire.sent == [START]
+    device.poll(1_000_000_000)
+    assert wire.sent == [START] * 2
+
+
 def test_dead_network_is_an_error_and_not_silence():
     device, wire = streaming()
     wire.broken = True
@@ -194,7 +204,8 @@ def test_no_datagram_raises(datagrams):
 def test_wire_carries_datagrams_both_ways_and_a_box_without_an_address_is_named():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as box:
         box.bind(("127.0.0.1", 0))
-        wire = UdpWire(*box.getsockname())
+        wire = UdpWire("localhost", box.getsockname()[1])
+        assert wire.address == "127.0.0.1"
         assert wire.receive() == []
         wire.send(START)
         request, sender = box.recvfrom(64)

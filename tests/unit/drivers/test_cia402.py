@@ -147,6 +147,19 @@ def test_sdo_errors_become_driver_errors():
                 patient.write(0x1018, 1, 0, 4)
 
 
+def test_damaged_sdo_answer_is_asked_for_again():
+    with CanopenLink.open(channel="link-bad", **BUS) as link, can.Bus(interface="virtual", channel="link-bad") as peer:
+        objects, good = link.objects(5, 0.02), bytes.fromhex("4b41600037020000")
+
+        def answer_with(size):
+            peer.send(can.Message(arbitration_id=0x585, data=good[:size], is_extended_id=False))
+
+        with can.Notifier(peer, [_OnRequest(0x605, answer_with, [3, 8, 0, 7, 8])]):
+            assert objects.read(0x6041) == b"\x37\x02"
+            with pytest.raises(SilentError, match="drive 5: does not answer about object 0x6041:00"):
+                objects.read(0x6041)
+
+
 class _OnRequest(can.Listener):
     def __init__(self, identifier, answer, codes):
         self._identifier, self._answer, self._codes = identifier, answer, codes

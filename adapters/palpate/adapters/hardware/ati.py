@@ -69,5 +69,9 @@ def make_ati_netft(table: NetFtTable, context: RigContext) -> NetFtForceSensor:
 
 
 def _open_box(table: NetFtTable) -> tuple[UdpWire, NetFtBox]:
-    box = read_box(table.host, table.http_port, _PAGE_S)
-    return UdpWire(table.host, table.port), box
+    wire = UdpWire(table.host, table.port)
+    try:
+        return wire, read_box(wire.address, table.http_port, _PAGE_S)
+    except BaseException:
+        wire.close()
+        raise

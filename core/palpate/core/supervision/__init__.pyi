@@ -2,6 +2,7 @@ from .config import SupervisionConfig as SupervisionConfig
 from .config import weakened_lines as weakened_lines
 from .config import weaker_settings as weaker_settings
 from .fit import WITHDRAWAL_SHARE as WITHDRAWAL_SHARE
+from .fit import least_rate_Hz as least_rate_Hz
 from .fit import limits_line as limits_line
 from .fit import require_fitting as require_fitting
 from .monitors import SampleMonitor as SampleMonitor

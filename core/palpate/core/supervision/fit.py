@@ -32,6 +32,10 @@ def require_fitting(
         ConfigurationError: A limit always or never trips, the arm cannot make the retraction, or the sensor's frame is
             not that of the task.
     """
+    least_Hz = least_rate_Hz(config)
+    if sensor.rate_Hz <= least_Hz:
+        accepted = f"above {least_Hz:.4g}, or its samples are too old; set the sensor to send more often"
+        raise ConfigurationError("force_sensor.facts.rate_Hz", sensor.rate_Hz, accepted)
     if sensor.frame != SENSOR_FRAME:
         accepted = f"{SENSOR_FRAME}: the task works with wrenches in that frame"
         raise ConfigurationError("force_sensor.facts.frame", sensor.frame, accepted)
@@ -58,6 +62,11 @@ def require_fitting(
     )
     if config.on_trip == "retract":
         _require_retraction(config, kinematics, ready_rad)
+
+
+def least_rate_Hz(config: SupervisionConfig) -> float:
+    """Return the rate of a force sensor below which each of its samples trips the supervisor before the next."""
+    return max(1e3 / config.max_force_age_ms, CONTROL_RATE_HZ / (config.max_repeats + 1))
 
 
 def _between(config: SupervisionConfig, name: str, low: float, what: str, high: float, how: str = "") -> None:

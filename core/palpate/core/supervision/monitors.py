@@ -321,7 +321,10 @@ def _wrench_text(wrench: WrenchSample) -> str:
 
 def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int, sample: str = "") -> Trip:
     found, limit = found_ns / _NS_PER_MS, limit_ns / _NS_PER_MS
-    return Trip(reason, tick, f"{what} {found:.1f} ms, limit {limit:g} ms", sample)
+    text = f"{what} {found:.1f} ms"
+    if sample and found < 0.0:
+        text = f"the {sample} sample is {-found:.1f} ms later than its tick: read() waits, or its clock is ahead"
+    return Trip(reason, tick, f"{text}, limit {limit:g} ms", sample)
 
 
 class WorkspaceMonitor:

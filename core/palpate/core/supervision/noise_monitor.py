@@ -46,7 +46,9 @@ class NoiseMonitor:
         self._noise: _Six = (force, force, force, torque, torque, torque)
         self._longest, self._most_ratio = config.flat_line_samples - 1, config.max_noise_ratio
         self._most_recurring = config.max_recurring_samples
-        self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
+        self._still: deque[tuple[int, _Six]] = deque(maxlen=task.tare_ticks)
+        # A slow sensor needs longer for as many samples; the tool was stationary for as long before taring.
+        self._still_ticks = 2 * task.tare_ticks
 
     def begin(self) -> None:
         """Reset the state for a new trial."""
@@ -96,13 +98,14 @@ class NoiseMonitor:
     def _taring(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
         """Collect samples until the task has its bias, then compare their deviation with the noise."""
         wrench, still = snapshot.wrench, self._still
-        still.append((*wrench.force_N, *wrench.torque_Nm))
+        still.append((snapshot.tick, (*wrench.force_N, *wrench.torque_Nm)))
         if constraints.bias is None:
             return None
         self._tared = True
-        if len(still) < _FEWEST:
+        samples = [values for tick, values in still if tick > snapshot.tick - self._still_ticks]
+        if len(samples) < _FEWEST:
             return None
-        shown = [_deviation(values) for values in zip(*still, strict=True)]
+        shown = [_deviation(values) for values in zip(*samples, strict=True)]
         for name, found, noise in zip(CHANNELS, shown, self._noise, strict=True):
             if noise > 0.0 and not found <= self._most_ratio * noise:
                 ratio, limit = found / noise, self._most_ratio

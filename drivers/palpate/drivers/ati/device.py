@@ -13,7 +13,7 @@ from palpate.drivers.errors import DeviceFaultError, WiringError
 
 RDT_PORT: Final = 49152
 _ASK_AGAIN_NS: Final = 100_000_000
-"""Time after which a stream that has not started is requested again, because datagrams may be lost."""
+"""Time after which a stream that has not started is requested again, unless two periods are longer."""
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
 """Maximum number of datagrams per call: more than a socket buffer holds, but a limit for streams of any rate."""
@@ -21,6 +21,9 @@ _MAX_DATAGRAMS: Final = 4096
 
 class UdpWire:
     """UDP connection to one box; system errors are raised as OSError.
+
+    Attributes:
+        address: The IPv4 address of the box; a name may stand for several.
 
     Raises:
         WiringError: The address of the box cannot be found.
@@ -34,6 +37,7 @@ class UdpWire:
         except OSError as error:
             self.close()
             raise WiringError(NAME, f"{host}, UDP port {port} cannot be reached ({error})", CHECK) from error
+        self.address: str = self._socket.getpeername()[0]
 
     def send(self, datagram: bytes) -> None:
         """Send a request."""
@@ -60,6 +64,7 @@ class NetFt(PolledSensor):
         self.box = box
         self.received = 0
         self._wire = wire
+        self._ask_again_ns = max(_ASK_AGAIN_NS, round(2e9 / box.rate_Hz))
         self._number: int | None = None
         self._count: int | None = None
         self._requested_ns: int | None = None
@@ -85,7 +90,11 @@ class NetFt(PolledSensor):
 
     @override
     def poll(self, now_ns: int) -> list[ForceSample]:
-        if self._requested_ns is not None and self._number is None and now_ns - self._requested_ns >= _ASK_AGAIN_NS:
+        if (
+            self._requested_ns is not None
+            and self._number is None
+            and now_ns - self._requested_ns >= self._ask_again_ns
+        ):
             self._requested_ns = now_ns
             self._send(START)
         samples: list[ForceSample] = []

@@ -27,6 +27,7 @@ Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 # Without a handler, Python prints canopen's log messages about a dead bus for each frame; here they raise an error.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
 
+_SDO_BYTES: Final = 8
 _NOTIFIER_CYCLE_S: Final = 0.1
 """Period at which the receive thread checks whether to end; closing waits for up to five periods."""
 
@@ -79,7 +80,14 @@ class CanopenLink:
         client = SdoClient(SDO_REQUEST + node, SDO_ANSWER + node, ObjectDictionary())
         client.RESPONSE_TIMEOUT = timeout_s
         client.network = self.network
-        self.network.subscribe(SDO_ANSWER + node, client.on_response)
+        client.MAX_RETRIES = 2
+
+        def take(identifier: int, data: bytearray, timestamp: float) -> None:
+            # canopen would parse a damaged frame; without it, it repeats the request once.
+            if len(data) == _SDO_BYTES:
+                client.on_response(identifier, data, timestamp)
+
+        self.network.subscribe(SDO_ANSWER + node, take)
         return Objects(node, client)
 
     def subscribe(self, identifier: int, subscriber: Subscriber) -> None:

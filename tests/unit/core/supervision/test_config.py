@@ -103,6 +103,12 @@ def test_a_sensor_in_another_frame_is_refused():
         fit(SupervisionConfig(), SensorFacts(0.1, 0.004, frame="base"))
 
 
+def test_a_sensor_slower_than_the_limit_on_its_age_is_refused():
+    fit(SupervisionConfig(), SensorFacts(0.1, 0.004, rate_Hz=25.0))
+    with pytest.raises(ConfigurationError, match=r"rate_Hz must be above 20, or its samples are too old"):
+        fit(SupervisionConfig(), SensorFacts(0.1, 0.004, rate_Hz=10.0))
+
+
 def test_a_tolerance_below_the_encoder_is_refused():
     fit(SupervisionConfig(max_tracking_error_mrad=1.0))
     arm = replace(ARM, encoder_step_rad=(1e-3,) * 6)

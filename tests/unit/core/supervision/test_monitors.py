@@ -55,7 +55,12 @@ CASES = {
     "kind": (TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}}, "tared wrenches"),
     "old wrench": (TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": -20 * MS}}, "force sample 55.7 ms"),
     "old joints": (TripReason.SAMPLE_STALE, {}, {"joints": {"source_time_ns": -70 * MS}}, "joint sample 105.7 ms"),
-    "future": (TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": 100 * MS}}, "force sample -64.3 ms"),
+    "future": (
+        TripReason.SAMPLE_STALE,
+        {},
+        {"wrench": {"source_time_ns": 100 * MS}},
+        "force sample is 64.3 ms later than its tick: read() waits",
+    ),
     "joint above": (TripReason.JOINT_POSITION, {}, second_joint_at(1.7051), "joint 2 at 1.7051 rad, limit 1.7050"),
     "joint below": (TripReason.JOINT_POSITION, {}, second_joint_at(-1.0751), "joint 2 at -1.0751 rad, limit -1.0750"),
     "arm astray": (TripReason.TRACKING_ERROR, offset(2, -9.9e-3), offset(2, -10.1e-3), "joint 3 is 10.10 mrad"),

@@ -97,6 +97,15 @@ def test_scale_shows_in_the_noise_while_the_sensor_is_tared(scale, trips):
         assert (bench.tripped.reason, bench.tripped.sample) == (TripReason.SENSOR_NOISE, "force")
 
 
+def test_slow_sensor_is_not_judged_by_samples_of_the_motion_before():
+    bench = Bench(noisy=True)
+    for number in range(40):
+        shown = (5.0 if number < 20 else 0.5) * NOISE * (-1.0, 1.0)[number % 2] * (1.0 + 0.01 * number)
+        for _ in range(3):
+            tick(bench, shown, wrench={"sequence": number}, constraints=UNTARED if number < 39 else FREE)
+            assert bench.supervisor.trip is None
+
+
 def test_honest_noise_never_trips():
     bench, readings = tared()
     clean(bench, readings, 3_000)

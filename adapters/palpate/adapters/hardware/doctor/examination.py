@@ -25,6 +25,7 @@ from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_senso
 from palpate.adapters.hardware.sensor_facts import reported_by
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import SENSOR_FRAME, ForceSensor
+from palpate.core.supervision import SupervisionConfig, least_rate_Hz
 from palpate.drivers.errors import DriverError
 
 T = TypeVar("T")
@@ -83,7 +84,7 @@ class Examination:
         opened.callback(lambda: report.include(getattr(sensor, "diagnostics", dict)()))
         series = listen(sensor.read, clock, self._seconds)
         reported = reported_by(sensor)
-        report_pace(series, reported.rate_Hz, report)
+        report_pace(series, reported.rate_Hz, report, least_rate_Hz(SupervisionConfig()))
         noise = report_wrench(series, report)
         if noise is not None:
             report_facts(self._file.facts, reported, noise, report)

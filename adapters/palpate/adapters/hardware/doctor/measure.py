@@ -79,8 +79,15 @@ def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[
     return Series(reads)
 
 
-def report_pace(series: Series[SampleT], expected_Hz: float | None, report: DeviceReport) -> None:
-    """Judge the rate of samples; ``expected_Hz`` is the configured rate, None if unknown."""
+def report_pace(
+    series: Series[SampleT], expected_Hz: float | None, report: DeviceReport, least_Hz: float = 0.0
+) -> None:
+    """Judge the rate of samples.
+
+    Args:
+        expected_Hz: The configured rate; None if unknown.
+        least_Hz: The rate that a run must exceed.
+    """
     ages_ms = np.array([max(0, now_ns - sample.source_time_ns) for now_ns, sample in series.reads]) * 1e-6
     report.facts["age"] = f"{np.median(ages_ms):.1f} ms median, {ages_ms.max():.1f} ms at most"
     # A read returns the latest sample since the previous read; no loop needs more than one per tick.
@@ -91,6 +98,9 @@ def report_pace(series: Series[SampleT], expected_Hz: float | None, report: Devi
         wanted_Hz, ill = min(expected_Hz, float(CONTROL_RATE_HZ)), Level.WRONG
         of = f", the device is set to {expected_Hz:.1f} Hz"
         remedy = "check cable, power and the load of bus and computer, or set a larger divider"
+        if expected_Hz <= least_Hz:
+            wanted_Hz = 2.0 * least_Hz
+            remedy = f"set it to more than {least_Hz:g} Hz; a Net F/T on its page Communications"
     rate_Hz = series.rate_Hz
     report.judge(Topic.RATE, rate_Hz >= _RATE_SHARE * wanted_Hz, f"{rate_Hz:.1f} new samples a second{of}", remedy, ill)
 
@@ -111,6 +121,8 @@ def report_samples(
         report.add(Level.NOTE, Topic.SAMPLES, text, remedy)
         return
     remedy = "check load, cable, power and the adapter's settings, then switch the device off and on"
+    if any(finding.topic is Topic.RATE and finding.level is Level.WRONG for finding in report.findings):
+        remedy = "correct the rate first"
     report.judge(Topic.SAMPLES, trip is None, text, remedy)
 
 

@@ -89,7 +89,7 @@ def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=
         return WrenchSample((force_N,) * 3, torque_Nm, time_ns, time_ns, number, validity)
 
     series = listen(read, clock, 0.5)
-    report_pace(series, rate_Hz, report)
+    report_pace(series, rate_Hz, report, least_Hz=20.0)
     report_samples(series, report, report_wrench(series, report))
     return report
 
@@ -115,6 +115,13 @@ def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=
 )
 def test_sample_fault_has_its_code(values, more, topic, level):
     assert levels(examined(values, **more))[topic] is level
+
+
+def test_device_that_is_set_too_slow_is_not_called_a_cable_fault():
+    report = examined(NOISE, period_ns=100 * MS, rate_Hz=10.0, mark=Validity.STALE)
+    wrong = {finding.topic.value: finding.text for finding in report.findings if finding.level is Level.WRONG}
+    assert "set it to more than 20 Hz" in wrong["rate"]
+    assert wrong["samples"].endswith("correct the rate first")
 
 
 @pytest.mark.parametrize(
