@@ -33,7 +33,7 @@ class Workers(Protocol):
 
 
 class ThisProcess(Workers):
-    """Runs calls sequentially in this process."""
+    """Worker that runs calls sequentially in this process."""
 
     def count(self) -> int:
         """Return 1."""

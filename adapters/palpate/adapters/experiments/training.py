@@ -188,7 +188,7 @@ class Subject:
 
 
 class Trainer(Trials):
-    """Trains a policy, and records each trial in a run folder."""
+    """Trainer of a policy, which records each trial in a run folder."""
 
     def __init__(
         self,

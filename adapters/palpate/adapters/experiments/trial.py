@@ -142,7 +142,7 @@ def run_scored_trial(
 
 
 class _Witness(LoopObserver):
-    """Records the device or delay that caused a trip in the same tick, because its data may change later."""
+    """Observer that records the cause of a trip in the same tick, because a device's data may change later."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig, self.trip_source = rig, ""

@@ -37,7 +37,7 @@ _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Serves one loop until it closes the arm or is gone. Stops the arm when set-points are missing for too long."""
+    """Server for one loop until it closes the arm or ends. It stops the arm if set-points are overdue."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class ArmLoop:
         self._start_ns = self._slot = 0
 
     def serve(self) -> bool:
-        """Serve until the loop closes the arm or is gone; return True if it was gone."""
+        """Serve until the loop closes the arm or ends; return True if it ended without closing the arm."""
         try:
             # On a clock on which threads take turns, this thread waits for its turn.
             self._clock.now_ns()

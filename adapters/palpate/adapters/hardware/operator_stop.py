@@ -151,7 +151,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
 
 
 def stop_surely(arm: ArmCommand) -> str:
-    """Stop an arm that may be gone; return the reason why it could not be commanded, or an empty text."""
+    """Stop an arm that may be disconnected; return the reason why it could not be commanded, or an empty text."""
     try:
         arm.stop()
     except Exception as error:

@@ -39,7 +39,7 @@ from palpate.core.trial import ReadyPose
 
 
 class TurnedForceSensor(DeviceDecorator, ForceSensor):
-    """Converts wrenches of a sensor turned about the tool's axis, from x towards y, to the frame of the tool."""
+    """Sensor turned about the tool's axis, from x towards y, with wrenches converted to the frame of the tool."""
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
         super().__init__(sensor)

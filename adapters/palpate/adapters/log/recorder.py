@@ -17,7 +17,7 @@ _NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
 
 class FlightRecorder(LoopObserver):
-    """Passes a trial as messages to a sink, which packs them.
+    """Recorder that passes a trial as messages to a sink, which packs them.
 
     Args:
         start: Function that returns the start record; called after the task has begun or failed to begin.

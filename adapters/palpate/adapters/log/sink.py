@@ -36,7 +36,7 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Accepts one log after another. Only ``open`` and ``close`` may block. ``losses`` lists losses with reasons."""
+    """Destination of successive logs. Only ``open`` and ``close`` may block. ``losses`` lists losses with reasons."""
 
     losses: list[str]
 
@@ -57,7 +57,7 @@ class Sink(Protocol):
 
 
 class PackedLog:
-    """Packs messages and writes them in chunks, which depend only on the messages; ``losses`` receives losses."""
+    """Log written in chunks of packed messages, which depend only on the messages; ``losses`` receives losses."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str], losses: list[str]) -> None:
         self._file, self._losses = LogFile(stream, metadata), losses
@@ -95,7 +95,7 @@ class PackedLog:
 
 
 class FileSink(Sink):
-    """Writes each log into a file, with a time-out for its end. An error in one log does not affect later ones."""
+    """Sink with one file per log and a time-out for its end. An error in one log does not affect later logs."""
 
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
         self.losses = []

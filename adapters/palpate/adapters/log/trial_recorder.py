@@ -30,7 +30,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records successive trials into a folder until the context ends; ``losses`` lists losses with reasons."""
+    """Recorder of successive trials in a folder until the context ends; ``losses`` lists losses with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"

@@ -28,7 +28,7 @@ from palpate.core.policy.belief import MIN_CONTACTS, ContactObservation, Contact
 
 
 class ContactCollector(Policy):
-    """Wraps a policy and keeps the contacts of each trial that ends in the hole."""
+    """Wrapper of a policy that keeps the contacts of each trial that ends in the hole."""
 
     def __init__(self, policy: Policy, trials: list[ContactTrial]) -> None:
         self._policy, self._trials = policy, trials

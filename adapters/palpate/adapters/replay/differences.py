@@ -21,7 +21,7 @@ class Difference:
 
 
 class Differences:
-    """Collects differences, and keeps the first one and the first that exceeds the last bits."""
+    """Collection of differences, with the first one and the first that exceeds the last bits."""
 
     def __init__(self) -> None:
         self.first_command_tick: int | None = None

@@ -55,7 +55,7 @@ def _simulator_facts(log: TrialLog) -> dict[str, Any]:
 
 
 class _RecordedPath(LoopObserver):
-    """Compares each tick with the recorded one, until the core sends a different command."""
+    """Observer that compares each tick with the recorded one, until the core sends a different command."""
 
     def __init__(self, tape: Tape) -> None:
         self._tape = tape

@@ -145,7 +145,7 @@ class RecordedDecisions(FixedPolicy):
 
 
 class Rebuilder:
-    """Rebuilds the core for successive logs, and reuses what they share; ``around`` wraps the policy for the task."""
+    """Builder of the core for successive logs, which reuses shared parts; ``around`` wraps the policy for the task."""
 
     def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
         self._changes, self._around = changes or Changes(), around

@@ -18,7 +18,7 @@ from palpate.core.trial import INTERRUPT, Task, TrialReport
 
 
 class ReplayedRecords(Sink):
-    """Keeps the records of one trial by kind."""
+    """Sink that keeps the records of one trial by kind."""
 
     def __init__(self) -> None:
         self.losses = []
@@ -84,7 +84,7 @@ class ReplayedTrial:
 
 
 class _Interrupts(LoopObserver):
-    """Interrupts the task at the recorded ticks."""
+    """Observer that interrupts the task at the recorded ticks."""
 
     def __init__(self, tape: Tape, task: Task) -> None:
         self._task = task

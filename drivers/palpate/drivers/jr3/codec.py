@@ -49,7 +49,7 @@ class _Half(NamedTuple):
 
 
 class CanDecoder:
-    """Decodes the frames of one node, and joins the two halves of a reading, which arrive in any order.
+    """Decoder of the frames of one node. It joins the two halves of a reading, which arrive in any order.
 
     Args:
         errors: Counters of invalid frames and of halves whose other half is missing.

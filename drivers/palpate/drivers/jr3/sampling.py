@@ -24,7 +24,7 @@ def settling_ns(cutoff_cHz: int) -> int:
 
 
 class Sampler:
-    """Converts readings to samples, numbered in order of arrival.
+    """Converter of readings to samples, which are numbered in order of arrival.
 
     Attributes:
         full_scales: Full scales reported by the board, or None if not yet known; readings then give no samples.

@@ -18,7 +18,7 @@ _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the message
 
 
 class StampClock:
-    """Converts a publisher's stamps to this computer's clock, assuming that its fastest message has no delay."""
+    """Conversion of a publisher's stamps to this computer's clock, as if its fastest message had no delay."""
 
     def __init__(self, topic: str) -> None:
         self._topic, self.stamp_ns = topic, 0

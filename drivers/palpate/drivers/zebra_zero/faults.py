@@ -1,4 +1,4 @@
-"""Faults of the arm, and their detection in replies."""
+"""Faults of the Zebra Zero arm, and their detection in replies."""
 
 import enum
 from typing import Final

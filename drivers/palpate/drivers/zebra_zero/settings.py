@@ -1,4 +1,4 @@
-"""Settings of the arm."""
+"""Settings of the Zebra Zero arm."""
 
 import enum
 from collections.abc import Sequence
@@ -77,7 +77,7 @@ GAINS: Final = nmc.set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
 
 @dataclass(frozen=True, kw_only=True)
 class ZebraZeroSettings:
-    """Settings of the arm. Values without a mark are choices of this driver.
+    """Settings of the Zebra Zero arm. Values without a mark are choices of this driver.
 
     Attributes:
         divider: Control ticks per ``cycle``; refused if the bus cannot carry the rate.

@@ -17,7 +17,7 @@ from palpate.drivers.zebra_zero.settings import (
 
 
 class Tracking:
-    """Accepts plausible replies.
+    """Filter that accepts only plausible replies.
 
     A reply from another axis, or a damaged one with the right sum, appears as an impossible jump of a motor: more than
     twice the motion at the highest velocity, plus the position error at which the firmware switches off. It is not
@@ -90,7 +90,7 @@ class Tracking:
 
 
 class Rounds:
-    """Visits the axes in turn."""
+    """Rounds of exchanges with the axes in turn."""
 
     def __init__(
         self,

@@ -18,7 +18,7 @@ _CLEAR_M: Final = 1e-3
 
 
 class ContactSearch:
-    """Advances the physics with as few contact checks as possible.
+    """Search that advances the physics with as few contact checks as possible.
 
     It has several models of the same cell that differ only in the contacts to check, so that all can start from one
     state. A level is the index of a model; a higher level finds all contacts of a lower level.

@@ -95,7 +95,7 @@ class HiddenValues:
 
 
 class SampleDelay:
-    """Delays wrenches, with interpolation between ticks for fractional delays."""
+    """Delay of wrenches, with interpolation between ticks for fractional delays."""
 
     def __init__(self, ticks: float) -> None:
         self._whole, self._rest = int(ticks), ticks - int(ticks)

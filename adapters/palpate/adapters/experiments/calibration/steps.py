@@ -98,7 +98,7 @@ class Commissioning:
         return estimates.payload(np.array(down), np.array(means), np.array(sds))
 
     def plate(self) -> tuple[estimates.Estimate, estimates.Estimate]:
-        """Press around the hole; return the plate's height, m, base frame, and the stiffness along the tool, N/m."""
+        """Press around the hole; return the plate's height (m, base frame) and the stiffness along the tool (N/m)."""
         results: list[tuple[estimates.Estimate, estimates.Estimate]] = []
         with self.arm.moving():
             self._go_above()

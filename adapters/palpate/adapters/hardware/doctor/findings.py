@@ -43,7 +43,7 @@ class Finding(NamedTuple):
 
 
 class DeviceReport:
-    """Collects facts and judgements about one device, so that earlier results survive a failure."""
+    """Collection of facts and judgements about one device, which keeps earlier results after a failure."""
 
     def __init__(self, title: str) -> None:
         self.title = title

@@ -31,7 +31,7 @@ class Person(Protocol):
 
 
 class PushCheck:
-    """Asks a person to push the tool, and judges the measured forces."""
+    """Check that asks a person to push the tool, and judges the measured forces."""
 
     def __init__(self, sensor: ForceSensor, clock: Clock, person: Person, report: DeviceReport) -> None:
         self._sensor, self._clock, self._person, self._report = sensor, clock, person, report

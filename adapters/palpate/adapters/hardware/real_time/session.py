@@ -22,7 +22,7 @@ def _ends(section: str) -> Any:
 
 
 class LoopTimer(LoopObserver):
-    """Records the longest duration of each section of a tick, and a histogram of the ticks' delays.
+    """Observer that records the longest duration of each section of a tick, and a histogram of the ticks' delays.
 
     It must be the first observer, because the time of the others counts towards the next section.
 

@@ -57,7 +57,7 @@ Row: TypeAlias = tuple[float, ...]
 
 
 class LiveView(TrialsObserver):
-    """Shows trials while they run, on a recording stream of Rerun and its server, which ends with the context."""
+    """View of trials while they run, on a recording stream of Rerun and its server, which ends with the context."""
 
     def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
         self._stream, self._server, self.address = stream, server, address

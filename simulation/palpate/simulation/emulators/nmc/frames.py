@@ -87,7 +87,7 @@ class Frame:
 
 
 class FrameParser:
-    """Finds command frames in a stream of bytes.
+    """Parser that finds command frames in a stream of bytes.
 
     As in the firmware, there is no time-out between bytes: a partial frame waits for the rest. Enough zeros complete
     any partial frame (usually with a wrong checksum) and are skipped after it, since a zero is not a header. Therefore
