@@ -84,13 +84,6 @@ def test_it_is_trained_run_shown_and_reported(palpate, trained):
     assert learned[0] == learned[1]
 
 
-@pytest.mark.nightly
-@pytest.mark.usefixtures("installed")
-def test_it_is_compared(palpate):
-    words = ("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 0.3)
-    assert "Drift" in palpate.succeed(*words)
-
-
 def test_trials_replay_with_its_code_and_without_it(palpate, trained, monkeypatch):
     without = palpate.succeed("replay", trained)
     assert "2 of 2 equal in every bit" in without

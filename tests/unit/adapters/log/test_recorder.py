@@ -15,8 +15,6 @@ from palpate.core.errors import DeviceError
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot, WrenchSample
 from palpate.core.trial import TrialReport, TrialSetup
 from tests.fake_devices import FakeArm, FakeForceSensor, FakeJointEncoder
-from tests.golden.fault_scenario import recorded
-from tests.golden.scenarios import SCENARIOS
 from tests.support.memory_sink import MemorySink
 from tests.unit.adapters.log.made_logs import STARTING
 
@@ -175,22 +173,6 @@ def test_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on():
 def _with_sequence(bench, sequence):
     now = bench.clock.now_ns()
     return WrenchSample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), now, now, sequence)
-
-
-@pytest.mark.parametrize(
-    ("name", "by"),
-    [
-        ("first-joints-invalid", "core"),
-        ("first-kind", "core"),
-        ("force-sensor-gone", "port"),
-        ("encoders-gone", "port"),
-        ("aborted", "outside"),
-        ("trip-invalid", ""),
-    ],
-)
-def test_end_says_who_raised_the_error(name, by):
-    end = log_of(recorded(SCENARIOS[name])).end
-    assert end.raised_by == by
 
 
 LOOP = "palpate.core.control_loop"

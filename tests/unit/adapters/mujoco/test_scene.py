@@ -96,15 +96,3 @@ def test_point_appears_where_the_view_says(cell):
     front = cell.tip_m + np.array([0.0, -cell.peg_diameter_m / 2, 0.0])
     assert rows.max() == pytest.approx(close.pixel_of(front, 320, 240)[1], abs=2)
     assert rows.max() > y
-
-
-def test_plate_is_cut_open_in_the_close_up_only(cell):
-    require_graphics()
-    cell.pose(REST)
-    close, _ = cell.views()
-    stage = Stage(cell, (200, 150))
-    try:
-        open_, whole = (stage.picture(view, 200, 150).astype(int) for view in (close, replace(close, cut=False)))
-    finally:
-        stage.close()
-    assert np.abs(open_ - whole).mean() > 5.0

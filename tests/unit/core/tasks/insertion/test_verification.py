@@ -1,6 +1,7 @@
 """Contact verification in whole trials: with a sound force sensor, and with faulty ones in every phase."""
 
 from dataclasses import replace
+from itertools import count
 from math import sqrt
 
 import numpy as np
@@ -12,6 +13,7 @@ from palpate.adapters.experiments import build_task as build_trial_task
 from palpate.adapters.experiments.planning import run_series
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
+from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.trial import Outcome, Phase, TaskConfig, TrialSetup
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
@@ -72,6 +74,17 @@ def without_axial(held, true, rng):
 
 def swapped(held, true, rng):
     return (true + NOISE * rng.standard_normal(6))[[1, 0, 2, 3, 4, 5]]
+
+
+def drifting(rate_N_s):
+    ticks = count()
+
+    def lie(held, true, rng):
+        wrench = true + NOISE * rng.standard_normal(6)
+        wrench[2] += rate_N_s * next(ticks) / CONTROL_RATE_HZ
+        return wrench
+
+    return lie
 
 
 # A sound sensor.
@@ -166,6 +179,16 @@ def test_no_faulty_sensor_passes_for_an_insertion_that_was_none(name, phase):
     if trial.report.outcome is Outcome.INSERTED:
         assert tip_z_m > 0.0098
     assert trial.peak_N < 60.0
+
+
+@pytest.mark.parametrize("phase", [Phase.APPROACH, Phase.EXPLORE])
+def test_force_that_falls_while_the_tool_is_stationary_is_no_descent(phase):
+    trial = Trial(FakeWorld(Pit(0.03, 0.03)), drifting(5.0), phase)
+    assert trial.report.outcome is Outcome.CONTACT_MISMATCH
+    [text] = trial.details("mismatch")
+    rate_N_s = float(text.partition("the force changes by ")[2].split()[0])
+    assert rate_N_s == pytest.approx(5.0, abs=0.3)
+    assert trial.peak_N < 25.0
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,11 @@
 """A tool that is caught while it is lifted complies; no trial without a fault ends in a trip for it."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from palpate.adapters.experiments import baseline, build_perception, build_task, ready_pose
+from palpate.core.policy import ControllerKind, Spatial
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.support.pegs_6dof import config_of, trials
 
@@ -45,13 +48,38 @@ def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm, phase):
     assert run.peak_force_N < 60.0
 
 
+CONFIG = config_of("square", "asked", "zebra-zero", {})
+
+
+@pytest.fixture
+def explore():
+    """The exploration of a square peg, at its beginning."""
+    corner_first = baseline("corner-first", CONFIG, tuple)
+    explore = build_task(CONFIG, ready_pose(CONFIG), build_perception(CONFIG), corner_first)._explore
+    explore.begin((0.0, 0.0))
+    return explore
+
+
+@pytest.mark.parametrize(
+    ("tilt_rad", "deep_m", "turns"),
+    [(0.029, 6e-3, True), (0.031, 6e-3, False), (-0.031, 6e-3, True), (0.031, 1e-3, True)],
+)
+def test_withdrawn_tool_complies_with_a_torque_unless_no_peg_in_a_hole_tilts_that_far(explore, tilt_rad, deep_m, turns):
+    rates, free = [], SimpleNamespace(spent=False, direction=None, moves_on=lambda: None, dither_m_s=lambda: 0.0)
+    explore._spatial, explore._rate_rad_s, explore._step_m = Spatial(ControllerKind.WITHDRAW), (0.0,) * 3, (0.0, 0.0)
+    explore._state.surface_m, explore._monitor = 0.0, free
+    explore._measurement.live_torque_at_tip_Nm = lambda: (0.1, 0.0, 0.0)
+    explore._measurement.force_N, explore._measurement.position_m = (0.0, 0.0, -1.0), (0.0, 0.0, deep_m)
+    explore._motion.turn_rad, explore._motion.reference_m = (tilt_rad, 0.0, 0.0), (0.0, 0.0, deep_m)
+    explore._motion.turn, explore._about_pivot = rates.append, lambda velocity, turned: velocity
+    explore._advance()
+    assert rates == ([pytest.approx((0.04, 0.0, 0.0))] if turns else [])
+
+
 @pytest.mark.parametrize(("lag_gain", "compliance"), [(0.5, 1.0), (2.0, 0.5), (4.0, 0.25)])
-def test_tool_complies_less_the_later_its_arm_follows(lag_gain, compliance):
-    config = config_of("square", "asked", "zebra-zero", {})
-    corner_first = baseline("corner-first", config, tuple)
-    explore = build_task(config, ready_pose(config), build_perception(config), corner_first)._explore
+def test_tool_complies_less_the_later_its_arm_follows(explore, lag_gain, compliance):
     # The gain of the compliance times this lag is as stated.
-    lag_s = lag_gain / (config.control.lateral_stiffness_N_per_mm * 1e3 * explore._push_m_per_N_s)
+    lag_s = lag_gain / (CONFIG.control.lateral_stiffness_N_per_mm * 1e3 * explore._push_m_per_N_s)
     explore._motion.reference_m, explore._measurement.position_m = (0.01 * lag_s, 0.0, 0.0), (0.0, 0.0, 0.0)
     for _ in range(2):
         # Each trial finds the lag out by itself.
