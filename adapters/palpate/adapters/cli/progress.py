@@ -1,4 +1,4 @@
-"""Progress of a command, shown as a bar on a terminal and elsewhere as a plain line per tenth."""
+"""Progress of a command, shown as a bar on a terminal, and elsewhere as one line per tenth of the work."""
 
 import sys
 from collections.abc import Iterator

@@ -30,7 +30,7 @@ ORACLE_ON_RIG: Final = "one that does not need the true position of the hole, wh
 
 
 class ChosenPolicy:
-    """A policy, checked before anything is built.
+    """A policy that is checked before anything is built.
 
     Args:
         policy: A baseline's name, the path of a policy file, code, ``package.module:Name``, or a policy object.

@@ -69,7 +69,7 @@ class Agent(FixedPolicy, LoopObserver):
         self._given.put(decision)
 
     def leave(self) -> None:
-        """End the wait: in the simulator the trial ends; on a rig it pauses until the arm is stopped."""
+        """End the wait. In the simulator, the trial then ends; on a rig, it pauses until the arm is stopped."""
         self.left = True
         self._given.put(PAUSE)
 

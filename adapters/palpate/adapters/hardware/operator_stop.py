@@ -46,7 +46,7 @@ class OperatorStop:
         return next(iter(self._tripped), "")
 
     def stop(self, cause: str = "program: requested") -> None:
-        """Stop and latch. Uses no lock, so any thread and signal handlers may call it."""
+        """Stop and latch. This uses no lock, so any thread and signal handlers may call it."""
         problem = stop_surely(self._arm)
         was_tripped = bool(self._tripped)
         self._tripped.append(cause + problem)

@@ -1,4 +1,4 @@
-"""Facts about logs as text: a page for one log, a table for several."""
+"""Facts about logs as text, as a page for one log or a table for several."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

@@ -107,7 +107,7 @@ class FlightRecorder(LoopObserver):
         self._keep(entry)
 
     def _put_start(self) -> None:
-        """Record the start first, once the task has begun or failed to begin."""
+        """Record the start before anything else, once the task has begun or failed to begin."""
         if self._start is not None:
             start, self._start = self._start, None
             self._keep(start())

@@ -32,7 +32,7 @@ class UrArm(LatchingArm):
 
     Attributes:
         hello: Identity of the controller, or None before :meth:`open`.
-        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty before.
+        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty before then.
     """
 
     def __init__(

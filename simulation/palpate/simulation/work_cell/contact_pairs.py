@@ -59,7 +59,7 @@ def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[t
 
 
 def _beside_m(boxes: Sequence[Box], points: Sequence[tuple[float, float]]) -> npt.NDArray[np.float64]:
-    """Return distances of points from boxes, (points, boxes), across the hole's axis; 0 above or below them."""
+    """Return distances of points from boxes, (points, boxes), across the hole's axis, or 0 above or below them."""
     x, y = np.array(points).T[:, :, None]
     c, s, distance_m, half_along_m, half_across_m = np.array(
         [(cos(box.heading_rad), sin(box.heading_rad), box.distance_m, *box.half_m[:2]) for box in boxes]

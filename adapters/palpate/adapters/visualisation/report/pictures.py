@@ -66,7 +66,7 @@ def learning_picture(
 
 
 def _averages(values: Sequence[Sequence[float]]) -> Any:
-    """Return moving averages of the trials that all runs have, from the first full window; (runs, trials)."""
+    """Return moving averages of the trials that all runs have, from the first full window, as (runs, trials)."""
     trials = min(map(len, values))
     window = experiments.window_of(trials)
     return np.array([experiments.moving_average(run[:trials], window) for run in values])[:, window - 1 :]

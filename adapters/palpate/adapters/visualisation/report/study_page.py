@@ -87,7 +87,7 @@ def _sweep(field: str, values: Sequence[str], runs: Sequence[ReportedCondition])
 
 
 def _curves(groups: Mapping[tuple[Setting, str], Sequence[ReportedCondition]]) -> list[Picture]:
-    """Return a picture for each choice of settings: learners as curves, other policies as lines."""
+    """Return a picture for each choice of settings: learners as curves, and other policies as lines."""
     pictures = []
     for setting in list(dict.fromkeys(setting for setting, _ in groups))[:12]:
         of_setting = {policy: runs for (own, policy), runs in groups.items() if own == setting}
