@@ -1,7 +1,6 @@
-"""Every command that README and docs show runs here, with fewer trials, or stands below with what it needs.
+"""Run every command in README and docs with fewer trials, except those listed below with the reason.
 
-The tutorial's and the ones of docs/how-to/your-own-policy.md run in test_docs.py. A new page's commands are found by
-themselves: they run in the order of the page, in a folder that has what `desk` puts there.
+Commands run in the order of their page, in the folder that `desk` prepares; those of two pages run in test_docs.py.
 """
 
 import re

@@ -22,6 +22,7 @@ def test_every_page_is_in_the_navigation_and_every_link_leads_to_one(pages):
     folder, nav = pages
     written = sorted(folder.rglob("*.md"))
     assert len(written) > 90
+    assert nav.index("tutorial.md") < nav.index("how-to/choose-a-learner.md") < nav.index("how-to/commission-a-rig.md")
     lost = []
     for page in written:
         assert f'"{page.relative_to(folder)}"' in nav, page

@@ -91,7 +91,7 @@ class ArmDriver(Protocol):
         StateError: From any request that is made in the wrong state, or with a joint outside its limits.
         RefusedError: From ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
         SettingError, WiringError: From ``open``: the device is missing, differs from the configuration, or has other
-        settings.
+            settings.
         SilentError, GarbledError: The bus, or a device on it, is silent or sends invalid data.
         DeviceFaultError: A device reports a fault, or a pose is not allowed.
     """
