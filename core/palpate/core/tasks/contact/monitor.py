@@ -7,10 +7,10 @@ from math import hypot, pi
 from operator import sub
 from typing import Final
 
-from palpate.core.job import ACROSS, AXIAL, DITHER_SHARE, HALF_PERIOD, PUSH_SHARE, Spring
+from palpate.core.job import ACROSS, AXIAL, DITHER_SHARE, HALF_PERIOD, MOST_SAMPLES, PUSH_SHARE, Spring
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
-from palpate.core.tasks.contact.response import Response, Verdict
+from palpate.core.tasks.contact.response import TIMEOUT_TICKS, Response, Verdict
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import (
     N_PER_KGF,
@@ -24,8 +24,6 @@ from palpate.core.trial import (
     generator,
 )
 
-_TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
-"""Number of stationary ticks until the force must respond: two of the longest windows."""
 _PUSH_N: Final = 3.0
 """Force of a push against a wall; the response to half of it has a narrow interval at a noise of 0.3 N."""
 _GROWTH: Final = 1.02
@@ -85,13 +83,15 @@ class Monitor:
         self._bent_Nm = self._torque_Nm = bent_rad * control.tilt_stiffness_Nm_per_rad
         self._lever_m = task.lever_mm * 1e-3
         in_air = turns_rad > 0.0
+        # A tool that dithers in air is raised while it waits, which ends a contact.
+        longest = MOST_SAMPLES if in_air else TIMEOUT_TICKS
         self._max_force_N = task.max_force_N
         self.presses(task.press_kgf * N_PER_KGF)
         self.axial, self.across = (
-            Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted))
+            Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted), longest)
             for stiffness, accepted in ((self.axial_N_per_m, AXIAL), (self.lateral_N_per_m, ACROSS))
         )
-        self.timeout_ticks = _TIMEOUT_TICKS
+        self.timeout_ticks = TIMEOUT_TICKS
         mass_kg = control.moving_mass_kg + control.rigid_mass_kg
         self.air = Response(Spring(0.0, 0.0, mass_kg, *AXIAL)) if in_air else None
         self.loose = Response(replace(self.axial.spring, lowest=ACROSS[0])) if in_air else None
@@ -130,7 +130,7 @@ class Monitor:
             self.air.begin(noise_N, self._step_m, dither.usual_m(self._air_m) * inertia_N_per_m)
             self.loose.begin(noise_N, self._step_m, dither.usual_m(self._contact_m) * self.axial_N_per_m)
             # One window while waiting, one after it is raised and one more, with a tenth of a second to begin each.
-            self.timeout_ticks = max(_TIMEOUT_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
+            self.timeout_ticks = max(TIMEOUT_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
         self._least_push_m = min(least_N, PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + PUSH_SHARE * self.budget_N)

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS, MOST_SAMPLES, NARROW, Spring
-from palpate.core.ports import PERIOD_S
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S
 
+TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
+"""Stationary ticks until the force must respond, more than two of the longest windows of a moving tool."""
 _OUTLIER: Final = 1.5
 """Standard deviations above which a residual has less weight (Huber's constant), because of stick-slip."""
 _NORMAL: Final = 1.48
@@ -43,6 +45,9 @@ class Response:
 
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
+    Args:
+        longest: Samples to which the window of a stationary tool may grow.
+
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None without a window.
         half_width: Half-width of the confidence interval of ``share``.
@@ -52,8 +57,8 @@ class Response:
             window would eventually be verified by chance.
     """
 
-    def __init__(self, spring: Spring) -> None:
-        self.spring = spring
+    def __init__(self, spring: Spring, longest: int = MOST_SAMPLES) -> None:
+        self.spring, self._longest = spring, longest
         self.begin(0.0, 0.0, 1.0)
 
     def begin(self, noise_N: float, step_m: float, dither_N: float, lag: int | None = None) -> None:
@@ -72,7 +77,7 @@ class Response:
         self._places: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
         self._forces: deque[tuple[float, float]] = deque(maxlen=3 * _LAGS)
         # Measured force, and expected force at each lag.
-        self._rows: Array = np.zeros((1 + _LAGS, 4 * MOST_SAMPLES))
+        self._rows: Array = np.zeros((1 + _LAGS, 2 * TIMEOUT_TICKS))
         self.restart()
 
     def restart(self) -> None:
@@ -94,8 +99,8 @@ class Response:
             time_s, old_N = self._forces.popleft()
             rows, end = self._rows, self._end
             if end == rows.shape[1]:
-                rows[:, :MOST_SAMPLES] = rows[:, -MOST_SAMPLES:].copy()
-                self._first, end = max(self._first + MOST_SAMPLES - end, 0), MOST_SAMPLES
+                rows[:, :TIMEOUT_TICKS] = rows[:, -TIMEOUT_TICKS:].copy()
+                self._first, end = max(self._first + TIMEOUT_TICKS - end, 0), TIMEOUT_TICKS
             rows[0, end] = old_N
             for each in range(_LAGS) if self.lag is None else (self.lag,):
                 rows[1 + each, end] = self._expected_N(time_s - each * PERIOD_S)
@@ -112,7 +117,7 @@ class Response:
 
     def widen(self, samples: int) -> None:
         """Fit the latest n samples if that is more than a window; the tool must be stationary."""
-        samples = min(samples, self._end - self._first, MOST_SAMPLES)
+        samples = min(samples, self._end - self._first, self._longest)
         if samples > self.window:
             self._fit_last(samples)
 
@@ -120,7 +125,7 @@ class Response:
         """Return True if all samples since the restart verify the response narrowly, with a stationary tool."""
         if self._end - self._first < self.window:
             return False
-        self._fit_last(min(self._end - self._first, MOST_SAMPLES))
+        self._fit_last(min(self._end - self._first, self._longest))
         return self.verdict(NARROW) is Verdict.VERIFIED
 
     def verdict(self, half_width: float = FAIR) -> Verdict:

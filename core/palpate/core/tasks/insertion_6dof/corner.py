@@ -153,7 +153,8 @@ class Corner:
     def tilting(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """Return the next action, which first moves up, then in equal steps over the corner and to the tilt."""
         self.tilted += 1
-        rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0) if self.tilted == 1 else 0.0
+        # What the speed limit leaves of the lift is done in the next actions.
+        rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0)
         if self.tilted == 1 and hypot(*observation.force_N[:2]) > _WEDGED_N:
             return (0.0, 0.0), Spatial(ControllerKind.LIFT, rise_m)
         left = max(self._left(observation), 1)

@@ -14,7 +14,6 @@ from palpate.core.tasks.contact import Monitor
 from palpate.core.tasks.insertion.phases import Equipment, Explore
 from palpate.core.tasks.insertion_6dof.insert import TILTED_RAD
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
-from palpate.core.trial import Trip, TripReason
 
 _FASTEST_PUSH_M_S: Final = 12e-3
 _FASTEST_YAW_RAD_S: Final = radians(12.0)
@@ -27,16 +26,12 @@ _GIVEN_M: Final = 3e-4
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """Height of the lowest corner above the plate at which there is no contact."""
-_ALONG_N: Final = 2.0
-"""Implausible force in the direction of a push, because walls act against it; without a fault, more than 0.1 N never
-lasted this long."""
 _WALL_N: Final = 1.0
 """Force that indicates contact with a wall."""
 _RAISED_M: Final = 4e-4
 """Lift that frees a waiting tool: more than the dither, and 2 N of gripper force if it is held."""
 _RAISED_AFTER: Final = 0.25
 """Fraction of the time-out after which the tool is raised."""
-_ALONG_TICKS: Final = 4
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(ControllerKind.LIFT)
 _SUNK_SHARE: Final = 0.62
@@ -62,7 +57,7 @@ class SpatialExplore(Explore):
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
         super().__init__(equipment, monitor)
         self._free, self._along = equipment.controllers.free, equipment.controllers.along
-        self._sunk_m = _SUNK_SHARE * options.down_m
+        self._corner_m, self._sunk_m = options.corner_mm * 1e-3, _SUNK_SHARE * options.down_m
         self._deepest_m = min(_DEEPEST_SHARE * options.down_m, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
         self._push_m_per_N_s = options.push_m_per_N_s
         self._swift_s = _SWIFT / (monitor.lateral_N_per_m * options.push_m_per_N_s)
@@ -80,7 +75,6 @@ class SpatialExplore(Explore):
     @override
     def begin(self, start_m: tuple[float, float]) -> None:
         super().begin(start_m)
-        self._along_ticks, self._met_behind = 0, False
         self._path_m_s: Vector3 | None = None
         self._behind_m2_s, self._path_m2_s2, self._give = 0.0, 0.0, 1.0
 
@@ -88,13 +82,14 @@ class SpatialExplore(Explore):
     def resume(self) -> None:
         super().resume()
         # The hole was a false detection, or held the peg: stop and choose immediately.
-        self._spatial, self._rate_rad_s, self.countdown = _HOLD, ZERO_VELOCITY, 1
+        self._spatial, self._rate_rad_s, self._rise_m, self.countdown = _HOLD, ZERO_VELOCITY, 0.0, 1
         self._wedged_m: Vector3 | None = None
 
     @override
     def enter(self) -> None:
         super().enter()
-        # The first pause lasts until the plate responds.
+        # The first pause lasts until the plate responds; the force of the approach follows its motion however late.
+        self._monitor.moves_on()
         self._spatial, self.countdown, self._monitor.spent = _STEP, 1, True
 
     @property
@@ -108,8 +103,7 @@ class SpatialExplore(Explore):
         tip_m = max(self._measurement.tip_depth_m, self._measurement.position_m[2]) - self._state.surface_m
         if tip_m > -_CLEAR_M:
             return True
-        reach_m = hypot(*self._spatial.pivot_m) * sin(hypot(*self._motion.turn_rad[:2]))
-        return tip_m + reach_m > -_CLEAR_M
+        return tip_m + self._corner_m * sin(hypot(*self._motion.turn_rad[:2])) > -_CLEAR_M
 
     def _look_for_lag(self, path_m_s: Vector3) -> None:
         """Update the lag of the encoders behind a tool moving in air, over the whole trial."""
@@ -162,6 +156,9 @@ class SpatialExplore(Explore):
         self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
         self._lost_ticks = self._deep_ticks = 0
         self._wedged_m = None
+        # The tip follows a lift only once the gripper is no longer compressed.
+        compressed_m = max(self._motion.reference_m[2] - self._measurement.tip_depth_m, 0.0)
+        self._rise_m = spatial.rise_m + compressed_m if spatial.rise_m else 0.0
         px, py = spatial.push_N
         size_N = hypot(px, py)
         self._monitor.push(
@@ -187,13 +184,12 @@ class SpatialExplore(Explore):
             ticks = self._task.ticks_per_action
             share = (ticks - self.countdown + 1) / ticks
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
-            target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
+            target_m = x + share * dx, y + share * dy, z - share * self._rise_m
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, measured.force_N), self._rate_rad_s
             self._path_m_s = velocity
             if measured.force_N[2] > _PULL_N or hypot(*measured.force_N[:2]) > _HELD_N:
                 velocity, rate, self._path_m_s = self._freed(velocity[2]), ZERO_VELOCITY, None
         elif spatial.controller is ControllerKind.PUSH:
-            self._hold_against(spatial.push_N)
             velocity = self._pushed(spatial.push_N)
             # A commanded yaw is a torque about the axis, with which the tool complies.
             tilt_x, tilt_y, yaw = self._rate_rad_s
@@ -234,21 +230,23 @@ class SpatialExplore(Explore):
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity with the dither, also sideways at a wall; in place if the budget is spent."""
         monitor, (vx, vy, vz), (fx, fy, _) = self._monitor, velocity_m_s, self._measurement.force_N
-        waits = monitor.spent
-        if hypot(fx, fy) > _WALL_N:
-            monitor.aim((fx, fy))
-        if waits:
+        ux, uy = monitor.direction or (0.0, 0.0)
+        if not monitor.spent:
+            monitor.moves_on()
+        else:
             monitor.wait("while the tool pushes")
             vx, vy, vz = 0.0, 0.0, min(vz, 0.0)
-            # Intermittent contact responds to neither dither; slightly higher, the tool is free.
+            # Intermittent contact responds to neither dither; slightly higher and off the wall, the tool is free.
             late = monitor.waited_share - _RAISED_AFTER
-            if 0.0 < late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.timeout_ticks):
-                vz = -_WITHDRAW_M_S
-        else:
-            monitor.moves_on()
-        ux, uy = monitor.direction or (0.0, 0.0)
-        if monitor.direction is not None and (waits or -(fx * ux + fy * uy) > _WALL_N):
-            along = monitor.push_dither_m_s(met=waits)
+            if late > 0.0:
+                rises = late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.timeout_ticks)
+                back, up = (_WITHDRAW_M_S, -_WITHDRAW_M_S) if rises else (0.0, vz)
+                return -back * ux, -back * uy, up + monitor.dither_m_s()
+        if hypot(fx, fy) > _WALL_N:
+            monitor.aim((fx, fy))
+            ux, uy = monitor.direction or (0.0, 0.0)
+        if monitor.direction is not None and (monitor.spent or -(fx * ux + fy * uy) > _WALL_N):
+            along = monitor.push_dither_m_s(met=monitor.spent)
             vx, vy = vx + along * ux, vy + along * uy
         return vx, vy, vz + monitor.dither_m_s()
 
@@ -273,16 +271,6 @@ class SpatialExplore(Explore):
         """Return the velocity along the axis that limits the pull."""
         reference_m = self._motion.reference_m
         return self._pull.velocity_m_s(reference_m, reference_m, (0.0, 0.0, self._measurement.force_N[2]))[2]
-
-    def _hold_against(self, push_N: tuple[float, float]) -> None:
-        (px, py), (fx, fy, _), tick = push_N, self._measurement.force_N, self._state.tick
-        along_N = (fx * px + fy * py) / max(hypot(px, py), 1e-6)
-        # A waiting tool moves back and may touch another wall there, which it must first leave.
-        self._met_behind = along_N > _ALONG_N and (self._met_behind or self._waits)
-        self._along_ticks = self._along_ticks + 1 if along_N > _ALONG_N and not self._met_behind else 0
-        if self._along_ticks == _ALONG_TICKS:
-            text = f"{along_N:.2f} N in the direction of a push; its reaction must oppose it"
-            self._state.mismatch(Trip(TripReason.PULLED, tick, text))
 
     def _pushed(self, push_N: tuple[float, float]) -> Vector3:
         reference_m, (fx, fy, fz), k = (

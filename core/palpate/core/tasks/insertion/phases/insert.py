@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.job import MOST_SAMPLES
 from palpate.core.motion import DampingControl
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import ControlConfig, Outcome
@@ -45,6 +45,8 @@ that not even the harder press moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _HALF_TICKS: Final = MOST_SAMPLES // 2
 """Time for vibrations and friction to settle without motion, and time for each of two means of the force."""
+_LIGHT_SHARE: Final = 0.5
+"""Force of a light contact divided by the press; the dither interrupts a lighter one."""
 _DROP_SHARE: Final = 0.5
 """Minimum motion without contact in a hole, divided by the gripper's bend under the press, which a drop releases."""
 _DEVIATIONS: Final = 3.3
@@ -220,7 +222,7 @@ class Insert(RunningPhase):
         least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
         past = least_m > self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
         free = past and not self._pressed
-        if monitor.spent and not self._pressed and not past:
+        if monitor.spent and not past and self._measurement.filtered_force_z_N > -_LIGHT_SHARE * self._press_N:
             # The descent has used the budget for pressing: a wall must respond first.
             self._begin(Stage.SINK)
             return self._sink()
@@ -320,12 +322,15 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Keep the tool stationary and compare two means of the force, which only a drifting sensor reduces.
+        """Keep the tool at its depth and compare two means of the force, which only a drifting sensor reduces.
 
         With such a sensor a tool presses ever harder on the plate, as if it sank without a drop.
         """
         self._ticks += 1
         self._held_N.append(self._measurement.force_N[2])
+        # Without a dither a response would be chance.
+        self._monitor.push(None)
+        self._monitor.axial.restart()
         if self._ticks == _SETTLE_TICKS + 2 * _HALF_TICKS:
             first_N, second_N = self._held_N[-2 * _HALF_TICKS : -_HALF_TICKS], self._held_N[-_HALF_TICKS:]
             drift_N = (sum(second_N) - sum(first_N)) / _HALF_TICKS
@@ -338,4 +343,5 @@ class Insert(RunningPhase):
                 self._begin_look()
             else:
                 self._begin(Stage.SINK)
-        return ZERO_VELOCITY
+        vx, vy, _ = self._pressing(push=False)
+        return vx, vy, 0.0
