@@ -80,7 +80,7 @@ def test_late_samples_under_new_times_and_joints_that_do_not_follow_are_found():
             assert one.peak_force_N < 60.0, one
 
 
-@pytest.mark.parametrize("trial", [2, pytest.param(3, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("trial", [3, pytest.param(6, marks=pytest.mark.nightly)])
 def test_square_goes_in_by_an_arm_that_is_29_ms_late(trial, tmp_path):
     late = FaultScenario("inserted", (arm("delay", 0, delay_ticks=4),), square(), policy="corner-first", trial=trial)
     (tmp_path / "late.mcap").write_bytes(recorded(late))
