@@ -124,6 +124,7 @@ class SpatialExplore(Explore):
             self._look_for_lag(self._path_m_s)
         if not self._low:
             self._monitor.free()
+            self._wedged_m = None
         if controller is ControllerKind.STEP and self._upright:
             return super().step()
         if self._out_of_time():
@@ -155,7 +156,8 @@ class SpatialExplore(Explore):
         action_s = self._task.ticks_per_action * PERIOD_S
         self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
         self._lost_ticks = self._deep_ticks = 0
-        self._wedged_m = None
+        if spatial.controller is not ControllerKind.LIFT:
+            self._wedged_m = None
         # The tip follows a lift only once the gripper is no longer compressed.
         compressed_m = max(self._motion.reference_m[2] - self._measurement.tip_depth_m, 0.0)
         self._rise_m = spatial.rise_m + compressed_m if spatial.rise_m else 0.0
