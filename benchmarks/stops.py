@@ -82,7 +82,7 @@ class Watched:
     def keep_counts(self) -> None:
         """What a person does who knows that the Zebra's modules were never without power, and reads their counters."""
         if self.counts.exists():
-            motors: Any = vars(self.cell)["_motors"]
+            motors: Any = self.cell.arm.motors
             self.counts.write_text(json.dumps([motors.motor_counts(axis) for axis in range(6)]))
 
     def last_motion_ns(self, since_ns: int) -> tuple[int, int, int, int]:

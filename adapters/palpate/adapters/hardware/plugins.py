@@ -126,7 +126,10 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
 def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSettings, context: RigContext) -> T:
     """Return the result of a third-party function, which may fail in any way."""
     table = settings_table(maker)
-    given = settings if table is None else overlay(table(), settings)
+    try:
+        given = settings if table is None else overlay(table(), settings)
+    except ConfigurationError as error:
+        raise ConfigurationError(error.field, error.value, f"{error.accepted}, with adapter = {name!r}") from error
     try:
         made = maker(given, context)
     except PalpateError:

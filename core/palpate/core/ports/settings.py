@@ -204,9 +204,9 @@ def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], ot
     missing = [key for key in needed if key not in given]
     unknown = [key for key in given if key not in (*needed, *others)]
     if missing or unknown:
-        problem = f"missing {', '.join(map(_shown, missing))}" if missing else f"unknown key {unknown[0]!r}"
+        problem = f"{', '.join(map(_shown, missing))} is missing" if missing else f"{unknown[0]} is not one of them"
         keys = ", ".join(map(_shown, (*needed, *others)))
-        raise ConfigurationError(where, sorted(given), f"the keys {keys} ({problem})")
+        raise ConfigurationError(where, sorted(given), f"a table with the keys {keys}; {problem}")
 
 
 def accepted_by(kind: Any) -> str:

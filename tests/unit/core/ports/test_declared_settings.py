@@ -138,12 +138,12 @@ class TestJson:
         [
             ({"parts": {}}, "parts", "a list, each a table"),
             ({"parts": [3]}, "parts[0]", "an object"),
-            ({"parts": [{"low": 1}]}, "parts[0]", "the keys low, high (missing high)"),
+            ({"parts": [{"low": 1}]}, "parts[0]", "a table with the keys low, high; high is missing"),
             ({"parts": [{"low": -1, "high": 2}]}, "parts[0].low", "a whole number from 0 up"),
             ({"names": {"a": 1}}, "names.a", "a text"),
             ({"names": {"a\nb": 1}}, r"names.'a\nb'", "a text"),
             ({"anything": 7}, "anything", "not 7"),
-            ({"y": 7}, "sample file", "the keys parts, names, anything, extra (unknown key 'y')"),
+            ({"y": 7}, "sample file", "a table with the keys parts, names, anything, extra; y is not one of them"),
         ],
     )
     def test_what_is_wrong_is_named_by_its_place(self, change, field, accepted):

@@ -15,12 +15,12 @@ from typing_extensions import override
 import palpate
 from palpate.adapters.experiments.executor import Workers
 from palpate.adapters.log import made_with, source_sha256
-from palpate.core.errors import ConfigurationError, PalpateError, UsageError, describe
+from palpate.core.errors import ConfigurationError, PalpateError, UsageError, describe, one_line
 
 T = TypeVar("T")
 LOCAL: Final = "local"
 _TIMEOUT_S: Final = 20.0
-_THREADS: Final = "workers with one thread each: dask worker ... --nthreads 1"
+_START: Final = "start them: dask scheduler --host HOST, dask worker ADDRESS --nthreads 1"
 
 
 class DaskWorkers(Workers):
@@ -32,8 +32,9 @@ class DaskWorkers(Workers):
         jobs: Number of processes of a local cluster.
 
     Raises:
-        ConfigurationError: The address is not safe, or a worker has other code or more than one thread.
-        UsageError: Dask is not installed, or there is no scheduler or worker.
+        ConfigurationError: The address is not safe.
+        UsageError: Dask is not installed, there is no scheduler or worker, or a worker has other code or more than one
+            thread.
     """
 
     def __init__(self, address: str, jobs: int) -> None:
@@ -62,7 +63,9 @@ class DaskWorkers(Workers):
             self._require_same_code()
         except (OSError, TypeError, RuntimeError) as error:
             self.close()
-            raise UsageError(f"scheduler {address} or its workers cannot be reached: {describe(error)}") from error
+            # Dask raises this type without certificates.
+            reason = "no certificates in its configuration" if isinstance(error, TypeError) else one_line(error)
+            raise UsageError(f"scheduler {address} or its workers cannot be reached ({reason}); {_START}") from error
         except BaseException:
             self.close()
             raise
@@ -109,12 +112,13 @@ class DaskWorkers(Workers):
     def _require_same_code(self) -> None:
         own = dict(code_of())
         for worker, code in self._client.run(code_of, on_error="return").items():
-            if isinstance(code, Exception) or dict(code) != own:
-                has = describe(code) if isinstance(code, Exception) else dict(code)
-                raise ConfigurationError("scheduler", self.address, f"workers with {own}; {worker} has {has}")
+            if isinstance(code, Exception):
+                raise UsageError(f"worker {worker} cannot run palpate: {describe(code)}")
+            if others := [f"{name} {has}, not {own.get(name)}" for name, has in code if has != own.get(name)]:
+                raise UsageError(f"worker {worker} has {', '.join(others)}; install the same there")
         for worker, threads in self._client.nthreads().items():
             if threads > 1:
-                raise ConfigurationError("scheduler", self.address, f"{_THREADS} ({worker} has {threads})")
+                raise UsageError(f"worker {worker} has {threads} threads, one is allowed; {_START}")
 
 
 @cache
