@@ -1,4 +1,4 @@
-"""A policy that asks a person for each action on the terminal; the trials replay exactly.
+"""A policy that prompts a person on the terminal for each action; its trials replay exactly.
 
 From the repository's root::
 
@@ -6,8 +6,8 @@ From the repository's root::
     palpate replay runs/person
     palpate train --learning.examples runs/person/decisions.csv --out runs/from-person
 
-In the simulator time waits for a key. The decisions have the source "person": a replay takes them from the log. On a
-rig a choice may take 0.2 s at most, so this policy is for the simulator.
+The simulator pauses until a key is pressed. The decisions have the source "person", and a replay reads them from the
+log. On a rig, a choice may take at most 0.2 s, so use this policy only in the simulator.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ import numpy as np
 from palpate.core.policy import PERSON, Decision, Observation, Policy, PolicyContext, Transition
 
 STEPS = {"w": "+x", "x": "-x", "d": "+y", "a": "-y", "e": "+x+y", "q": "+x-y", "c": "-x+y", "z": "-x-y"}
-"""Step of each key, as seen from behind the arm: +x is away from it, +y to the right."""
+"""Step for each key, as seen from behind the arm: +x points away from the arm, +y to the right."""
 ENDING = ("", "\x03", "\x04", "\x1b")
-"""End of the input, Ctrl-C, Ctrl-D and Escape."""
+"""Keys that end the run: end of input, Ctrl-C, Ctrl-D and Escape."""
 
 
 class Person(Policy):
-    """Asks for each action."""
+    """A policy that prompts a person for each action."""
 
     temperature = None
 
@@ -55,7 +55,7 @@ class Person(Policy):
         return Decision(self._actions[index], index, PERSON)
 
     def learn(self, transition: Transition) -> None:
-        """A person learns without help."""
+        """Do nothing, because this policy does not learn."""
 
     def _requested(self) -> int:
         with single_keys():
@@ -69,7 +69,7 @@ class Person(Policy):
 
 @contextmanager
 def single_keys() -> Iterator[None]:
-    """Read keys of a terminal without Enter; Ctrl-C is a key meanwhile."""
+    """Read single keys from the terminal without Enter; Ctrl-C is read as a key."""
     fd = sys.stdin.fileno()
     if not os.isatty(fd):
         yield
@@ -83,6 +83,6 @@ def single_keys() -> Iterator[None]:
 
 
 def say(text: str) -> None:
-    """Write to the terminal at once."""
+    """Write text to the terminal immediately."""
     sys.stderr.write(text)
     sys.stderr.flush()

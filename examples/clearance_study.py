@@ -1,10 +1,10 @@
-"""A study: two policies, two clearances, two seeds, from one TOML file, with a report.
+"""Run a study of two policies, two clearances and two seeds from a TOML file, and write a report.
 
-You see a progress bar over the eight conditions of ``clearance.toml``, then for each policy and clearance the share of
-trials that put the peg in and the median time. Ended with Ctrl-C and called again, it continues. Takes a minute or
-two; with ``--quick``, two runs of two short trials, a few seconds.
+The script shows a progress bar for the eight conditions in ``clearance.toml``. It then prints the success rate and the
+median time for each policy and clearance. If you stop it with Ctrl-C, run it again to continue. It takes a minute or
+two. With ``--quick`` it makes two runs of two short trials in a few seconds.
 
-The command line does the same with ``palpate study examples/clearance.toml`` and ``palpate report runs/clearance``.
+``palpate study examples/clearance.toml`` followed by ``palpate report runs/clearance`` does the same.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ QUICK = {"trials = 40": "trials = 2", "seeds = [0, 1]": "seeds = [0]", "[29.1, 2
 
 
 def quick_copy(folder: Path) -> Path:
-    """The same study, but much smaller."""
+    """Return the same study with fewer and shorter trials."""
     text = STUDY.read_text(encoding="utf-8")
     for before, after in QUICK.items():
         text = text.replace(before, after)
@@ -35,7 +35,7 @@ def quick_copy(folder: Path) -> Path:
 
 
 def print_table(table: Path) -> None:
-    """Means over the seeds, from the study's table of all runs."""
+    """Print the means over the seeds from the study's table of all runs."""
     groups: defaultdict[tuple[str, str], list[dict[str, str]]] = defaultdict(list)
     with table.open(encoding="utf-8", newline="") as stream:
         for row in csv.DictReader(stream):
@@ -46,9 +46,9 @@ def print_table(table: Path) -> None:
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="two runs of two short trials")
+    parser.add_argument("--quick", action="store_true", help="make only two runs of two short trials")
     parser.add_argument("--out", type=Path, default=Path("runs/clearance"), help="folder of the study")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:

@@ -1,15 +1,15 @@
-"""Infer an automaton from random walks, and learn with its states.
+"""Infer an automaton from random walks, and use its states for learning.
 
-In map 2 cells look alike that need different moves, so the letter of a cell is no sufficient state. An Elman network is
-trained on the letters of random walks, an automaton is made of it, and Q-learning takes the automaton's states for its
-own. Beside it learns the same learner with the bare letters.
+In map 2, some cells have the same letter but require different moves, so the letter alone is not a sufficient state.
+The script trains Elman networks on the letters of random walks and extracts an automaton. Q-learning then uses the
+states of this automaton. For comparison, the same learner also runs with the letters alone.
 
-You see the automaton's figures, then for both kinds of state the mean steps to the goal in the last 100 trials: with
-letters some 40, with the automaton far fewer, beside what is possible at all.
+The script prints a summary of the automaton and, for both kinds of state, the mean number of steps to the goal in the
+last 100 trials: about 40 with letters, and far fewer with the automaton. It also prints the best possible number.
 
-Takes a few minutes; with ``--quick``, which is too short for a good automaton, a few seconds.
+It takes a few minutes, or a few seconds with ``--quick``, which is too short for a good automaton.
 
-The command line does the same with ``palpate explore --strings``, ``palpate infer`` and ``palpate explore --state``.
+The commands ``palpate explore --strings``, ``palpate infer`` and ``palpate explore --state`` do the same.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from palpate.simulation.grid import walk_strings
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few walks, networks and trials")
+    parser.add_argument("--quick", action="store_true", help="use fewer walks, networks and trials")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, default=Path("runs/automaton"), help="must not be there, or be empty")
+    parser.add_argument("--out", type=Path, default=Path("runs/automaton"), help="output folder; must be new or empty")
     options = parser.parse_args()
     walks, networks, steps, trials = (100, 4, 100, 200) if options.quick else (1000, 64, 500, 1500)
     try:

@@ -1,11 +1,11 @@
-"""A policy of your own, beside the torque rule that palpate has.
+"""Compare a policy of your own with palpate's torque rule.
 
-Both step where the torque says that the hole is. The torque rule always goes 0.7 mm, and where it feels nothing it goes
-anywhere. Ours makes shorter steps each time that the torque turns round, because then it has just passed the hole, and
-goes on straight where it feels nothing. The hole is anywhere within 3 mm of at its nominal position.
+Both policies step towards the hole as indicated by the torque. The torque rule takes steps of 0.7 mm, in a random
+direction if there is no torque. The new policy shortens its steps each time the torque reverses, because it has just
+passed the hole; without torque it continues straight ahead. The hole is within 3 mm of its nominal position.
 
-You see a line for each policy: how many trials put the peg in, and the median time of exploration. Both get the same
-trials. Takes some twenty seconds; with ``--quick`` a few seconds.
+The script prints the number of successful trials and the median exploration time for each policy, using the same trials
+for both. It takes about twenty seconds, or a few seconds with ``--quick``.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ from palpate.core.policy import Action, Decision, Observation, Policy, Transitio
 
 FIRST_STEP_M, SHORTEST_STEP_M = 0.7e-3, 0.2e-3
 FELT_Nm = 0.005
-"""A torque below this is taken for none."""
+"""Torque below which there is assumed to be none."""
 
 
 class Homing(Policy):
-    """Follows the torque with steps that shrink when it turns round."""
+    """A policy that follows the torque with steps that become shorter when it reverses."""
 
     @property
     def temperature(self) -> float | None:
-        """There is none: it does not explore by chance."""
+        """Return None, because the policy has no exploration temperature."""
         return None
 
     def serves(self, state: int) -> bool:
-        """It serves every state, because it looks at the torque itself."""
+        """Return True, because the policy uses the torque instead of the state."""
         return True
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Forget the last trial; any random choice of this one has to come from ``rng``."""
+        """Reset the policy for a new trial; all random choices in the trial must use ``rng``."""
         self._heading_rad, self._step_m = float(rng.uniform(0.0, 2 * pi)), FIRST_STEP_M
 
     def choose(self, observation: Observation) -> Decision:
-        """Everything is in the task frame: SI units, z into the hole."""
+        """Choose a step; all quantities are in SI units and in the task frame, z into the hole."""
         tx, ty, _ = observation.torque_Nm
         if hypot(tx, ty) > FELT_Nm:
             # Pressed beside the hole, the peg is supported on the far side only: the hole is at heading (-ty, tx).
@@ -57,15 +57,15 @@ class Homing(Policy):
         return Decision(Action("homing", step), index=None, source="homing")
 
     def learn(self, transition: Transition) -> None:
-        """It learns nothing."""
+        """Do nothing, because this policy does not learn."""
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=50)
-    parser.add_argument("--quick", action="store_true", help="three trials")
-    parser.add_argument("--out", type=Path, default=Path("runs/own-policy"), help="must not be there, or be empty")
+    parser.add_argument("--quick", action="store_true", help="run only three trials")
+    parser.add_argument("--out", type=Path, default=Path("runs/own-policy"), help="output folder; must be new or empty")
     options = parser.parse_args()
     trials = 3 if options.quick else options.trials
     try:

@@ -1,11 +1,11 @@
-"""Replay as a gate: record trials, change the core, and let the recorded trials say whether it still does the same.
+"""Use replay as a regression test: record trials, change the core, and replay the trials with the changed core.
 
-Two trials are recorded and replayed: every command and decision is equal, and the exit code is 0. Then one line is
-changed in a copy of the core, in a way that looks harmless - m (F - F0) becomes m F - m F0 - and the same trials are
-replayed through the copy: exit code 1, and the first tick, the field and the cause are named. So a pipeline that ends
-with ``palpate replay trials/`` stops a change of behaviour that nobody meant to make.
+The script records two trials and replays them. Every command and decision is identical, and the exit code is 0. It then
+changes one line in a copy of the core in a way that looks harmless: m (F - F0) becomes m F - m F0. Replaying the same
+trials with this copy gives exit code 1, and the output states the first tick, the field and the cause. A pipeline that
+ends with ``palpate replay trials/`` therefore detects unintended changes in behaviour.
 
-Takes some ten seconds.
+It takes about ten seconds.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ BEFORE, AFTER = "m * (fz - z)", "m * fz - m * z"
 
 
 def replay_with(folder: Path, logs: Path) -> int:
-    """``palpate replay`` with the core in that folder; its exit code."""
+    """Run ``palpate replay`` with the core in the given folder, and return the exit code."""
     # The core found first is the one that is used: palpate is a namespace package of several folders.
     places = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
     call = [sys.executable, "-m", "palpate.adapters.cli.main", "replay", str(logs)]
@@ -33,7 +33,7 @@ def replay_with(folder: Path, logs: Path) -> int:
 
 
 def change_core(folder: Path) -> None:
-    """Copy the core into the folder, and change a line of it."""
+    """Copy the core to a folder, and change one line of the copy."""
     copy = folder / "palpate" / "core"
     shutil.copytree(Path(core.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
     text = (copy / CHANGED_FILE).read_text(encoding="utf-8")
@@ -43,10 +43,10 @@ def change_core(folder: Path) -> None:
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("runs/replay-gate"), help="must not be there yet")
+    parser.add_argument("--out", type=Path, default=Path("runs/replay-gate"), help="output folder; must not exist")
     options = parser.parse_args()
     if options.out.exists():
         parser.error(f"{options.out} exists; name another folder with --out")

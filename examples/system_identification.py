@@ -1,11 +1,11 @@
-"""System identification: fit the simulated cell to recorded trials, on a rig or in the simulator.
+"""System identification: fit the simulated cell to trials recorded on a rig or in the simulator.
 
-It prints friction, stiffness along and across the tool, damping ratio and delay of the wrench, each with a 95 %
-interval, and the residual force before and after the fit. The simulated cell is driven with the recorded commands,
-from before the contact to where the peg begins to sink. MuJoCo's toolbox minimises the difference between the recorded
-and the simulated force. Name logs of trials that begin above the plate and slide on it. Four logs take about a minute.
+The script prints the friction, both stiffnesses of the tool, the damping ratio and the delay of the wrench, each with a
+95 % interval, and the residual force before and after the fit. The simulated cell is driven with the recorded commands,
+from just before contact until the peg begins to sink. MuJoCo's toolbox minimises the difference between the recorded
+and simulated forces. Use logs of trials that begin above the plate and slide on it. Four logs take about a minute.
 
-Needs ``pip install 'mujoco[sysid]'``: without that extra ``mujoco.sysid`` imports empty.
+The script requires ``pip install 'mujoco[sysid]'``; without this extra, ``mujoco.sysid`` is an empty module.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from palpate.core.trial import Phase, ReadyPose
 Array: TypeAlias = npt.NDArray[np.float64]
 
 FREE_TICKS = 40
-"""In free air, before the contact."""
+"""Number of ticks in free space before the contact."""
 SETTLED = slice(20, 30)
 TOUCHED_TICKS = FREE_TICKS + 20
 MOST_TICKS = 280
@@ -49,7 +49,7 @@ NOTHING_DRAWN: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Recorded:
-    """The part of a trial that is fitted: commands, (ticks, joints), and tared forces in N, (ticks, 3)."""
+    """The fitted part of a trial, with commands, (ticks, joints), and tared forces in N, (ticks, 3)."""
 
     config: RunConfig
     ready: ReadyPose
@@ -58,7 +58,7 @@ class Recorded:
 
 
 def recorded(path: Path) -> Recorded | None:
-    """The trial of a log from before the touch to where the peg begins to sink; None where nothing is touched."""
+    """Return the part of a logged trial from just before contact until the peg sinks; None if there is no contact."""
     log = read_log(path)
     series = series_of(log)
     first = {each.detail if each.name == "phase" else each.name: each.tick for each in reversed(log.events)}
@@ -72,7 +72,7 @@ def recorded(path: Path) -> Recorded | None:
 
 
 def simulated_N(trial: Recorded, parameters: Any) -> Array:
-    """Simulate the forces under the commands of a trial, tared and delayed, (ticks, 3)."""
+    """Simulate the forces that the commands of a trial cause, tared and delayed, (ticks, 3)."""
     values = {name: float(each.value[0]) for name, each in parameters.items()}
     springs = trial.config.cell.compliance
     across = values["across_N_per_mm"] / springs.lateral_N_per_mm
@@ -102,7 +102,7 @@ def simulated_N(trial: Recorded, parameters: Any) -> Array:
 
 
 def residual_N(trial: Recorded, parameters: Any) -> Array:
-    """Recorded minus simulated forces, means over SMOOTH_TICKS each, (n, 3)."""
+    """Return the recorded minus the simulated forces, each averaged over SMOOTH_TICKS ticks, (n, 3)."""
     rest = (trial.force_N - simulated_N(trial, parameters))[SETTLED.start :]
     rest = rest[~np.isnan(rest[:, 0])]
     means: Array = rest[: len(rest) // SMOOTH_TICKS * SMOOTH_TICKS].reshape(-1, SMOOTH_TICKS, 3).mean(axis=1)
@@ -110,13 +110,13 @@ def residual_N(trial: Recorded, parameters: Any) -> Array:
 
 
 def sliding_share(force_N: Array) -> float:
-    """Force across over force along the tool, after the contact."""
+    """Return the lateral force divided by the axial force after the contact."""
     across, along = np.hypot(force_N[:, 0], force_N[:, 1]), np.abs(force_N[:, 2])
     return float(np.nansum(across[TOUCHED_TICKS:]) / np.nansum(along[TOUCHED_TICKS:]))
 
 
 def configured(config: RunConfig) -> Any:
-    """What is fitted: configured value and bounds. The plate's height is 1 mm where it is believed."""
+    """Return the parameters to fit, with their bounds. For the plate's height, 1 mm denotes the nominal one."""
     springs = config.cell.compliance
     axial, across = springs.axial_N_per_mm, springs.lateral_N_per_mm
     bounds = {
@@ -131,7 +131,7 @@ def configured(config: RunConfig) -> Any:
 
 
 def optimized(start: Any, names: Iterable[str], residual: Callable[[Any], list[Array]]) -> tuple[Any, Any]:
-    """Fit the named parameters; returns all parameters, and the toolbox's result."""
+    """Fit the named parameters, and return all parameters and the toolbox's result."""
     free = start.copy()
     for name, each in free.items():
         each.frozen = name not in names
@@ -149,9 +149,9 @@ def optimized(start: Any, names: Iterable[str], residual: Callable[[Any], list[A
 
 
 def fit(trials: Sequence[Recorded]) -> None:
-    """Fit the cell to trials of one arm and tool, and print what was found.
+    """Fit the cell to trials with one arm and tool, and print the results.
 
-    Contact and sliding are fitted first: far from the solution, stick-slip of the simulated peg is chance.
+    Contact and sliding are fitted first, because far from the solution the stick-slip of the simulated peg is random.
     """
     recorded_share = np.array([sliding_share(trial.force_N) for trial in trials])
 
@@ -187,8 +187,8 @@ def fit(trials: Sequence[Recorded]) -> None:
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("logs", nargs="+", help="logs, or folders of logs, of one arm and tool")
-    parser.add_argument("--most", type=int, default=4, help="logs that are used; time grows with them")
+    parser.add_argument("logs", nargs="+", help="logs, or folders with logs, from one arm and tool")
+    parser.add_argument("--most", type=int, default=4, help="maximum number of logs to use; more logs take more time")
     options = parser.parse_args()
     if not hasattr(sysid, "optimize"):
         parser.error("mujoco.sysid is empty: pip install 'mujoco[sysid]'")

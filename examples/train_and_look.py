@@ -1,13 +1,13 @@
-"""Train, and look at what was learned.
+"""Train a policy, and inspect the result.
 
-Q-learning puts the peg into the hole over and over. You see a line for every trial, at first mostly of several seconds,
-later mostly of one or two. In the end the table of what was learned is printed: for each state the best action. The
-folder then holds the policy, the learning curve, a log of every trial and a picture of the last one: forces, tip,
-states and actions over time.
+Q-learning inserts the peg repeatedly. The script prints a line for every trial; most of the first trials take several
+seconds, and most of the later ones one or two. At the end it prints the best action for each state. The output folder
+contains the policy, the learning curve, a log of every trial, and a plot of forces, tip position, states and actions in
+the last trial.
 
-Takes about half a minute; with ``--quick``, which is too short to learn anything, a few seconds.
+It takes about half a minute, or a few seconds with ``--quick``, which is too short to learn anything.
 
-The command line does the same with ``palpate train``, ``palpate show`` and ``palpate log plot``.
+The commands ``palpate train``, ``palpate show`` and ``palpate log plot`` do the same.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from palpate.core.errors import PalpateError, require_whole
 
 
 def tell(scored: ScoredTrial) -> None:
-    """A line for a trial. Whether it was a success is held against the simulator's truth."""
+    """Print one line for a trial; success is determined by the simulator's ground truth."""
     report, word = scored.report, "inserted" if scored.success else "failed"
     print(f"trial {report.setup.index:3d}: {scored.exploration_time_s:5.1f} s of exploration, {word}", flush=True)
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=100)
-    parser.add_argument("--quick", action="store_true", help="three short trials")
-    parser.add_argument("--out", type=Path, default=Path("runs/train-and-look"), help="must not hold a run yet")
+    parser.add_argument("--quick", action="store_true", help="run only three short trials")
+    parser.add_argument("--out", type=Path, default=Path("runs/train-and-look"), help="must not contain a run")
     options = parser.parse_args()
     settings, trials = ({"task": {"time_limit_s": 2.0}}, 3) if options.quick else ({}, options.trials)
     try:

@@ -1,12 +1,12 @@
-"""A Stable-Baselines3 agent beside palpate's own tabular learner, on the same trials of the insertion task.
+"""Compare a Stable-Baselines3 agent with palpate's own tabular learner on the same trials of the insertion task.
 
     pip install -e '.[gymnasium]' -r examples/stable_baselines3/requirements.txt -c constraints.txt
     python examples/stable_baselines3/train.py --out runs/sb3                   DQN on the 17 states, 350 trials
     python examples/stable_baselines3/train.py --out runs/sb3 --agent ppo       PPO on tip and wrench, free steps
     python examples/stable_baselines3/train.py --out runs/sb3 --trials 60       a short form
 
-Both learn through ``palpate/PegInsertion-v0``, each from scratch, trial 0, 1, 2, ... of one seed: equal starts, equal
-sensor errors, other actions. The folder then holds ``curves.csv`` and ``learning_curves.png``.
+Both learn from scratch in ``palpate/PegInsertion-v0`` on trials 0, 1, 2, ... of one seed. They have the same starts and
+sensor errors, but take different actions. The results are saved as ``curves.csv`` and ``learning_curves.png``.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ COLOURS = ("#4878a8", "#d1751e")
 
 @dataclass
 class Curve:
-    """What the trials of one learner came to."""
+    """Results of all trials of a learner."""
 
     name: str
     trials: list[int] = field(default_factory=list)
@@ -48,14 +48,14 @@ class Curve:
     decisions: int = 0
 
     def add(self, info: dict[str, Any]) -> None:
-        """Take in the last ``info`` of an episode."""
+        """Add the last ``info`` of an episode."""
         self.trials.append(info["trial"])
         self.times_s.append(info["exploration_time_s"])
         self.successes.append(info["is_success"])
         self.decisions += info["decisions"]
 
     def line(self) -> str:
-        """Its first and last trials in words."""
+        """Return a one-line summary of the first and last trials."""
         count = min(WINDOW, len(self.times_s))
         first, last = np.mean(self.times_s[:count]), np.mean(self.times_s[-count:])
         wins = f"{sum(self.successes[-count:])} of {count}"
@@ -66,7 +66,7 @@ class Curve:
 
 
 class Trials(BaseCallback):
-    """Notes how each trial ended, and ends the learning after so many."""
+    """Callback that records the result of each trial and stops the training after a given number of trials."""
 
     def __init__(self, curve: Curve, trials: int) -> None:
         super().__init__()
@@ -80,7 +80,7 @@ class Trials(BaseCallback):
 
 
 def dqn(seed: int) -> DQN:
-    """Deep Q-learning over what our learner sees, too: the number of the state, as one of 17 inputs."""
+    """Create a deep Q-learning agent with the same input as palpate's learner, a one-hot vector of the 17 states."""
     env = Monitor(gymnasium.make(PEG_INSERTION))
     return DQN(
         "MlpPolicy", env, seed=seed, learning_rate=1e-3, gamma=0.99, learning_starts=200, batch_size=64,
@@ -90,7 +90,7 @@ def dqn(seed: int) -> DQN:
 
 
 def ppo(seed: int) -> PPO:
-    """Policy gradients over tip and wrench, scaled to -1 to 1, with free steps."""
+    """Create a policy-gradient agent that observes tip and wrench, scaled to -1 to 1, and chooses continuous steps."""
     env = gymnasium.make(PEG_INSERTION, observations="raw", actions="continuous")
     scaled = Monitor(RescaleObservation(env, np.float32(-1.0), np.float32(1.0)))
     return PPO("MlpPolicy", scaled, seed=seed, n_steps=512, batch_size=64, gamma=0.99, device="cpu")
@@ -103,7 +103,7 @@ AGENTS: dict[str, tuple[str, Callable[[int], Any]]] = {
 
 
 def deep(agent: str, seed: int, trials: int) -> Curve:
-    """The curve of a Stable-Baselines3 agent."""
+    """Train a Stable-Baselines3 agent, and return its learning curve."""
     name, make = AGENTS[agent]
     curve, model = Curve(name), make(seed)
     # So many decisions that the trials are over before; what depends on the progress counts on 100 a trial.
@@ -115,7 +115,7 @@ def deep(agent: str, seed: int, trials: int) -> Curve:
 
 
 def tabular(seed: int, trials: int) -> Curve:
-    """The curve of palpate's Q-learning; the trials are those of ``palpate train`` with this seed."""
+    """Train palpate's Q-learning on the trials that ``palpate train`` uses for this seed, and return its curve."""
     config, curve = RunConfig(), Curve("palpate Q-learning, 17 states")
     policy = learning_policy(config, build_perception(config))
     # Failures end like any other trial for it, at the state where they ended: it needs no penalty.
@@ -137,7 +137,7 @@ def tabular(seed: int, trials: int) -> Curve:
 
 
 def write_csv(curves: list[Curve], path: Path) -> None:
-    """A line for each trial of each learner."""
+    """Write one row for each trial of each learner."""
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(("learner", "trial", "exploration_time_s", "success"))
@@ -146,7 +146,7 @@ def write_csv(curves: list[Curve], path: Path) -> None:
 
 
 def draw(curves: list[Curve], seed: int, path: Path) -> None:
-    """Exploration time of every trial, and moving averages."""
+    """Plot the exploration time of every trial, and the moving averages."""
     figure = Figure(figsize=(8.0, 4.2), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
     axes: Any = figure.add_subplot()
@@ -163,12 +163,12 @@ def draw(curves: list[Curve], seed: int, path: Path) -> None:
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agent", choices=AGENTS, default="dqn")
     parser.add_argument("--trials", type=int, default=350)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, required=True, help="folder for table and picture; must not hold them yet")
+    parser.add_argument("--out", type=Path, required=True, help="output folder; must not contain earlier results")
     options = parser.parse_args()
     if options.trials < 1 or options.seed < 0:
         parser.error("--trials must be 1 or more, --seed 0 or more")

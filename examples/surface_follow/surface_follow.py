@@ -1,12 +1,12 @@
-"""A task in a package of its own: slide along an unknown surface and press along its normal with an even force.
+"""A task in a separate package: slide along an unknown surface while pressing along its normal with a constant force.
 
 pip install examples/surface_follow
 palpate run --task surface-follow --trials 3 --out runs/follow
 palpate replay runs/follow
 
-The tool goes straight down to the first contact, then back and forth along x. The slope of the surface is that of the
-commanded path, averaged over some ten ticks: while the force is even, the gripper's springs are bent evenly, and flange
-and tip move alike. A damping law regulates the force along the normal; the slope is fed forward.
+The tool moves straight down to the first contact, then back and forth along x. While the force is constant, so is the
+deflection of the gripper's springs, and the flange moves like the tip. The surface therefore has the slope of the
+commanded path, averaged over about ten ticks. A damping controller regulates the normal force, with slope feedforward.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ from palpate.core.trial import (
 
 _APPROACH_M_S: Final = 0.008
 _YIELD_M_S: Final = 0.01
-"""Highest speed along the normal, which bounds what a dead sensor can do until the next lift."""
+"""Highest speed along the normal, which limits the effect of a dead sensor until the next lift."""
 _SETTLE_TICKS: Final = 28
-"""The press is steady again so long after a dither."""
+"""Number of ticks after a dither until the pressing force is steady again."""
 _ARRIVED_M: Final = 5e-5
 _SLOPE_SHARE: Final = 0.1
-"""Weight of the newest tick in the slope, which is a mean over some ten ticks."""
+"""Weight of the latest tick in the slope, which is averaged over about ten ticks."""
 _STEEPEST: Final = 1.0
 
 
 @dataclass(frozen=True)
 class FollowOptions(Settings):
-    """Settings of this task; `--task.options NAME VALUE` sets them. Each has a range and a default."""
+    """Settings of this task, which are set with `--task.options NAME VALUE`. Each has a range and a default."""
 
     TABLE: ClassVar[str] = "task.options"
 
@@ -66,21 +66,21 @@ class FollowOptions(Settings):
     speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 20.0
     """Speed along x."""
     lead_ahead: Annotated[float, Range(0.0, 1.0)] = 1.0
-    """Share of the slope that is fed forward; 0 leaves all to the damping law."""
+    """Fraction of the slope that is fed forward; 0 uses only the damping controller."""
     relief_mm: Annotated[float, Range(0.1, 50.0)] = 8.0
-    """Largest distance of the surface from the nominal plane; beyond it the force sensor is doubted."""
+    """Largest distance of the surface from the nominal plane; a larger distance is reported as a contact mismatch."""
     tolerance_N: Annotated[float, Range(0.01, 100.0)] = 0.5
-    """Largest root mean square of the force error."""
+    """Largest root-mean-square force error."""
 
 
 class FollowPhase(Enum):
-    """The phases of a task have names of their own; they appear in the events of the log."""
+    """Names of the task's own phases, which appear in the events of the log."""
 
     FOLLOW = "follow"
 
 
 class FollowTask(ContactTask):
-    """The base class lifts, moves to the start, tares and holds every limit; what comes after is in `_follow`."""
+    """Task whose base class lifts, moves to the start, tares and enforces limits; `_follow` adds the other phases."""
 
     def __init__(self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion) -> None:
         free = PositionControl(control.position_gain_per_s, task.travel_speed_mm_s * 1e-3, PERIOD_S)
@@ -97,7 +97,7 @@ class FollowTask(ContactTask):
 
     @override
     def _follow(self) -> None:
-        """Enter the phase that follows the one that is over."""
+        """Enter the phase after the completed one."""
         if self._state.phase is Phase.SETTLE:
             self._enter(Phase.APPROACH, self._approach)
         else:
@@ -106,13 +106,13 @@ class FollowTask(ContactTask):
 
 
 def _press(task: TaskConfig, control: ControlConfig, measurement: Measurement, speed_m_s: float) -> DampingControl:
-    """The controller along the normal; a pressing force has a negative z."""
+    """Create the controller along the normal; a pressing force has a negative z."""
     pressing = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
     return DampingControl(control.damping_N_s_per_m, pressing, speed_m_s, measurement.axial_N_per_m, PERIOD_S)
 
 
 class ContourApproach(RunningPhase):
-    """Straight down to the first contact."""
+    """Phase that moves straight down to the first contact."""
 
     def __init__(
         self,
@@ -143,7 +143,7 @@ class ContourApproach(RunningPhase):
 
 
 class Follow(RunningPhase):
-    """Back and forth along x; before each stroke the force has to respond to a dither as the gripper's spring does."""
+    """Phase that moves back and forth along x. Before each stroke the response of the force to a dither is verified."""
 
     over = False
 
@@ -175,13 +175,13 @@ class Follow(RunningPhase):
 
     @property
     def normal_force_N(self) -> float:
-        """Force on the tool along the surface's normal; positive while pressing."""
+        """Return the force on the tool along the surface normal; positive while pressing."""
         x, _, z = self._measurement.force_N
         return (self._slope * x - z) / sqrt(1.0 + self._slope * self._slope)
 
     @override
     def step(self) -> Vector3:
-        """Return the velocity along the surface, or that of a lift."""
+        """Return the velocity along the surface, or the velocity during a verification."""
         state, reference_m = self._state, self._motion.reference_m
         pressed_N = self.normal_force_N
         depth_m = self._measurement.tip_depth_m
@@ -215,7 +215,7 @@ class Follow(RunningPhase):
         return vx, vy, vz
 
     def _verify(self, pressed_N: float) -> Vector3:
-        """Press on the spot, then dither until the force responds."""
+        """Press in place, then dither until the force responds."""
         reference_m, monitor = self._motion.reference_m, self._monitor
         vz = self._along.velocity_m_s(reference_m, reference_m, (0.0, 0.0, -pressed_N))[2]
         if not self._dithers:
@@ -247,7 +247,7 @@ class Follow(RunningPhase):
 
 
 class SurfaceFollow(TaskKind):
-    """What palpate asks of a kind of task; the entry point leads to the one object of this class."""
+    """The task's implementation of palpate's interface; the entry point refers to the only instance of this class."""
 
     preset: Mapping[str, Any] = {
         "task": {"goal": {"x_mm": 430.0}, "ready_height_mm": 8.0, "time_limit_s": 120.0},
@@ -282,7 +282,7 @@ class SurfaceFollow(TaskKind):
 
     @override
     def achieved(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
-        """Return whether all of the path was within the tolerance and the true peak force below the limit."""
+        """Return True if the whole path was within the tolerance and the true peak force was below the limit."""
         return report.outcome is Outcome.DONE and truth.peak_force_N < task.max_force_N
 
 

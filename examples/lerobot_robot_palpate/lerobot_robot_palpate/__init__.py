@@ -1,4 +1,4 @@
-"""Peg insertion by palpate as a robot of LeRobot."""
+"""A LeRobot robot that inserts pegs with palpate."""
 
 from lerobot_robot_palpate.config_palpate import PalpateConfig
 from lerobot_robot_palpate.robot import Palpate

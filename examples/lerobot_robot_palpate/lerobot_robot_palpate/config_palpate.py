@@ -1,4 +1,4 @@
-"""What ``lerobot-record --robot.type=palpate`` takes."""
+"""The configuration for ``lerobot-record --robot.type=palpate``."""
 
 from dataclasses import dataclass
 
@@ -8,18 +8,18 @@ from lerobot.robots import RobotConfig
 @RobotConfig.register_subclass("palpate")
 @dataclass(kw_only=True)
 class PalpateConfig(RobotConfig):
-    """A work cell in MuJoCo, or a rig.
+    """Configuration of a simulated work cell or a rig.
 
     Attributes:
         scenario: Preset of the simulated cell, or ``paper``.
-        arm: ``zebra-zero`` or ``ur5``; empty takes that of ``settings``.
-        settings: A TOML file of palpate with any other settings, such as a ``run.toml``.
-        rig: Rig file; empty is the simulator.
-        out: On a rig, the folder for palpate's own recording.
-        seed: Seed of the trials.
-        joints: Number of the arm's joints.
-        decision_limit_s: On a rig, how long LeRobot may pause between two actions before the arm is stopped and the rig
-            latched; until then the peg rests on the plate.
+        arm: ``zebra-zero`` or ``ur5``; empty uses the arm specified in ``settings``.
+        settings: A palpate TOML file with any other settings, such as a ``run.toml``.
+        rig: Rig file; empty uses the simulator.
+        out: Folder for palpate's own recording on a rig.
+        seed: Random seed for the trials.
+        joints: Number of joints of the arm.
+        decision_limit_s: Longest pause between two LeRobot actions on a rig. The peg rests on the plate during a pause.
+            After a longer one the arm is stopped and the rig is latched.
     """
 
     scenario: str = "paper"

@@ -1,11 +1,11 @@
-"""Recorded trials as a dataset of LeRobot, and examples back from it.
+"""Export recorded trials to a LeRobot dataset, and extract examples from such a dataset.
 
     python -m lerobot_robot_palpate.dataset export runs/paper/logs --out dataset    # or --fps 30
     python -m lerobot_robot_palpate.dataset examples dataset --out examples.csv     # for --learning.examples
 
-A log is an episode, without video. Nothing is interpolated: a frame holds what was newest at its time, and how old its
-samples are. ``observation.wrench`` is the sensor's own reading, weight and offset included. ``decision.state`` and
-``decision.action`` are empty before the first decision and for a step that no action set has.
+Each log becomes an episode without video. Values are not interpolated: a frame contains the latest values at its time
+and the age of each sample. ``observation.wrench`` is the raw sensor reading, which includes weight and offset.
+``decision.state`` and ``decision.action`` are empty before the first decision and for a step outside the action set.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from palpate.core.trial import Outcome
 
 _NS: Final = 1_000_000_000
 _SAME_NS: Final = 1_000
-"""A tick that comes so little after a frame's time counts as being at it: both are rounded to whole nanoseconds."""
+"""Largest delay at which a tick still counts as simultaneous with a frame, because both times are rounded."""
 _WRENCH: Final = ["force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm"]
 _DTYPES: Final = {"f": "float32", "i": "int64", "b": "bool", "U": "string"}
-"""LeRobot's names of numpy's kinds."""
+"""LeRobot data type for each numpy kind."""
 _DECISION: Final = ("decision.number", "decision.state", "decision.action")
 
 
 def frames_of(log: TrialLog, fps: int) -> dict[str, Any]:
-    """Columns of a trial by name, one row a frame, from the first tick at which everything was there.
+    """Return the columns of a trial by name, with one row per frame, from the first tick with complete data.
 
-    A sample that its device marked invalid holds no measurement: the one before stays, and grows older. Success is by
-    the world's truth where it is known, else by the outcome.
+    A sample that its device marked invalid is replaced by the previous sample, whose age increases. Success is
+    determined by the ground truth if it is known, and otherwise by the outcome.
 
     Raises:
-        LogError: There is no such tick.
+        LogError: No tick has complete data.
     """
     rows = list(_rows(log))
     if not rows:
@@ -78,7 +78,7 @@ def frames_of(log: TrialLog, fps: int) -> dict[str, Any]:
 
 
 def _rows(log: TrialLog) -> Iterator[dict[str, Any]]:
-    """What was newest at each tick."""
+    """Yield the latest values at each tick."""
     newest: dict[str, Any] = {}
     valid = {"wrench": False, "joints": False}
     for record in log.records():
@@ -99,10 +99,10 @@ def _rows(log: TrialLog) -> Iterator[dict[str, Any]]:
 
 
 def export(paths: Sequence[Path], out: Path, fps: int) -> int:
-    """Write logs, all of one arm, as a new dataset; returns the number of frames.
+    """Write logs from a single arm to a new dataset, and return the number of frames.
 
     Raises:
-        LogError: A log cannot be used, or is of another arm than the first.
+        LogError: A log cannot be used, or comes from a different arm.
     """
     logs = [read_log(path) for path in paths]
     if len(arms := {log.start.arm for log in logs}) > 1:
@@ -137,13 +137,13 @@ def _frame(episode: dict[str, Any], number: int, features: dict[str, Any]) -> di
 
 
 def examples_in(rows: Sequence[dict[str, Any]]) -> list[tuple[int, int, str, str]]:
-    """Episode, number, state and action of each decision of the episodes that succeeded.
+    """Return the episode, number, state and action of each decision in successful episodes.
 
     Args:
-        rows: The frames of a dataset, in order.
+        rows: Frames of the dataset, in order.
 
     Raises:
-        ValueError: There are too few frames a second to hold all decisions.
+        ValueError: The frame rate is too low to contain all decisions.
     """
     good = {int(row["episode_index"]) for row in rows if row["next.success"]}
     found: dict[tuple[int, int], tuple[str, str]] = {}
@@ -159,14 +159,14 @@ def examples_in(rows: Sequence[dict[str, Any]]) -> list[tuple[int, int, str, str
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
-    exporting = commands.add_parser("export", help="logs to a dataset")
+    exporting = commands.add_parser("export", help="export logs to a dataset")
     exporting.add_argument("logs", nargs="+")
-    exporting.add_argument("--out", type=Path, required=True, help="folder of the dataset; must not be there yet")
+    exporting.add_argument("--out", type=Path, required=True, help="folder for the dataset; must not exist")
     exporting.add_argument("--fps", type=int, default=CONTROL_RATE_HZ)
-    reading = commands.add_parser("examples", help="the decisions of a dataset's successful episodes, as CSV")
+    reading = commands.add_parser("examples", help="write the decisions of successful episodes as CSV")
     reading.add_argument("dataset", type=Path)
     reading.add_argument("--out", type=Path, default=Path("examples.csv"))
     options = parser.parse_args()

@@ -1,8 +1,8 @@
-"""The insertion task as a robot: an action is a step across the plate, an observation what the ports gave.
+"""The insertion task as a LeRobot robot. An action is a step across the plate; an observation contains port data.
 
-Phases that ask no policy (lift, way, tare, approach, insertion) are palpate's own, and its supervisor stands behind all
-of them. A trial that is over stays over until an action other than a rest: that begins the next one, and moves the arm.
-Record with ``--dataset.fps=10``: palpate takes ten decisions a second.
+Palpate itself runs the phases without decisions (lift, transfer, tare, approach, insertion), and its supervisor
+monitors all phases. After a trial has ended, the next action that is not a rest begins a new trial and moves the arm.
+Record with ``--dataset.fps=10``, because palpate makes ten decisions per second.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ _ACTIONS = ("delta_x", "delta_y")
 _FACTS = ("trial", "trial_over", "trial_success")
 _SOURCES = ("wrench", "joints")
 _REST = 0.05
-"""Shorter actions than this share of a step are rests."""
+"""Fraction of a step below which an action counts as a rest."""
 
 
 class Palpate(Robot):
-    """Peg insertion, in MuJoCo or on a rig.
+    """A robot that inserts pegs in MuJoCo or on a rig.
 
-    Observations: ``joint_K_rad``, ``force_x_N`` ... ``torque_z_Nm`` as the sensor gave them, ``applied_K_rad``, the
-    command of the tick before as it was applied, and of wrench and joints the run-clock time at which they were
-    measured: whole seconds (``wrench_source_s``) and the microseconds after them (``wrench_source_us``), which float32
-    both holds exactly, and their age in s. Actions: ``delta_x``, ``delta_y`` from -1 to 1, shares of the longest step,
-    task frame.
+    Observations contain ``joint_K_rad``, the raw sensor values ``force_x_N`` to ``torque_z_Nm``, and ``applied_K_rad``,
+    the command applied in the previous tick. For the wrench and the joints they also contain the age in s and the
+    run-clock time of measurement, split into whole seconds (``wrench_source_s``) and microseconds
+    (``wrench_source_us``), both of which float32 represents exactly. Actions are ``delta_x`` and ``delta_y``, fractions
+    of the longest step from -1 to 1, in the task frame.
     """
 
     config_class = PalpateConfig
@@ -45,34 +45,34 @@ class Palpate(Robot):
 
     @property
     def observation_features(self) -> dict[str, type]:
-        """Names of the numbers of an observation."""
+        """Return the name and type of each value in an observation."""
         names = [name for name in self._readings.names if not name.endswith("time_s")]
         times = [f"{source}_{part}" for source in _SOURCES for part in ("source_s", "source_us", "age_s")]
         return dict.fromkeys((*names, *times, *_FACTS), float)
 
     @property
     def action_features(self) -> dict[str, type]:
-        """Names of the numbers of an action."""
+        """Return the name and type of each value in an action."""
         return dict.fromkeys(_ACTIONS, float)
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a cell or a rig."""
+        """Return True if a cell or a rig is open."""
         return self._env is not None
 
     @property
     def is_calibrated(self) -> bool:
-        """Calibration is palpate's own affair: ``palpate rig calibrate``."""
+        """Return True, because ``palpate rig calibrate`` performs the calibration."""
         return True
 
     def calibrate(self) -> None:
-        """Nothing to do."""
+        """Do nothing; see :attr:`is_calibrated`."""
 
     def configure(self) -> None:
-        """Nothing to do."""
+        """Do nothing; :meth:`connect` applies the configuration."""
 
     def connect(self, calibrate: bool = True) -> None:
-        """Open the cell or the rig, and run the first trial to its first decision."""
+        """Open the cell or the rig, and run the first trial up to its first decision."""
         if self._env is not None:
             raise DeviceAlreadyConnectedError("palpate is connected already")
         c = self.config
@@ -87,12 +87,12 @@ class Palpate(Robot):
         self._note(*env.reset(seed=c.seed))
 
     def get_observation(self) -> dict[str, float]:
-        """What was measured when the newest decision was due."""
+        """Return the measurements from the time when the latest decision was due."""
         self._connected()
         return dict(self._seen)
 
     def send_action(self, action: dict[str, Any]) -> dict[str, float]:
-        """Take a step; returns it as it was taken, no longer than the longest."""
+        """Take a step, shortened to the longest allowed step if necessary, and return the applied step."""
         env = self._connected()
         x, y = (float(action[name]) for name in _ACTIONS)
         scale = max(1.0, hypot(x, y))

@@ -1,1 +1,1 @@
-"""Policies for palpate that are not palpate's own."""
+"""Third-party policies for palpate."""

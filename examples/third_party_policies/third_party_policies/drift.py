@@ -1,4 +1,4 @@
-"""A learner of its own kind: it learns on which side the hole has been, and looks there when it feels nothing."""
+"""A custom learner that learns on which side the hole has been, and searches there if it measures no torque."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from palpate.core.policy import Action, Decision, EpisodeOutcome, Observation, Policy, PolicyContext, Transition
 
 FELT_Nm = 0.005
-"""A torque below this is taken for none."""
+"""Torque below which there is assumed to be none."""
 
 
 class Drift(Policy):
-    """Follows the torque by steps of its own; without one it goes towards the mean place of the holes so far.
+    """A policy that follows the torque with its own steps; without torque it moves towards the mean of earlier holes.
 
-    It offers what it has learned, so ``palpate train`` takes it, and logs and policy files hold its state.
+    Because it provides its learned state, ``palpate train`` accepts it, and logs and policy files contain this state.
     """
 
     temperature = None
@@ -48,7 +48,7 @@ class Drift(Policy):
         return Decision(Action("drift", step), index=None, source="drift")
 
     def learn(self, transition: Transition) -> None:
-        """It is called for actions of the set only; this policy learns from hindsight."""
+        """Do nothing, because the policy learns from episode outcomes; this method receives only actions of the set."""
 
     def end_trial(self, episode: EpisodeOutcome) -> None:
         if episode.inserted:

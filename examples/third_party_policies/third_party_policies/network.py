@@ -1,10 +1,10 @@
-"""An adapter for a network: a TorchScript or ONNX file that gives, for what is felt, a value for each action.
+"""An adapter for a TorchScript or ONNX network that maps a measurement to a value for each action.
 
     POLICY_NETWORK=net.pt palpate run --rig rig.toml --policy third_party_policies.network:Network
     POLICY_NETWORK=net.onnx palpate run --rig rig.toml --policy third_party_policies.network:Network
 
 The network takes (position x y z, reference x y z, force x y z, torque x y z) in mm, N and N mm as a float32 tensor of
-shape (12,), or (1, 12) where an ONNX file has it so, and gives a value for each action; the greatest is taken.
+shape (12,), or (1, 12) if an ONNX file requires it. It returns a value for each action; the highest is selected.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from palpate.core.policy import Decision, Observation, Policy, PolicyContext, Tr
 
 
 def torch_script(path: str) -> Callable[[Sequence[float]], list[float]]:
-    """The values that a TorchScript file gives."""
+    """Return a function that computes the values with a TorchScript file."""
     import torch
 
     torch.set_num_threads(1)  # sums in one order: equal input, equal bits
@@ -36,7 +36,7 @@ def torch_script(path: str) -> Callable[[Sequence[float]], list[float]]:
 
 
 def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
-    """The values that an ONNX file gives."""
+    """Return a function that computes the values with an ONNX file."""
     try:
         import onnxruntime
     except ModuleNotFoundError as error:
@@ -56,7 +56,7 @@ def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
 
 
 class Network(Policy):
-    """Chooses what the network of the file ``POLICY_NETWORK`` values most; it does not learn."""
+    """A policy that chooses the action with the highest value in the network ``POLICY_NETWORK``, without learning."""
 
     temperature = None
 
@@ -73,7 +73,7 @@ class Network(Policy):
         return True
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """It forgets nothing and draws nothing."""
+        """Do nothing, because the policy has no memory and no randomness."""
 
     def choose(self, observation: Observation) -> Decision:
         lengths = (*observation.position_m, *observation.reference_m)
@@ -83,10 +83,10 @@ class Network(Policy):
         return Decision(self._actions[best], best, "network")
 
     def learn(self, transition: Transition) -> None:
-        """It does not learn."""
+        """Do nothing, because this policy does not learn."""
 
     def get_state(self) -> dict[str, Any]:
-        """The file's digest: a log is then replayed by this network, or refused."""
+        """Return the digest of the network file, so that a replay with a different network is refused."""
         return {"sha256": self._digest}
 
     def set_state(self, state: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""A learner with a table: the mean cost of each action in each state, and the cheapest one most of the time."""
+"""A tabular learner that estimates the cost of each action in each state, and usually takes the cheapest."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Table(FixedPolicy):
         return Decision(self._actions[index], index, "table")
 
     def learn(self, transition: Transition) -> None:
-        """Come between two choices; the goal, next_state None, is worth 0."""
+        """Update the table between two choices; the value of the goal, a next_state of None, is 0."""
         ahead = 0.0 if transition.next_state is None else float(self._q[transition.next_state].max())
         at = transition.state, transition.action_index
         self._q[at] += RATE * (transition.reinforcement + ahead - self._q[at])

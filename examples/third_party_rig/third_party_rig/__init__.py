@@ -1,1 +1,1 @@
-"""An arm and a force sensor over TCP: a whole rig that is none of palpate's own."""
+"""A complete third-party rig for palpate, with an arm and a force sensor over TCP."""

@@ -1,4 +1,4 @@
-"""The arm: its encoders and its servos are one device, so one object serves both ports."""
+"""The arm, whose encoders and servos form a single device, so that one object serves both ports."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from third_party_rig.device import BenchDevice, address
 
 
 class BenchArm(BenchDevice, ArmCommand, JointEncoder):
-    """Joint encoders and servos.
+    """The joint encoders and servos of the arm.
 
     Args:
         at: Host and port.
         clock: The run's clock.
-        limiter: Position and velocity limits; it says what it changed.
+        limiter: Limiter that applies position and velocity limits, and reports its changes.
     """
 
     def __init__(self, at: tuple[str, int], clock: Clock, limiter: CommandLimiter) -> None:
@@ -37,7 +37,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
         self._sample: JointSample | None = None
 
     def read(self) -> JointSample:
-        """The newest angles; the same sample again where there is nothing new."""
+        """Return the latest angles, or the same sample again if there is no new one."""
         self._require_active("read()")
         validity = self._take_in()
         last = self._sample
@@ -47,7 +47,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
         return last
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Go there, within the limits. Nothing is waited for; that nobody listens shows in the samples."""
+        """Send a limited command without waiting for a reply; only the samples reveal a lost connection."""
         self._require_active("send()")
         if len(command.position_rad) != self._limiter.joints:
             raise CommandError(f"the arm has {self._limiter.joints} joints", len(command.position_rad))
@@ -62,7 +62,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
         return applied
 
     def stop(self) -> None:
-        """Hold where it is; from any thread and in every state. It only writes: nothing can keep it waiting."""
+        """Hold the current position, from any thread and in any state. This only writes, so it cannot block."""
         self._stopped = True
         self._say("S")
 
@@ -77,7 +77,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
 
 
 def make_arm(settings: Mapping[str, Any], context: RigContext) -> ArmAdapter:
-    """The arm of the table ``[arm]`` of a rig file."""
+    """Create the arm specified in the ``[arm]`` table of a rig file."""
     limiter = CommandLimiter(context.lower_rad, context.upper_rad, context.velocity_limit_rad_s, CONTROL_RATE_HZ)
     arm = BenchArm(address("arm", settings), context.clock, limiter)
     return ArmAdapter(arm, arm)

@@ -1,7 +1,7 @@
-"""The contracts of all three ports, tried over TCP: ``palpate rig check third_party_rig.checks:ArmChecks``.
+"""Contract checks of all three ports over TCP. Run with ``palpate rig check third_party_rig.checks:ArmChecks``.
 
-The devices are the fake ones, on a clock that only ``advance`` puts on. Against yours, take ``MonotonicClock``, sleep
-in ``advance``, set ``runs_by_itself=True``, and leave away the knobs that you lack: their clauses do not apply then.
+The checks use fake devices and a clock that only ``advance`` moves. For your devices, use ``MonotonicClock``, sleep in
+``advance``, set ``runs_by_itself=True``, and omit the arguments that do not apply; their clauses are then skipped.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SPEED_RAD_S = (2.0,) * 3
 
 
 class ArmBench:
-    """The adapter of the arm, with its fake device."""
+    """The arm's adapter with a fake device."""
 
     def __init__(self) -> None:
         self.clock, self.servos = FakeClock(), FakeServos(HOME_RAD)
@@ -47,17 +47,17 @@ class ArmBench:
             self.device.tick()
 
     def fault(self) -> None:
-        """The device reports a fault, and the adapter has latched it when this returns."""
+        """Make the device report a fault, and wait until the adapter has latched it."""
         self.device.fail("over-current in joint 2")
         with suppress(DeviceError):
             self.arm.read()
 
 
 class ArmChecks(ArmCommandContract):
-    """The contract of ArmCommand."""
+    """Checks of the ArmCommand contract."""
 
     def make(self) -> ArmCommandRig:
-        """A fresh rig."""
+        """Create a new rig."""
         bench = ArmBench()
         return ArmCommandRig(
             device=bench.arm,
@@ -79,10 +79,10 @@ class ArmChecks(ArmCommandContract):
 
 
 class EncoderChecks(JointEncoderContract):
-    """The contract of JointEncoder."""
+    """Checks of the JointEncoder contract."""
 
     def make(self) -> JointEncoderRig:
-        """A fresh rig."""
+        """Create a new rig."""
         bench = ArmBench()
         return JointEncoderRig(
             device=bench.arm,
@@ -102,10 +102,10 @@ class EncoderChecks(JointEncoderContract):
 
 
 class ForceChecks(ForceSensorContract):
-    """The contract of ForceSensor."""
+    """Checks of the ForceSensor contract."""
 
     def make(self) -> ForceSensorRig:
-        """A fresh rig; its sensor has an offset and carries a tool, which the adapter leaves in."""
+        """Create a new rig; the adapter does not remove the sensor's offset or the weight of its tool."""
         clock, force, torque = FakeClock(), [0.0] * 3, [0.0] * 3
         device = FakeDevice("bench-force", clock, lambda: (1.0 + force[0], force[1], -4.0 + force[2], *torque))
         sensor = BenchForceSensor(device.address, clock)

@@ -1,4 +1,4 @@
-"""What both devices have in common: the link, its end, its renewal, and samples that age."""
+"""Base class of both devices, which opens, closes and renews the link, and monitors the age of samples."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from palpate.core.ports import Clock, ManagedDevice, Validity
 from third_party_rig.link import DeviceClock, Link, Reading, reading
 
 MAX_AGE_NS = 50_000_000
-"""Older samples are marked as stale."""
+"""Age beyond which a sample is marked as stale."""
 DEAD_NS = 200_000_000
-"""A device that has been silent for so long is gone, whatever the connection seems to be."""
+"""Time without data after which a device counts as lost, even if the connection appears to be open."""
 
 
 class BenchDevice(ManagedDevice):
-    """A device at the end of a link.
+    """Base class of a device that is connected by a link.
 
     Args:
-        kind: What it calls itself.
-        channels: Numbers in a sample.
-        address: Host and port.
+        kind: Name of the device in its greeting.
+        channels: Number of values in a sample.
+        address: Host and port of the device.
         clock: The run's clock.
     """
 
@@ -35,14 +35,14 @@ class BenchDevice(ManagedDevice):
 
     @property
     def is_open(self) -> bool:
-        """Whether it holds a connection: what the contract's knob of this name asks."""
+        """Return True if there is a connection, as the contract checks require."""
         return self._link is not None
 
     def _take_in(self) -> Validity:
-        """Read what has come, keep the newest, and say what it is worth.
+        """Read the received samples, keep the latest one, and return its validity.
 
         Raises:
-            DeviceError: The link is dead, which is latched.
+            DeviceError: The link has failed; the fault is latched.
         """
         try:
             for line in self._opened().lines():
@@ -78,7 +78,7 @@ class BenchDevice(ManagedDevice):
             raise DeviceError(self.name, f"cannot be reached at {self._address} ({error})") from error
 
     def _on_acknowledge(self) -> None:
-        """The link is made anew. The device may have been switched off meanwhile: its clock and numbers begin anew."""
+        """Reconnect. The clock and the sample numbers restart, because the device may have been switched off."""
         self._let_go()
         self._times, self._newest = DeviceClock(), Reading(-1, 0, ())
         self._on_configure()
@@ -101,7 +101,7 @@ class BenchDevice(ManagedDevice):
         self._let_go()
 
     def _say(self, line: str) -> None:
-        """Never raises: where the cable is cut, the device holds by itself."""
+        """Send a line without raising an error; after a lost connection, the device holds its position by itself."""
         if self._link is not None:
             try:
                 self._link.write(line)
@@ -115,10 +115,10 @@ class BenchDevice(ManagedDevice):
 
 
 def address(table: str, settings: Mapping[str, Any]) -> tuple[str, int]:
-    """Host and port of a device's table in a rig file.
+    """Return the host and port from a device's table in a rig file.
 
     Raises:
-        ConfigurationError: One of them cannot be used, or there is something else.
+        ConfigurationError: The host or port is invalid, or the table has another key.
     """
     for name in settings:
         if name not in ("host", "port"):

@@ -1,8 +1,8 @@
-"""The other end of both links: a fake arm and a fake force sensor over TCP.
+"""A fake arm and a fake force sensor, which serve both links over TCP.
 
     python -m third_party_rig.fake --rig-file rig.toml     both devices in front of palpate's simulated work cell
 
-The checks use the same devices with a plain plant and a clock of their own.
+The checks use the same devices with a simple plant and a separate clock.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.core.trial import find_ready_pose
 
 POWER_UP_NS = 7_000_000_000
-"""The devices were switched on so long before the run's clock began."""
+"""Time between switching on the devices and the start of the run's clock."""
 
 
 class FakeDevice:
-    """One device. Samples go out when ``tick`` is called; whoever connects is served by a thread.
+    """A fake device that sends samples when ``tick`` is called, and serves its clients in a thread.
 
     Args:
-        kind: What it calls itself.
-        clock: Its own clock ticks as this one, from another zero.
-        values: What it measures now.
-        command: Takes a command: ``G`` with numbers, or ``S``.
+        kind: Name of the device in its greeting.
+        clock: Clock with the same rate as the device's clock, but a different zero.
+        values: Function that returns the current measurement.
+        command: Function that receives a command, ``G`` with numbers or ``S``.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class FakeDevice:
         self.plug_in()
 
     def plug_in(self) -> None:
-        """Be there; once it was, at the same address."""
+        """Start listening, at the same address as before if there was one."""
         self._listener = socket.create_server(self.address)
         self.address = self._listener.getsockname()
         self._watched, self._ended = selectors.DefaultSelector(), False
@@ -55,7 +55,7 @@ class FakeDevice:
         self._thread.start()
 
     def tick(self) -> None:
-        """A tick has gone by: what was commanded is taken in, then there is a new sample."""
+        """Advance one tick: process the received commands, then send a new sample."""
         with self._lock:
             self.take_in()
             self._number += 1
@@ -63,20 +63,20 @@ class FakeDevice:
                 self._send(client, self._sample())
 
     def take_in(self) -> None:
-        """Do what was asked up to now."""
+        """Process all commands received so far."""
         with self._lock:
             for client in list(self._clients):
                 self._hear(client)
 
     def fail(self, text: str) -> None:
-        """A fault of its own."""
+        """Report a fault of the device."""
         with self._lock:
             self._command("S", ())
             for client in self._clients:
                 self._send(client, f"F {text}")
 
     def close(self) -> None:
-        """As if the cable were cut, and nobody there any more."""
+        """Close all connections, as if the cable were cut."""
         self._ended = True
         self._thread.join()
         with self._lock:
@@ -102,7 +102,7 @@ class FakeDevice:
         self._send(client, f"HELLO {self._kind} {len(self._values())}")
 
     def _hear(self, client: socket.socket) -> None:
-        """Take in what a client sent. Commands are short: a line comes whole."""
+        """Process the input from a client. Commands are short, so each line arrives in one piece."""
         try:
             said = client.recv(65536)
         except BlockingIOError:
@@ -139,30 +139,30 @@ class FakeDevice:
 
 
 class FakeServos:
-    """Set-points of joints: a request takes effect a tick later; every word except ``G`` drops a waiting one."""
+    """Joint set-points, which take effect one tick after a request; every word except ``G`` discards a pending one."""
 
     def __init__(self, home_rad: Sequence[float]) -> None:
         self.held_rad = self._told_rad = tuple(home_rad)
         self._enabled = False
 
     def command(self, word: str, numbers: tuple[float, ...]) -> None:
-        """A command of the arm's client."""
+        """Process a command from the arm's client."""
         if word != "G":
             self._enabled, self._told_rad = word == "B", self.held_rad
         elif self._enabled and len(numbers) == len(self.held_rad):
             self._told_rad = numbers
 
     def turn_by_hand(self, position_rad: Sequence[float]) -> None:
-        """Nobody holds them."""
+        """Move the joints to a position as if by hand."""
         self.held_rad = self._told_rad = tuple(position_rad)
 
     def tick(self) -> None:
-        """A tick has gone by."""
+        """Advance one tick."""
         self.held_rad = self._told_rad
 
 
 def serve(rig_file: Path, ended: threading.Event) -> None:
-    """Both devices before the simulated cell, in real time, until ended."""
+    """Serve both devices with the simulated cell, in real time, until the event is set."""
     config, clock = RunConfig(), MonotonicClock()
     example = (Path(__file__).parent / "rig.toml").read_text(encoding="utf-8")
     with SimulatedRig(config, find_ready_pose(config.arm, config.tool.geometry, config.task)) as rig:
@@ -196,7 +196,7 @@ def serve(rig_file: Path, ended: threading.Event) -> None:
 def main() -> None:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rig-file", type=Path, required=True, help="written here, with the ports that are served")
+    parser.add_argument("--rig-file", type=Path, required=True, help="file to write, with the ports of both devices")
     ended = threading.Event()
     try:
         serve(parser.parse_args().rig_file, ended)

@@ -1,4 +1,4 @@
-"""The force sensor."""
+"""The adapter for the force sensor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ RANGE_N, RANGE_Nm = 200.0, 20.0
 
 
 class BenchForceSensor(BenchDevice, ForceSensor):
-    """Raw wrenches in the sensor's frame, z along the tool axis out of the tool: pressing gives a negative Fz.
+    """Sensor of raw wrenches in the sensor frame, z along the tool axis and out of the tool; pressing gives -Fz.
 
     Args:
         at: Host and port.
@@ -26,7 +26,7 @@ class BenchForceSensor(BenchDevice, ForceSensor):
         self._sample: WrenchSample | None = None
 
     def read(self) -> WrenchSample:
-        """The newest wrench; the same sample again where there is nothing new."""
+        """Return the latest wrench, or the same sample again if there is no new one."""
         self._require_active("read()")
         validity = self._take_in()
         x, y, z, a, b, c = self._newest.values
@@ -40,11 +40,11 @@ class BenchForceSensor(BenchDevice, ForceSensor):
         return last
 
     def reported_facts(self) -> SensorFactsTable:
-        """What need not stand in the rig file."""
+        """Return the sensor facts that the rig file need not specify."""
         ranges_N, ranges_Nm = (RANGE_N,) * 3, (RANGE_Nm,) * 3
         return SensorFactsTable(range_N=ranges_N, range_Nm=ranges_Nm, rate_Hz=CONTROL_RATE_HZ, frame="sensor")
 
 
 def make_force_sensor(settings: Mapping[str, Any], context: RigContext) -> BenchForceSensor:
-    """The sensor of the table ``[force_sensor]`` of a rig file."""
+    """Create the sensor specified in the ``[force_sensor]`` table of a rig file."""
     return BenchForceSensor(address("force_sensor", settings), context.clock)

@@ -1,9 +1,9 @@
-"""The way to a device: a TCP connection with lines of text, and the device's clock.
+"""The connection to a device, which sends lines of text over TCP, and the device's clock.
 
-The device greets with ``HELLO name channels``. After ``B`` it sends a sample at once and one each tick from then on,
-``T number microseconds value value ...``, until ``E``; time is since it was switched on. ``F text`` is a fault.
-An arm takes ``G angle angle ...`` (go there) and ``S`` (hold where you are until the next ``B``); it holds, too, at
-``E`` and when the connection ends.
+The device sends the greeting ``HELLO name channels``. After ``B`` it sends a sample immediately and then one per tick
+until ``E``, as ``T number microseconds value value ...``. Its time starts when it is switched on. ``F text`` reports a
+fault. An arm accepts ``G angle angle ...`` (go there) and ``S`` (hold the position until the next ``B``). It also holds
+its position after ``E`` and when the connection ends.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 CONNECT_S = 1.0
 DRIFT = 1e-4
-"""How far two clocks may drift apart, as a share of the time."""
+"""Largest drift between two clocks, as a fraction of the elapsed time."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A sample as the device sent it."""
+    """A sample as sent by the device."""
 
     number: int
     device_ns: int
@@ -26,10 +26,10 @@ class Reading:
 
 
 class DeviceClock:
-    """Time of a device in the run's: the quickest passage so far tells how the clocks stand to each other.
+    """Converter from device time to run time; the sample with the shortest delay so far determines the offset.
 
-    A passage is never negative, so each sample gives an upper bound of the offset. It is let rise a little as time goes
-    on, for clocks drift. What is stamped is never later than its receipt, and order stays order.
+    A delay is never negative, so each sample gives an upper bound on the offset. Because clocks drift, the bound rises
+    slowly with time. A converted time is never later than the receive time, and the order of samples is preserved.
     """
 
     def __init__(self) -> None:
@@ -37,11 +37,11 @@ class DeviceClock:
         self._device_ns = 0
 
     def run_ns(self, device_ns: int, receive_ns: int) -> int:
-        """When, by the run's clock, the device had this time.
+        """Convert a device time to run-clock time.
 
         Args:
-            device_ns: Its own time.
-            receive_ns: When the run had the sample.
+            device_ns: Time on the device's clock.
+            receive_ns: Run-clock time at which the sample was received.
         """
         bound = receive_ns - device_ns
         if self._offset_ns is not None:
@@ -51,10 +51,10 @@ class DeviceClock:
 
 
 class Link:
-    """A connection that is open. Nothing here waits, once it is.
+    """An open connection; once it is open, no method blocks except ``line``.
 
     Raises:
-        OSError: Nobody is there, it is another device, or the connection has ended; from any method.
+        OSError: There is no device, it is the wrong one, or the connection has ended; any method may raise this.
     """
 
     def __init__(self, host: str, port: int, kind: str, channels: int) -> None:
@@ -70,7 +70,7 @@ class Link:
             raise
 
     def line(self) -> str:
-        """The next line; the only thing that waits, for a second, and only while a device is opened or activated."""
+        """Return the next line, waiting for at most a second; used only when a device is opened or activated."""
         self._socket.settimeout(CONNECT_S)
         try:
             while b"\n" not in self._rest:
@@ -81,7 +81,7 @@ class Link:
         return first.decode("ascii", "replace")
 
     def lines(self) -> list[str]:
-        """What has come since."""
+        """Return all complete lines received since the last call."""
         try:
             while True:
                 self._rest += self._received()
@@ -96,19 +96,19 @@ class Link:
         return news
 
     def write(self, line: str) -> None:
-        """Send a line. That it went means nothing: a cable that was pulled shows only in what no longer comes."""
+        """Send a line; success does not mean that it arrives, and only missing data reveal an unplugged cable."""
         self._socket.send(line.encode("ascii") + b"\n")
 
     def close(self) -> None:
-        """End it."""
+        """Close the connection."""
         self._socket.close()
 
 
 def reading(line: str, channels: int) -> Reading:
-    """The sample of a line ``T ...``.
+    """Return the sample in a line ``T ...``.
 
     Raises:
-        OSError: It is none; an ``F ...`` says why.
+        OSError: The line is not a sample; the text of an ``F ...`` line is included.
     """
     word, _, text = line.partition(" ")
     if word == "F":
