@@ -144,8 +144,10 @@ def main() -> None:
             minutes = (time.monotonic() - begin_s) / 60.0
             good = good and not any(map(bad, runs))
             seeds = f"{options.seeds} seeds from {options.first} on"
-            text += f"{name}, {seeds}, {minutes:.1f} min\n\n{by_fault(runs)}\n\n{verdict(runs)}\n"
-    sys.stdout.write(text)
+            found = f"{name}, {seeds}, {minutes:.1f} min\n\n{by_fault(runs)}\n\n{verdict(runs)}\n"
+            text += found
+            sys.stdout.write(found)
+            sys.stdout.flush()
     if options.out is not None:
         write_whole(options.out, text)
     raise SystemExit(0 if good else "a requirement is not met")
