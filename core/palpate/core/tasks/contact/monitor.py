@@ -221,7 +221,12 @@ class Monitor:
             response.add_force(wrench.source_time_ns, fz)
             response.lag = self.axial.lag if response.lag is None else response.lag
         if self.direction is not None:
-            self.across.add_force(wrench.source_time_ns, fx * ux + fy * uy)
+            against_N = -fx * ux - fy * uy
+            self.across.add_force(wrench.source_time_ns, -against_N)
+            met = against_N > 0.5 * self.push_N + self._friction * abs(fz)
+            if met and self.play_m > 0.0 and self._wall == (0.0, 0.0) and self._from_m is not None:
+                # There is no play beyond the first contact either.
+                self._wall, self._from_m = self.direction, (*reference_m[:2], self._from_m[2])
         if self.verified:
             self.free()
         return self._implausible(snapshot.tick, measured)
