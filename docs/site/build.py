@@ -3,8 +3,8 @@
     python -m docs.site.build            into runs/site; a broken link, or any other warning, is an error
 
 The pages also work in the repository. On the site, links out of docs/ point to pages of the site; links to files
-without a page become plain text as long as pyproject.toml names no repository. Pages of the navigation are in the
-order in which docs/README.md links to them.
+without a page become plain text if pyproject.toml names no repository. The navigation lists pages in the order in
+which docs/README.md links to them.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ MOVED: Final = {
     "SECURITY.md": "security.md",
     "examples": "examples/index.md",
 }
-"""Site paths of pages that are not at the same place as in docs/."""
+"""Site paths that differ from the paths in docs/."""
 START: Final = ("index.md", "tutorial.md", "contents.md", "examples/index.md")
 REFERENCE: Final = ("commands.md", "settings.md", "job-file.md", "api.md", "glossary.md")
 PROJECT: Final = ("changelog.md", "contributing.md", "security.md")
-"""Pages in these parts of the navigation; all other pages in the folder docs are explanations."""
+"""Pages in the Project section; pages that are in no other section are explanations."""
 SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml")
 
 
@@ -60,13 +60,13 @@ def sources() -> dict[str, str]:
 
 
 def repository() -> str:
-    """Return the address of the repository from pyproject.toml; empty if not set."""
+    """Return the repository address in pyproject.toml, or an empty string if it is not set."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     return str(project["tool"]["hatch"]["metadata"]["hooks"]["custom"]["repository"])
 
 
 def linked(text: str, name: str, pages: dict[str, str], address: str) -> str:
-    """Return the text of a page with the links that it has on the site.
+    """Return the text of a page with its links rewritten for the site.
 
     Args:
         text: Markdown.
@@ -121,7 +121,7 @@ def reference(pages: Path) -> list[str]:
 
 
 def in_order(pages: set[str]) -> list[str]:
-    """Return pages in the order in which docs/README.md links to them, followed by all others."""
+    """Return pages in the order of the links in docs/README.md, followed by all others."""
     linked_pages = re.findall(r"\]\(([\w/-]+\.md)", (ROOT / "docs" / "README.md").read_text(encoding="utf-8"))
     order = {page: number for number, page in reversed(list(enumerate(linked_pages)))}
     return sorted(pages, key=lambda page: (order.get(page, len(linked_pages)), page))
@@ -178,7 +178,7 @@ def settings_page() -> str:
 
 
 def toml(value: object) -> str:
-    """Return a value of the navigation in TOML."""
+    """Return a navigation value in TOML."""
     if isinstance(value, dict):
         return "{ " + ", ".join(f'"{key}" = {toml(one)}' for key, one in value.items()) + " }"
     return "[" + ", ".join(map(toml, value)) + "]" if isinstance(value, list) else f'"{value}"'
@@ -215,7 +215,7 @@ def build(out: Path) -> int:
 
 
 def unshown(html: Path) -> list[str]:
-    """Return public names that are missing in the built reference."""
+    """Return public names that are missing from the built reference."""
     texts = {
         module: (html / "reference" / module / "index.html").read_text(encoding="utf-8")
         for module, _ in public_modules()

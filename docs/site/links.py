@@ -36,5 +36,5 @@ def relinked(text: str, name: str, place_of: Callable[[str], str]) -> str:
 
 
 def in_repository(address: str, path: str, *, picture: bool) -> str:
-    """Return the web address of a file, or an empty string if the address of the repository is not set."""
+    """Return the web address of a file, or an empty string if the repository address is not set."""
     return f"{address.rstrip('/')}/{'raw' if picture else 'blob'}/main/{path}" if address else ""

@@ -1,6 +1,6 @@
 """Generate the metadata for a package index: the README and, if pyproject.toml names the repository, project URLs.
 
-Without the address of the repository there are no project URLs, and the README has neither pictures nor links.
+Without a repository address there are no project URLs, and the README has neither pictures nor links.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class PackagePage(MetadataHookInterface):
     PLUGIN_NAME = "custom"
 
     def update(self, metadata: dict[str, Any]) -> None:
-        """Add the fields readme and urls."""
+        """Add the readme and urls fields."""
         root, address = Path(self.root), str(self.config["repository"])
         links = runpy.run_path(str(root / "docs" / "site" / "links.py"))
 

@@ -28,7 +28,7 @@ except ModuleNotFoundError as error:
 
 
 def palpate(line: str) -> None:
-    """Run a command of palpate in this process, and show an exit code other than 0."""
+    """Run a palpate command in this process, and show an exit code other than 0."""
     if code := main(shlex.split(line)):
         display(f"exit code {code}")
 
@@ -43,7 +43,7 @@ PICTURES: Final = (
     (re.compile(r"palpate render .*--to (\S+\.gif).*"), r"\1"),
     (re.compile(r"palpate train .*--out (\S+).*"), r"\1/learning_curve.png"),
 )
-"""Patterns of commands, and the picture that each command writes."""
+"""Regular expressions of commands, each with the picture that the command writes."""
 
 
 def code_of(block: str) -> Iterator[str]:
@@ -69,7 +69,7 @@ def cells_of(text: str) -> Iterator[tuple[str, str]]:
 
 
 def notebook_of(text: str) -> str:
-    """Return the notebook (nbformat 4.5) of a page, without outputs. Equal pages give equal bytes."""
+    """Return the notebook (nbformat 4.5) of a page, without outputs. Identical pages produce identical bytes."""
     cells: list[dict[str, Any]] = []
     for number, (kind, source) in enumerate(cells_of(text)):
         cell = {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": source.strip().splitlines(True)}

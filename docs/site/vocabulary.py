@@ -1,4 +1,4 @@
-"""Find words for which the field has a standard term, in the documents or, with --source, in strings of the program.
+"""Find words for which the field has a standard term, in the documents or, with --source, in source strings.
 
 Code, addresses and file names are ignored. Words that also have a plain meaning (way, hand, over, led, gate, reach,
 rig) are not checked.
@@ -37,7 +37,7 @@ SKIPPED: Final = re.compile(r"^```.*?^```|`[^`]*`|\]\([^)]*\)|<!-- fields -->.*<
 
 
 def found(text: str) -> list[tuple[int, str, str]]:
-    """Return line number, word and standard term for every unusual word in a page."""
+    """Return the line number, word and standard term of every unusual word in a page."""
     plain = SKIPPED.sub(lambda match: "\n" * match.group().count("\n"), text)
     return sorted(
         (plain.count("\n", 0, match.start()) + 1, match.group(), standard)
@@ -47,7 +47,7 @@ def found(text: str) -> list[tuple[int, str, str]]:
 
 
 def strings(path: str) -> str:
-    """Return docstrings, help texts and messages of a module, each on its original line."""
+    """Return the docstrings, help texts and messages of a module, each on its original line."""
     lines: list[str] = [""] * (Path(path).read_text(encoding="utf-8").count("\n") + 1)
     for node in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
