@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from itertools import count
 from math import nextafter
 
@@ -220,6 +221,14 @@ def test_a_stop_that_is_missing_or_made_up(messages, replayed):
     stop = indices(messages, "/call")[-1]
     for altered in (messages[:stop] + messages[stop + 1 :], [*messages[:stop], messages[stop], *messages[stop:]]):
         assert diverged(replayed(altered)).field == "number of port calls"
+
+
+def test_in_the_simulator_records_are_compared_as_long_as_commands_are_equal(golden_here):
+    log = read_log(golden_here("oracle-blind"))
+    event = log.events[2]
+    log.events[2] = replace(event, detail="another")
+    one = replay(log, Rebuilder(), in_mujoco=True)
+    assert (diverged(one).channel, one.counterfactual_from) == ("/event", None)
 
 
 class _Unstoppable(DeviceDecorator):

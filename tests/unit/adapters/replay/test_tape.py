@@ -1,6 +1,7 @@
 """The ports over a recorded trial, call by call, and the objects that ran it."""
 
 import json
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -191,6 +192,10 @@ def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, sour
     document = replace(document, learner=None, third_party=ThirdPartyEntry("gone:Policy", "", "", "", 0))
     log.start = replace(log.start, policy="gone:Policy", policy_json=document.to_json_text(), learner_json="")
     log.decisions = [replace(each, source=source) for each in log.decisions]
-    assert message in Rebuilder().rebuild(log).recorded_decisions
+    rebuilder = Rebuilder()
+    assert message in rebuilder.rebuild(log).recorded_decisions
+    # The next trial of the run has its own.
+    after = copy(log)
+    assert rebuilder.rebuild(after).policy.log is after
     with pytest.raises(LogError, match="the log cannot answer a what-if"):
         Rebuilder(Changes(settings=("task.press_kgf=0.4",))).rebuild(log)
