@@ -9,11 +9,11 @@ import pytest
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.latch import Acknowledgement, FaultLatch
-from palpate.core.ports.values import AppliedCommand, CommandReason, Validity, WrenchKind
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.motion.limits import within_limits
-from tests.unit.core.supervision.bench import Bench
+from tests.unit.core.supervision.bench import FREE, Bench, supervisor
 
 HIT = {"force_N": (0, 0, -31.0), "wrench": {"sequence": 10_000}}
 HOLD = SupervisionConfig(on_trip="hold", weakened=("on_trip",))
@@ -36,6 +36,12 @@ def tips(bench, commands, arm="zebra-zero"):
         kinematics.update(q)
         found.append(kinematics.tip_position_m.copy())
     return np.array(found)
+
+
+def test_without_a_trial_there_is_no_command():
+    bench = Bench()
+    with pytest.raises(LifecycleError, match=r"call begin\(\) first"):
+        supervisor().check(bench.snapshot(), JointCommand(bench.home_rad), FREE)
 
 
 def test_trip_latches_until_it_is_acknowledged():
