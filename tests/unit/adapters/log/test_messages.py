@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.message import DecodeError
+from grpc_tools import protoc
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -102,7 +103,6 @@ def test_tick_is_read_with_the_file_alone():
 
 
 def test_generated_module_is_that_of_the_proto_file(tmp_path):
-    protoc = pytest.importorskip("grpc_tools.protoc")
     source = Path(str(log_pb2.__file__)).with_name("log.proto")
     root = source.parents[3]
     name = source.relative_to(root).as_posix()
