@@ -19,7 +19,6 @@
 Each error states what happened, the offending value, and the accepted values.
 """
 
-import difflib
 import os
 import sys
 from collections.abc import Sequence
@@ -198,5 +197,8 @@ def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
 
 def did_you_mean(value: object, accepted: Sequence[str]) -> str:
     """Return a suggestion to end a message with; empty if no name is similar or the value is not a string."""
+    # Imported here, like other slow modules of the standard library, for a quick start of ``palpate --help``.
+    import difflib
+
     near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5) if isinstance(value, str) else []
     return f"; did you mean {near[0]}?" if near else ""

@@ -7,7 +7,6 @@ import os
 import signal
 import sys
 import threading
-import traceback
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from time import monotonic
@@ -128,6 +127,8 @@ def _unexpected(error: Exception, *, debug: bool) -> int:
 def _fail(error: errors.PalpateError, code: int, *, debug: bool) -> int:
     with suppress(OSError):
         if debug:
+            import traceback
+
             traceback.print_exc()
         sys.stderr.write(f"palpate: {errors.one_line(error)}\n")
     return code
