@@ -1,3 +1,4 @@
+from .bags import IMPORTED as IMPORTED
 from .bags import BagTopics as BagTopics
 from .bags import export_bags as export_bags
 from .bags import log_of_bag as log_of_bag

@@ -46,7 +46,8 @@ _TOPICS: Final = {
     TEXT: "/palpate/events",
 }
 _FRAME: Final = "sensor"
-_IMPORTED: Final = "imported"
+IMPORTED: Final = "imported"
+"""Outcome of a log that was converted from a bag."""
 _NS: Final = 1_000_000_000
 
 
@@ -84,12 +85,12 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
     names = topics.joints or joint_names(config)
     records: list[Any] = [
         _start(config, ready, perception, bag),
-        EventEntry(tick=0, name="phase", detail=_IMPORTED),
+        EventEntry(tick=0, name="phase", detail=IMPORTED),
         *_ticks(bag, names, topics),
     ]
     if len(records) < 3:
         raise LogError(str(bag), "", "has no time with both joint states and wrenches", "name a bag with both")
-    records.append(EndRecord(tick=records[-1].tick, outcome=_IMPORTED, ticks=len(records) - 2))
+    records.append(EndRecord(tick=records[-1].tick, outcome=IMPORTED, ticks=len(records) - 2))
     stream = BytesIO()
     log = LogFile(stream, {"schema": SCHEMA, "command": "import", "arm": str(config.arm)})
     log.add(

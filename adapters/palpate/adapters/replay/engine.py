@@ -9,6 +9,7 @@ from palpate.adapters.experiments import ScoredTrial, outcome_of
 from palpate.adapters.log import (
     BY_OUTSIDE,
     BY_POLICY,
+    IMPORTED,
     DecisionEntry,
     TrialLog,
     TrialRecorder,
@@ -178,6 +179,8 @@ def _verdict(differences: Differences, log: TrialLog) -> Verdict:
 def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
     """Return the known changes since the recording that may cause differences."""
     start, causes = log.start, []
+    if log.end is not None and log.end.outcome == IMPORTED:
+        causes.append("the motion, which comes from a bag")
     recorded: dict[str, str] = json.loads(start.versions_json or "{}")
     for name, version in made_with().items():
         if recorded.get(name) != version:

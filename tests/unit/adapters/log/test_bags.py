@@ -10,6 +10,7 @@ from palpate.adapters.experiments import plain_perception, ready_pose
 from palpate.adapters.log import BagTopics, export_bags, log_of_bag, read_log
 from palpate.adapters.log.bags import JOINT_STATE, WRENCH, joint_names
 from palpate.adapters.log.series import series_of
+from palpate.adapters.replay import WhatIf, replay_files
 from palpate.core.errors import ConfigurationError, LogError
 from tests.golden.record import HERE
 
@@ -63,6 +64,8 @@ def test_trial_that_was_exported_comes_back_with_its_samples(tmp_path):
         assert joints == pytest.approx(joints_then, abs=3e-3)
         assert wrench == pytest.approx(wrench_then, abs=1.0)
     assert after.time_s[-1] == pytest.approx(before.time_s[-1], abs=0.03)
+    ((replayed,),) = replay_files([tmp_path / "x.mcap"], WhatIf(), 1)
+    assert replayed.causes[0] == "the motion, which comes from a bag"
 
 
 @pytest.mark.parametrize("storage", list(StoragePlugin))
