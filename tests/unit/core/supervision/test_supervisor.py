@@ -17,7 +17,7 @@ from tests.unit.core.supervision.bench import FREE, Bench, supervisor
 
 HIT = {"force_N": (0, 0, -31.0), "wrench": {"sequence": 10_000}}
 HOLD = SupervisionConfig(on_trip="hold", weakened=("on_trip",))
-ARMS = ("zebra-zero", "ur5")
+ARMS = ("zebra-zero", "ur5", "panda")
 
 
 def hit(config=None, arm="zebra-zero"):
