@@ -87,6 +87,18 @@ def test_dither_and_play_bend_nothing():
     assert bench.monitor.spent_N == 0.0
 
 
+@pytest.mark.parametrize(("force_N", "bend_N"), [(0.0, 0.0), (-8.0, 20.0)])
+def test_there_is_no_play_beyond_the_first_contact_with_a_wall(force_N, bend_N):
+    bench = Bench()
+    bench.monitor.presses(5.0, play_m=1e-3)
+    bench.see((0.0, 0.0, 0.0))
+    bench.monitor.push((1.0, 0.0))
+    for x_m in (0.0, 2e-4, 7e-4):
+        bench.reference_m = (x_m, 0.0, 0.0)
+        bench.see((force_N if x_m == 2e-4 else 0.0, 0.0, 0.0))
+    assert bench.monitor.spent_N == pytest.approx(bend_N)
+
+
 @pytest.mark.parametrize(("scale", "reason_ticks"), [(0.3, 40), (2.0, 40)])
 def test_wrong_response_is_reported_within_a_window(scale, reason_ticks):
     bench = Bench()

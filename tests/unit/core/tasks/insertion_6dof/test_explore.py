@@ -37,15 +37,19 @@ def test_a_wall_gives_the_budget_back(shape, arm, trial):
 
 
 @pytest.mark.parametrize(
-    ("arm", "phase"), [("zebra-zero", "transfer"), pytest.param("ur5", "approach", marks=pytest.mark.nightly)]
+    ("arm", "phase", "seed"),
+    [
+        pytest.param("zebra-zero", "settle", 24301, id="verified by the force of the approach"),
+        pytest.param("zebra-zero", "transfer", 60, id="verified by chance while wedged", marks=pytest.mark.nightly),
+        pytest.param("ur5", "approach", 60, id="the same with another arm", marks=pytest.mark.nightly),
+    ],
 )
-def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm, phase):
-    """A force that is late verified a tool that was wedged, by chance, up to 233 N."""
+def test_a_growing_lag_is_found_before_it_bends_the_gripper(arm, phase, seed):
     config = config_of("square", "asked", arm, {})
     [chosen] = [each for each in sensor_faults() if each.name == "force later by 0.2 s a second, new times"]
-    [[run]] = run_cases(config, [Case(chosen, phase, 60)], "corner-first")
+    [[run]] = run_cases(config, [Case(chosen, phase, seed)], "corner-first")
     assert run.latched
-    assert run.peak_force_N < 60.0
+    assert run.peak_force_N < 30.0
 
 
 CONFIG = config_of("square", "asked", "zebra-zero", {})
