@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.job import MOST_SAMPLES
 from palpate.core.motion import DampingControl
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Vector3
 from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import ControlConfig, Outcome
@@ -343,5 +343,6 @@ class Insert(RunningPhase):
                 self._begin_look()
             else:
                 self._begin(Stage.SINK)
+        # The walls are relieved before the force is compared.
         vx, vy, _ = self._pressing(push=False)
-        return vx, vy, 0.0
+        return (vx, vy, 0.0) if self._ticks < _SETTLE_TICKS else ZERO_VELOCITY
