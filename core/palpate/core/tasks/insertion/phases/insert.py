@@ -47,8 +47,6 @@ _HALF_TICKS: Final = MOST_SAMPLES // 2
 """Time for vibrations and friction to settle without motion, and time for each of two means of the force."""
 _LIGHT_SHARE: Final = 0.5
 """Force of a light contact divided by the press; the dither interrupts a lighter one."""
-_DROP_SHARE: Final = 0.5
-"""Minimum motion without contact in a hole, divided by the gripper's bend under the press, which a drop releases."""
 _DEVIATIONS: Final = 3.3
 """Number of standard deviations of the depth; one in two thousand errors is larger on one side."""
 
@@ -83,8 +81,9 @@ class Insert(RunningPhase):
         windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
+        # A peg that drops releases the bend of the gripper under the press, and falls on without contact.
         self._drop_m, self._held_m = (
-            _DROP_SHARE * press_N / monitor.axial_N_per_m,
+            press_N / monitor.axial_N_per_m,
             _DUE_SHARE * budget_N / monitor.axial_N_per_m,
         )
         # A slower drift stays below half the budget until the descent must end.
@@ -114,8 +113,10 @@ class Insert(RunningPhase):
         self._depth_m = depth_m = self._measurement.tip_depth_m - self._state.surface_m
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
         reference_m = self._motion.reference_m[2]
-        if abs(self._measurement.filtered_force_z_N) < self._monitor.contact_N:
-            self._dropped_m += max(reference_m - self._last_m, 0.0)
+        if self._dropped_m < self._drop_m:
+            # A drift may cancel the force of a contact, but not to within the noise for so far.
+            free = abs(self._measurement.force_N[2]) < min(self._monitor.contact_N, _DEVIATIONS * self._state.noise[2])
+            self._dropped_m = self._dropped_m + max(reference_m - self._last_m, 0.0) if free else 0.0
         self._last_m = reference_m
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
