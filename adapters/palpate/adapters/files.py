@@ -25,7 +25,7 @@ def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper
 
 
 def read_text(path: str | Path, field: str, accepted: str = "", newline: str | None = None) -> str:
-    """Return the content of a text file; ``accepted`` names other values of the field for the error.
+    """Return the content of a text file; in the error, ``accepted`` names other values of the field.
 
     Raises:
         ConfigurationError: The file cannot be read, or is not in UTF-8.
@@ -158,7 +158,7 @@ def new_folder(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _passing_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder next to ``path``; it is removed at the end, with new parent folders that are empty."""
+    """Yield an empty folder next to ``path``; it is removed at the end, together with any new, empty parent folders."""
     passing = _passing_name(path)
     made: list[Path] = []
     try:
@@ -177,7 +177,7 @@ def _passing_folder(path: Path) -> Iterator[Path]:
 
 
 def _sync(path: Path) -> None:
-    """Wait until a file, or a folder's list of entries, is written to the disk."""
+    """Wait until a file, or a folder's list of entries, has been written to disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,4 +1,4 @@
-"""Signals that end a process, in one list for the process that commands an arm and for its helper processes."""
+"""Signals that end a process: one list for the process that commands an arm and its helper processes."""
 
 import signal
 import threading
@@ -14,7 +14,7 @@ ENDING: Final = (
 )  # fmt: skip
 """Signals that end a process by default and can be caught.
 
-Not included: those of a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS), after which no code can be
+Not included: signals of a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS), after which no code can be
 trusted; SIGPIPE and SIGXFSZ, which Python turns into an OSError.
 """
 _ALWAYS: Final = (signal.SIGINT, signal.SIGTERM)
@@ -59,6 +59,6 @@ def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iter
 
 
 def ignore_ending_signals() -> None:
-    """Leave these signals to the process that started this one, which ends this process by closing its input."""
+    """Leave these signals to the parent process, which ends this process by closing its input."""
     for number in ENDING:
         signal.signal(number, signal.SIG_IGN)

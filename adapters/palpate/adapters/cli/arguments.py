@@ -57,7 +57,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings on the command line as nested tables, and the first word that is not a setting, or "".
+    """Return the settings on the command line as nested tables, and the first word that is not a setting ("" if none).
 
     Raises:
         UsageError: A setting has no value.
@@ -78,7 +78,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:
-    """Return the value in its TOML form and the number of words it takes; the setting itself checks the value."""
+    """Return the value in TOML form and the number of words it takes. The value is checked later."""
     base = parts_of(kind)[0]
     if base is bool:
         return switch, 0
@@ -112,11 +112,11 @@ def _plain(word: str, kind: Any) -> Any:
 T = TypeVar("T")
 
 _EARNED: Final = ("reinforcement", "effort_per_N_s")
-"""Settings of the reinforcement, which also appear in the tables of a run without learning."""
+"""Reinforcement settings, which also appear in the tables of a run without learning."""
 
 
 def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
-    """Return the options on a command line.
+    """Return the options given on a command line.
 
     Raises:
         UsageError: A word is not an option, or its value cannot be read.
@@ -149,7 +149,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
 
 
 def _require_once(kind: type, words: Sequence[str]) -> None:
-    """Refuse an option of a command that is given twice, because one of its values would be lost."""
+    """Refuse a command option that is given twice, because one of its values would be lost."""
     given = [word.partition("=")[0].replace("_", "-") for word in words]
     for name, annotation in kinds_of(kind).items():
         flag = f"--{name.replace('_', '-')}"
@@ -178,7 +178,7 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
 
 
 def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: Mapping[str, Any]) -> RunConfig:
-    """Return the configuration composed from files, presets, rig and settings; flags override all others."""
+    """Return the configuration composed from the files, presets, rig and settings; flags override all others."""
     rig, resumed = str(getattr(own, "rig", "")), bool(getattr(own, "resume", False))
     if rig:
         if "cell" in given:

@@ -7,7 +7,7 @@ from importlib import import_module
 
 
 class Command:
-    """One command with its summary and the modules of its function and options. A group has only a summary."""
+    """A command with its summary and the modules of its function and options. A group has only a summary."""
 
     def __init__(self, text: str, module: str = "", options: str = "options") -> None:
         self.text, self.module, self.options = text, module, options
@@ -48,7 +48,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
     "rig": ("Commission a rig of real or emulated devices.", "To begin: palpate rig doctor --rig FILE"),
 }
-"""Groups of commands, with their purpose and a note."""
+"""Command groups, each with its purpose and a note."""
 
 
 def commands_of(group: str = "") -> dict[str, Command]:
@@ -68,14 +68,14 @@ def help_of(group: str = "") -> str:
 
 
 def function_of(name: str) -> Callable[..., object]:
-    """Return the function of a command, which is named after the last word of the command."""
+    """Return the function that runs a command; it is named after the command's last word."""
     word, module = name.split()[-1], import_module(f"palpate.adapters.cli.{COMMANDS[name].module}")
     found: Callable[..., object] = getattr(module, "import_" if word == "import" else word)
     return found
 
 
 def options_of(name: str) -> type:
-    """Return the class of a command's options."""
+    """Return the options class of a command."""
     module = import_module(f"palpate.adapters.cli.{COMMANDS[name].options}")
     found: type = getattr(module, f"{name.split()[-1].title()}Options")
     return found

@@ -1,4 +1,4 @@
-"""The command ``palpate compare``."""
+"""The ``palpate compare`` command."""
 
 import sys
 from functools import partial

@@ -1,4 +1,4 @@
-"""The command ``palpate emulate``."""
+"""The ``palpate emulate`` command."""
 
 import os
 import sys
@@ -50,7 +50,7 @@ def emulate(options: EmulateOptions) -> int:
 
 
 def _require_own(path: Path | None) -> None:
-    """Refuse to replace a file whose first line lacks the digest of the rest, because a person changed or wrote it."""
+    """Refuse to replace a file whose first line lacks a digest of the rest, because a person wrote or edited it."""
     if path is None or not os.path.lexists(path):
         return
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""

@@ -1,4 +1,4 @@
-"""The command ``palpate explore``."""
+"""The ``palpate explore`` command."""
 
 import json
 import sys

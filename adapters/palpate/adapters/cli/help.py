@@ -1,4 +1,4 @@
-"""Help text of a command, created from its declared options."""
+"""Help text of a command, generated from its declared options."""
 
 import shutil
 import textwrap
@@ -12,13 +12,13 @@ from palpate.adapters.config import RARE, Described, described, literal
 from palpate.core.ports import OneOf, Range, kinds_of, optional_of, parts_of
 
 _TEXT: Final = 20
-"""Column at which the texts begin."""
+"""Column at which the help texts begin."""
 _MOST: Final = 15
 """Number of options above which the rare ones are described only by ``palpate settings``."""
 
 
 def help_text(kind: type, command: str) -> str:
-    """Return the help text of the options class of a command."""
+    """Return the help text for a command's options class."""
     wide = min(shutil.get_terminal_size().columns, 118)
     places, flags, rare = options_in(kind)
     heads = [place.name.upper() for place in places]

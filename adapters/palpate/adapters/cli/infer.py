@@ -1,4 +1,4 @@
-"""The command ``palpate infer``, which infers, shows and compares automata."""
+"""The ``palpate infer`` command, which infers, shows and compares automata."""
 
 import json
 import sys
@@ -23,7 +23,7 @@ class InferOptions(Settings):
     """Infer an automaton from symbol strings, with an Elman network and dynamic state partitioning.
 
     The strings come from a text file with one string per line, as written by palpate explore --strings, or from logs of
-    insertion trials. Each trial that ended in the hole yields a string. Strings with labels yield an acceptor; strings
+    insertion trials. Each trial that ended in the hole yields a string. Labelled strings yield an acceptor; strings
     without labels yield a machine whose outputs are the possible next symbols.
     """
 
@@ -34,7 +34,7 @@ class InferOptions(Settings):
     show: bool = False
     """Print an automaton instead of inferring one, or write it to --out."""
     compare: bool = False
-    """Compare two automata instead of inferring one. Exit code 0: equal outputs for every word; 1: not equal, and the
+    """Compare two automata instead of inferring one. Exit code 0: same outputs for every word; 1: different, and the
     shortest word with different outputs is printed."""
     settings: Annotated[automata.InferenceSettings, tyro.conf.arg(name="")] = field(
         default_factory=automata.InferenceSettings
@@ -42,7 +42,7 @@ class InferOptions(Settings):
 
 
 def infer(options: InferOptions) -> int:
-    """Infer an automaton, report and save it; return 0, or 2 if no network became consistent with labelled strings."""
+    """Infer, report and save an automaton; return 0, or 2 if no network became consistent with labelled strings."""
     if options.show and options.compare:
         raise UsageError("palpate infer takes --show or --compare, not both")
     if options.show:

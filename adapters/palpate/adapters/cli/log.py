@@ -1,4 +1,4 @@
-"""The command ``palpate log``, which shows recorded trials and converts them to other formats."""
+"""The ``palpate log`` command, which shows recorded trials and converts them to other formats."""
 
 import json
 import sys
@@ -34,7 +34,7 @@ class PlotOptions(Settings):
     """Plot a trial over time: forces, torques, position, states, actions and events."""
 
     file: Annotated[str, tyro.conf.Positional]
-    """Log."""
+    """Log to plot."""
     out: str = ""
     """New .png, .svg or .pdf file for the figure. Default: NAME.png next to the log."""
 
@@ -61,9 +61,9 @@ class ExportOptions(Settings):
     files: Files = ()
     """Logs, or folders that contain logs."""
     to: Annotated[str, OneOf("csv", "rosbag2")] = "csv"
-    """Format."""
+    """Output format."""
     out: str = ""
-    """New or empty folder for the result."""
+    """New or empty folder for the exported files."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class ImportOptions(Settings):
 
 
 def info(options: InfoOptions) -> int:
-    """Print the content of logs; return 0, or 2 if a log is damaged or unusable."""
+    """Print the contents of logs; return 0, or 2 if a log is damaged or unusable."""
     files = _logs(options.files, "info")
     from palpate.adapters.log import describe, finite, info_of, read_log, table
 
@@ -128,7 +128,7 @@ def plot(options: PlotOptions) -> int:
 
 
 def score(options: ScoreOptions) -> int:
-    """Print the points of trials, and return the exit code."""
+    """Print the scores of trials, and return the exit code."""
     files = _logs(options.files, "score")
     from palpate.adapters.log import read_log, score_of, score_table
 

@@ -18,7 +18,7 @@ from palpate.adapters.signals import on_ending_signal
 from palpate.core import errors
 
 QUIET_S: Final = 5.0
-"""Time for a command to close logs and devices. During this time, further Ctrl-C is ignored."""
+"""Time allowed for a command to close logs and devices; further Ctrl-C is ignored during this time."""
 
 
 class Interrupts:
@@ -54,7 +54,7 @@ class Interrupts:
 _LEFT_OUT: Final = ("torch", "pytest")
 """Packages that a slim installation lacks; they are imported only where needed."""
 _DEBUG: Final = "--debug"
-"""Option of every command that prints the traceback of an error."""
+"""Option, common to all commands, that prints the traceback of an error."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

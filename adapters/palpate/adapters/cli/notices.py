@@ -1,4 +1,4 @@
-"""Notices of commands that run trials, and prompts for the operator of a rig."""
+"""Notices printed by commands that run trials, and prompts for the operator of a rig."""
 
 import importlib.util
 import shlex
@@ -20,7 +20,7 @@ from palpate.simulation.work_cell import validity_lines
 
 @contextmanager
 def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
-    """Yield the requested live view, or None."""
+    """Yield the requested live view, or None if none was requested."""
     if not options.live:
         yield None
         return
@@ -34,7 +34,7 @@ def watched(options: LiveSettings) -> Iterator[TrialsObserver | None]:
 
 
 def command(*words: object) -> str:
-    """Return a command line of palpate, quoted for a shell."""
+    """Return a palpate command line, quoted for a shell."""
     return shlex.join(["palpate", *map(str, words)])
 
 
@@ -97,7 +97,7 @@ def trial_line(row: TrialRow) -> str:
 
 @contextmanager
 def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterator[None]:
-    """If an error ends the trials of a rig, print the location of their logs."""
+    """If an error ends the trials on a rig, print the location of their logs."""
     try:
         yield
     except Exception:
@@ -108,12 +108,12 @@ def logs_named(options: RunOptions | TrainOptions, folder: RunFolder) -> Iterato
 
 
 def validity_note(config: RunConfig, rig: str = "") -> str:
-    """Return the note to print below a success rate, or an empty text on a rig or if the simulator is valid."""
+    """Return the note to print below a success rate, or an empty string for a rig or a valid simulator."""
     return "" if rig else "".join(f"{line}\n" for line in validity_lines(config.cell))
 
 
 def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return a line on trials flagged for timing: number, reasons, whether used for learning; or ""."""
+    """Return a line with the number of trials flagged for timing, the reasons, and their use in learning; or ""."""
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())
@@ -122,7 +122,7 @@ def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> 
 
 
 def trips_line(summary: Mapping[str, Any]) -> str:
-    """Return the number of trials that a trip ended, and the reasons, or an empty text if there are none."""
+    """Return the number of trials that ended in a trip, and the reasons, or an empty string if there are none."""
     if not summary["trips"]:
         return ""
     reasons = ", ".join(f"{reason} {count}" for reason, count in summary["trips"].items())

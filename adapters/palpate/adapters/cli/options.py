@@ -19,7 +19,7 @@ Jobs: TypeAlias = Annotated[int, Range(0, 1024)]
 
 @dataclass(frozen=True)
 class RunSettings(Settings):
-    """Options of every command that runs trials.
+    """Options common to all commands that run trials.
 
     Attributes:
         run: Configuration that results from files, presets and flags.
@@ -33,7 +33,7 @@ class RunSettings(Settings):
     task: str = ""
     """Task: insertion, insertion-6dof, or a task from a plug-in package. Default: insertion."""
     arm: str = ""
-    """Name of the arm, such as ur5e. To use your own arm, add a table [arm] to the job file."""
+    """Name of the arm, such as ur5e. To use your own arm, add an [arm] table to the job file."""
     learner: Annotated[str, OneOf("", *LEARNERS)] = ""
     """Name of the learner. Default: the learner of the policy file, else q-learning."""
     seed: Annotated[int, Range(-1, 2**63 - 1, text=f"a whole number from 0 to {2**63 - 1}")] = -1
@@ -51,17 +51,17 @@ class RunSettings(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class LiveSettings(Settings):
-    """Options of every command with a live view."""
+    """Options common to all commands with a live view."""
 
     live: bool = False
     """Show running trials in Rerun; each tick then takes longer. Install it with: pip install 'palpate[rerun]'."""
     live_port: Annotated[int, Range(0, 65535), RARE] = 0
-    """Port of this computer to which the viewer connects; 0 uses Rerun's default, 9876."""
+    """Port on this computer to which the viewer connects; 0 uses Rerun's default, 9876."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AcknowledgeSettings(Settings):
-    """Options of every command that moves a rig."""
+    """Options common to all commands that move a rig."""
 
     accept_kinematics: Annotated[bool, RARE] = False
     """Allow motion with the arm's nominal model, which may be off by up to 10 mm. A rig file with the arm's own
@@ -77,7 +77,7 @@ class MotionSettings(AcknowledgeSettings):
     """Options of the commands that run trials on a rig."""
 
     rig: str = ""
-    """Rig file, whose devices are used instead of the simulator."""
+    """Rig file; its devices are used instead of the simulator."""
     confirm: Annotated[str, RARE] = ""
     """Name of the rig, to allow motion with --rig if there is no terminal. At a terminal, palpate asks once. An
     emulated rig needs no confirmation."""
@@ -97,7 +97,7 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     resume: bool = False
     """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
-    """Fit the learner belief to recorded trials of any policy, without running trials. Takes logs, folders with logs,
+    """Fit the belief learner to recorded trials of any policy, without running trials. Takes logs, folders with logs,
     or patterns in quotes, with the newest last; uses the settings of the first log."""
 
 
@@ -170,7 +170,7 @@ class PlanOptions(Settings):
 class ReplayOptions(Settings):
     """Feed recorded trials back through the core and compare every command and decision bit by bit.
 
-    Exit code 0: all equal; 1: something differs; 2: a log or an option is invalid. With --policy or --set the replay is
+    Exit code 0: all identical; 1: some differ; 2: a log or an option is invalid. With --policy or --set the replay is
     a what-if. Exit code 1 then means that the trial would have differed; everything after the first different command
     is marked counterfactual.
     """
@@ -219,7 +219,7 @@ class DoctorOptions(AcknowledgeSettings):
     rig: str = ""
     """Rig file with the devices."""
     seconds: Annotated[float, Range(0.2, 600.0)] = 3.0
-    """Duration of the measurement at each device."""
+    """Duration of the measurement of each device."""
     push: bool = False
     """Ask you to push the tool, and check the signs of the wrench."""
     move: bool = False
@@ -275,7 +275,7 @@ class StudyOptions(Settings):
 
       [study]
       trials = 150
-      seeds = [0, 1, 2]                      # or their number
+      seeds = [0, 1, 2]                      # or the number of seeds
       policies = ["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are
       job = "my-part.toml"                   # job file, relative to this file; default: the paper's peg
 
@@ -318,7 +318,7 @@ class ExploreOptions(Settings):
     size: int = 7
     """Side length in cells; must be odd. A text file defines its own size."""
     state: str = "symbols"
-    """State of the learner: symbols (the last symbol), last-2 or last-3 (the last symbols), or an automaton file
+    """State of the learner: symbols (the last symbol), last-2 or last-3 (the last two or three), or an automaton file
     (.json)."""
     learning: Annotated[GridLearning, tyro.conf.arg(name="")] = field(default_factory=GridLearning)
     trials: Trials = TRIALS

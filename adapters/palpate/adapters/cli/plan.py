@@ -1,4 +1,4 @@
-"""The command ``palpate plan``, which checks the feasibility of a job before anything moves."""
+"""The ``palpate plan`` command, which checks the feasibility of a job before anything moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Progress of a command, shown as a bar on a terminal, and elsewhere as one line per tenth of the work."""
+"""Display of a command's progress: a bar on a terminal; otherwise, one line per tenth of the work."""
 
 import sys
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ _PARTS = 10
 
 
 class _Lines:
-    """Progress for a file or a pipe, which carriage returns would clutter."""
+    """Progress display for a file or a pipe, which carriage returns would clutter."""
 
     def __init__(self, total: int, unit: str, label: str, initial: int) -> None:
         self._total, self._unit, self._label = total, unit, f"{label}: " if label else ""
@@ -38,7 +38,7 @@ class _Lines:
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Yield an object whose ``update`` reports progress, which is printed to the error stream."""
+    """Yield an object whose ``update`` prints the progress to the error stream."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

@@ -1,4 +1,4 @@
-"""The command ``palpate render``."""
+"""The ``palpate render`` command."""
 
 import os
 import re
@@ -28,12 +28,12 @@ _GIF_MOST_FPS: Final = 50.0
 class RenderOptions(Settings):
     """Draw a recorded trial as a video (.mp4, .gif).
 
-    The arm follows the recorded encoders, and an arrow shows the measured force at the tip. The picture shows symbol,
+    The arm follows the recorded encoders, and an arrow shows the measured force at the tip. A caption shows the symbol,
     state, action, time and phase. No display is needed; MUJOCO_GL selects EGL or OSMesa.
     """
 
     log: Annotated[str, tyro.conf.Positional]
-    """Log."""
+    """Log to draw."""
     to: str = ""
     """New file for the video, .mp4 or .gif."""
     camera: str = "both"

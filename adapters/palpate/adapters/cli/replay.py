@@ -1,4 +1,4 @@
-"""The command ``palpate replay``."""
+"""The ``palpate replay`` command."""
 
 import os
 import sys

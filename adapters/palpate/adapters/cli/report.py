@@ -1,4 +1,4 @@
-"""The command ``palpate report``."""
+"""The ``palpate report`` command."""
 
 import os
 import sys
@@ -21,7 +21,7 @@ class ReportOptions(Settings):
     folder: Annotated[str, tyro.conf.Positional]
     """Folder of a run or a study."""
     logs: bool = True
-    """Read the logs of a run for the forces of single trials."""
+    """Read the logs of a run to show the forces of individual trials."""
 
 
 def report(options: ReportOptions) -> int:

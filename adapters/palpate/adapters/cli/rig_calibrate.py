@@ -1,4 +1,4 @@
-"""The command ``palpate rig calibrate``."""
+"""The ``palpate rig calibrate`` command."""
 
 import os
 import sys
@@ -92,7 +92,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
 
 
 def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) -> tuple[dict[str, Any], str]:
-    """Return the result of a step: values for the rig file, and a text."""
+    """Return the result of a step: the values for the rig file, and a text."""
     if step == "payload":
         load = commissioning.payload()
         centre = "; ".join(

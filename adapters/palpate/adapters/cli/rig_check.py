@@ -1,4 +1,4 @@
-"""The command ``palpate rig check``."""
+"""The ``palpate rig check`` command."""
 
 import os
 import sys

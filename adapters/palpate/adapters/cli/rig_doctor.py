@@ -1,4 +1,4 @@
-"""The command ``palpate rig doctor``."""
+"""The ``palpate rig doctor`` command."""
 
 import sys
 from dataclasses import replace
@@ -13,7 +13,7 @@ from palpate.core.job import ToolConfig
 
 
 class _Terminal(Person):
-    """The operator at the terminal. Questions go to the error stream, because the report may be redirected."""
+    """Operator at the terminal. Questions are printed to the error stream, because the report may be redirected."""
 
     def ask(self, question: str) -> str | None:
         self.notify(question)

@@ -1,4 +1,4 @@
-"""The command ``palpate rig new``, which prints a rig or job file with all settings and their meanings."""
+"""The ``palpate rig new`` command, which prints a rig or job file with all settings and their meanings."""
 
 import sys
 import textwrap
@@ -38,7 +38,7 @@ class NewOptions(Settings):
     model: str = ""
     """Name of the kinematic model of the arm, such as ur5e."""
     job: bool = False
-    """Print a job file instead, with part, tool, place and limits of the paper's peg."""
+    """Print a job file instead, with the part, tool, place and limits of the paper's peg."""
 
 
 def new(options: NewOptions) -> None:
@@ -97,7 +97,7 @@ def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Itera
 
 
 def _line(name: str, value: Any, text: str, *, stated: bool = True) -> str:
-    """Yield a setting with its comment, which precedes it if it is long; without a value, the setting is a comment."""
+    """Yield a setting with its comment, which comes first if it is long. A setting without a value is commented out."""
     empty = value is None or value in ("", (), {})
     setting = f"{name} = {'...' if empty else config.literal(value)}"
     setting = f"# {setting}" if empty or not stated else setting

@@ -1,4 +1,4 @@
-"""The command ``palpate run``."""
+"""The ``palpate run`` command."""
 
 import os
 import sys

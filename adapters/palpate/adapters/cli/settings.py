@@ -1,4 +1,4 @@
-"""The command ``palpate settings``, which prints every setting of a group, as declared."""
+"""The ``palpate settings`` command, which prints every setting of a group, as declared."""
 
 import shutil
 import sys

@@ -1,4 +1,4 @@
-"""The command ``palpate show``."""
+"""The ``palpate show`` command."""
 
 import sys
 from dataclasses import dataclass

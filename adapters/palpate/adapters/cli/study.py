@@ -1,4 +1,4 @@
-"""The command ``palpate study``."""
+"""The ``palpate study`` command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command ``palpate train``."""
+"""The ``palpate train`` command."""
 
 import os
 import sys
@@ -19,7 +19,7 @@ from palpate.core.errors import UsageError
 
 
 def train(options: TrainOptions) -> int:
-    """Train or resume training, and write the run folder; return the exit code."""
+    """Train a policy, or resume its training, and write the run folder; return the exit code."""
     if options.from_logs:
         return _fit_to_logs(options)
     config, folder = options.run, experiments.RunFolder(Path(options.out or f"runs/{options.run.scenario}"))

@@ -30,7 +30,7 @@ class CalibrationTable(Settings):
     hole_mm: tuple[float, float] | None = None
     """Position of the hole, x and y, in the base frame; replaces place.x_mm and y_mm."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
-    """Stiffness of gripper, arm and plate along the tool axis; replaces tool.axial_N_per_mm."""
+    """Stiffness of the gripper, arm and plate along the tool axis; replaces tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
         """Return the measured values as tables of a job; the tool keeps the moving mass of ``drawn``."""

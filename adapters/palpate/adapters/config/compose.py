@@ -62,7 +62,7 @@ def compose(
 ) -> RunConfig:
     """Compose a configuration. Later layers override earlier ones.
 
-    The layers are derived settings, the presets of learner, scenario and task, the job, and the tables in their order.
+    The layers are derived settings, presets of the learner, scenario and task, the job, and the tables in order.
     Settings are derived from the job's tables after all layers are merged.
 
     Args:
@@ -111,7 +111,7 @@ def configured(
 
     Args:
         job: Job file, or its tables; None uses the rig's job, or else the paper's.
-        rig: Rig file that provides arm, noise and measurements; if empty, the simulator is used.
+        rig: Rig file that provides the arm, noise and measurements; if empty, the simulator is used.
         scenario: Preset; by default, that of the settings, or else ``job`` with a job, or else ``paper``.
         learner: Learner; by default, that of the settings, or else of the policy file, or else Q-learning.
         policy: Policy; only a policy file affects the configuration.
@@ -142,7 +142,7 @@ def configured(
 
 
 def _agreed(key: str, chosen: str, table: Mapping[str, Any], before: str = "") -> str:
-    """Return the name of a preset, or an empty text if neither a choice nor the settings name one."""
+    """Return the name of a preset, or an empty string if neither a choice nor the settings name one."""
     written = table.get(key, "")
     if not isinstance(written, str):
         raise ConfigurationError(f"{before}{key}", written, "a name")
@@ -156,7 +156,7 @@ def tables_of(settings: Tables) -> dict[str, Any]:
     """Return the tables of settings, which may be given as tables, as a TOML file, or not at all.
 
     Raises:
-        ConfigurationError: The settings are given in a different form.
+        ConfigurationError: The settings have a different type.
     """
     if settings is None:
         return {}
@@ -233,7 +233,7 @@ def depth_step_mm(config: RunConfig) -> float:
 
 
 def verdict_on(config: RunConfig, task: str = "") -> Verdict:
-    """Return the verdict on a configuration's job with the simulated noise, for a task or for palpate's best one."""
+    """Return the verdict on a configuration's job with the simulated noise, for a given task or for the best one."""
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 

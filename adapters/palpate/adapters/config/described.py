@@ -21,12 +21,12 @@ _UNITS: Final = {
 
 
 RARE: Final = "rare"
-"""Mark of an option that a long ``palpate COMMAND --help`` only names and ``palpate settings COMMAND`` describes."""
+"""Marker for an option that a long ``palpate COMMAND --help`` only names and ``palpate settings COMMAND`` describes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """One setting: dotted name, type annotation, default (None if there is none) and help text."""
+    """A setting with its dotted name, type annotation, default (None if there is none) and help text."""
 
     name: str
     kind: Any
@@ -40,7 +40,7 @@ class Described:
 
     @property
     def unit(self) -> str:
-        """Unit in the suffix of the name, or an empty text if there is none."""
+        """Unit given by the suffix of the name, or an empty string if there is none."""
         words = self.name.rpartition(".")[2].split("_")
         ends = ("_".join(words[place:]) for place in range(1, len(words)))
         return next((_UNITS[end] for end in ends if end in _UNITS), "")

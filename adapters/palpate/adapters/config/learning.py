@@ -39,7 +39,7 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 def learner_in(path: str) -> str:
-    """Return the learner that trained the policy of a policy file, or an empty text for any other name."""
+    """Return the learner that trained the policy of a policy file, or an empty string for any other name."""
     try:
         document = json_of_file(path)
     except (OSError, ValueError):
@@ -65,7 +65,7 @@ class LearningConfig(Settings):
     gamma: Discount = 1.0
     """Discount factor."""
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
-    """Q before the first visit: close to the cost of reaching the goal. From 0, values sink for hundreds of trials
+    """Q before the first visit, close to the cost of reaching the goal. From 0, values fall for hundreds of trials
     and hide the best action."""
     optimistic_prior: Annotated[float, Range(0.0, 1e6)] = 0.0
     """Optimistic prior in Q for the options that the task's rule would choose; 0 starts all options equally."""
@@ -86,7 +86,7 @@ class LearningConfig(Settings):
     belief: BeliefParameters = field(default_factory=BeliefParameters)
     hmm: HmmParameters = field(default_factory=HmmParameters)
     programmed: dict[str, str] = field(default_factory=dict)
-    """Programmed states, which are not learned: state name to action name."""
+    """Programmed states, which are not learned, as a table from state name to action name."""
     examples: str = ""
     """CSV file with columns state and action, such as decisions.csv of a run; it sets the actions of its states."""
 

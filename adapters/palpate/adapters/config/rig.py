@@ -19,7 +19,7 @@ from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fit
 
 @dataclass(frozen=True)
 class DeviceEntry:
-    """One device of a rig."""
+    """A device of a rig."""
 
     adapter: str
     settings: Mapping[str, Any]
@@ -50,7 +50,7 @@ class SensorFactsTable(Settings):
     """Frame of the samples. Default: sensor."""
 
     def noise(self) -> SensorFacts | None:
-        """Return noise and range, from which settings are derived, or None if no noise is stated."""
+        """Return the noise and range, from which settings are derived, or None if no noise is stated."""
         if self.noise_N is None or self.noise_Nm is None:
             return None
         ranges = {name: found for name in ("range_N", "range_Nm") if (found := getattr(self, name)) is not None}
@@ -119,7 +119,7 @@ class RigFile(Settings):
     accept_kinematics: bool = False
     """Whether a person accepts the arm's nominal model for this run; not a key of the file."""
     model: str | ArmDescription = ""
-    """Model of the arm: a name, or the URDF in the table ``[arm]``; empty if the file has none."""
+    """Model of the arm: a name, or the URDF in the ``[arm]`` table; empty if the file has none."""
 
     @override
     def check(self) -> None:
@@ -164,11 +164,11 @@ class RigFile(Settings):
     def laid_over(
         self, table: Mapping[str, Any], job: Mapping[str, Any] | None, arm: str = "", *, measured: bool = True
     ) -> tuple[dict[str, Any], dict[str, Any] | None]:
-        """Return settings and job without a simulated cell, with the arm and the measurements of this rig.
+        """Return the settings and the job without a simulated cell, with the arm and the measurements of this rig.
 
         Raises:
             ConfigurationError: There is no model of the arm.
-            UsageError: Neither settings nor job specify part and tool.
+            UsageError: Neither the settings nor the job specifies the part and tool.
         """
         if job is None and not {"part", "tool"} <= set(table):
             problem = 'a rig needs a job with part and tool: give --job FILE, or a line job = "FILE" in [rig]'

@@ -31,7 +31,7 @@ _Channels: TypeAlias = Annotated[
 
 @dataclass(frozen=True)
 class PerceptionConfig(Settings):
-    """Stages from raw signals to states. Each stage can be exchanged separately."""
+    """Stages from raw signals to states. Each stage can be replaced separately."""
 
     TABLE: ClassVar[str] = "perception"
 
@@ -80,7 +80,7 @@ class RecordingConfig(Settings):
     TABLE: ClassVar[str] = "recording"
 
     enabled: bool = True
-    """Record each trial as a log in the subfolder logs of the run's folder."""
+    """Record each trial as a log in the logs subfolder of the run's folder."""
     on_loss: Annotated[str, OneOf("report", "stop")] = "report"
     """Response to a full disk: report it and continue, or stop the trial."""
 
@@ -129,13 +129,13 @@ class RunConfig(Settings):
     """Preset that the other settings start from. job: no preset, only the job; paper: the hole is at the nominal goal;
     blind: within 3 mm of it; blind with one further condition: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip,
     blind-bias, blind-bias-drawn, blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth,
-    blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with grip, plate and yaw a peg that
+    blind-rough, blind-tight, blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with grip, plate and yaw, a peg that
     is not round: blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
     """Learner: q-learning, sarsa, belief, hmm or options; a preset, like the scenario."""
     arm: str | ArmDescription = "zebra-zero"
     """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one from another package;
-    in TOML also a table [arm] with urdf, flange and posture_rad of your own arm."""
+    in TOML, also an [arm] table with the urdf, flange and posture_rad of your own arm."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Seed of all random streams."""
     part: PartConfig = field(default_factory=PartConfig)

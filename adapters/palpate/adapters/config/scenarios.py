@@ -60,7 +60,7 @@ SCENARIOS: Final[Mapping[str, Table]] = {
     },
     JOB: {},
 }
-"""Settings by the name of the preset, applied over ``BLIND`` except for ``paper`` and ``job``."""
+"""Settings by preset name, applied over ``BLIND`` except for ``paper`` and ``job``."""
 
 LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from palpate.core.trial import TaskKind
 
 GROUP: Final = "palpate.tasks"
-"""Group of the entry points that name kinds of task."""
+"""Entry-point group that names kinds of task."""
 _FIELD: Final = "task.name"
 _BESIDE_MM: Final = 1.0
-"""Accepted distance of a stated corner outside the peg, because drawings are rounded."""
+"""Maximum distance of a stated corner outside the peg, because drawings are rounded."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",

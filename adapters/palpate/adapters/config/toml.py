@@ -35,7 +35,7 @@ def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
 
 
 def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
-    """Remove the table ``[run]`` from a run's settings and return it. It is empty for hand-written settings.
+    """Remove the ``[run]`` table from a run's settings and return it. It is empty for hand-written settings.
 
     Raises:
         ConfigurationError: The run folder has a different format.
@@ -82,7 +82,7 @@ def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings by dotted name as nested tables."""
+    """Convert settings by dotted name to nested tables."""
     tables: dict[str, Any] = {}
     for name, value in settings.items():
         *path, last = name.split(".")

@@ -1,4 +1,4 @@
-"""The contract of the port :class:`palpate.core.ports.devices.ArmCommand`."""
+"""The contract of the :class:`palpate.core.ports.devices.ArmCommand` port."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -200,7 +200,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 _require_at("newest command", _where(rig), applied.position_rad, rig.tolerance_rad)
 
     def test_stop_works_in_every_state(self) -> None:
-        """``stop`` opens nothing, raises no error and returns in time in any state, if repeated, or without a cable."""
+        """``stop`` opens nothing, raises no error and returns in time in any state, even if repeated or unplugged."""
         for life, cut in (*((life, False) for life in Life), (Life.ACTIVE, True)):
             with self.rig(Life.CONSTRUCTED) as rig:
                 if (life is Life.FAULTED and rig.provoke_fault is None) or (cut and rig.disconnect is None):

@@ -44,7 +44,7 @@ class ClauseNotApplicable(SkipTest):
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceRig(Generic[DeviceT]):
-    """Common part of the rigs of the three device ports.
+    """Common part of the rigs for the three device ports.
 
     Attributes:
         advance: Function that advances world and time by a number of control ticks, in every adapter state.
@@ -94,7 +94,7 @@ class DeviceRig(Generic[DeviceT]):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorRig(DeviceRig[DeviceT]):
-    """Common part of the rigs of the two sensor ports.
+    """Common part of the rigs for the two sensor ports.
 
     Attributes:
         max_age_ns: Maximum age of a ``VALID`` sample.
@@ -125,7 +125,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
         load_Nm: Torque that is safe and well within the range.
         overload_Nm: Torque that may exceed the range but causes no damage on this rig.
         tolerance_Nm: Maximum error, including noise, of a settled reading.
-        frame: Frame that the adapter declares for the components.
+        frame: Frame that the adapter declares for the wrench.
     """
 
     push_N: Callable[[float, float, float], None] | None = None
@@ -142,7 +142,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
 
 @dataclass(frozen=True, kw_only=True)
 class MovingRig(DeviceRig[DeviceT]):
-    """Common part of the rigs of the two ports of an arm.
+    """Common part of the rigs for the two ports of an arm.
 
     Attributes:
         step_rad: Motion within one tick that is permitted for every joint in both directions.
@@ -212,7 +212,7 @@ def parameter(value: T | None, name: str) -> T:
 
 
 def _described(name: str) -> str:
-    """Return the description of a control in the docstring of its rig, in one line."""
+    """Return the description of a control from the docstring of its rig, on one line."""
     texts = "\n".join(
         kind.__doc__ or "" for kind in (DeviceRig, SensorRig, ForceSensorRig, JointEncoderRig, ArmCommandRig)
     )

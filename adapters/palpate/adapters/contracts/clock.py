@@ -1,4 +1,4 @@
-"""The contract of the port :class:`palpate.core.ports.devices.Clock`, and a clock for tests in virtual time."""
+"""The contract of the :class:`palpate.core.ports.devices.Clock` port, and a clock for tests in virtual time."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

@@ -47,7 +47,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Fail the clause unless the active device works."""
 
     def start_work(self, rig: RigT) -> None:
-        """Start an activity in the active device that the next request interrupts."""
+        """Start an activity of the active device, to be interrupted by the next request."""
 
     def disturb(self, rig: RigT) -> None:
         """Cause events that are possible in any state."""

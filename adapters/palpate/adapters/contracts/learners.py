@@ -117,7 +117,7 @@ class PolicyContract(ABC):
         return Practice(self.context).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:
-        """Two new policies decide equally in equal trials: the trial's generator is the only source of randomness."""
+        """New policies make the same decisions in identical trials; all randomness comes from the trial's generator."""
         first, second = (self.practised(self.make()) for _ in range(2))
         require("equal seeds", first == second, "other decisions", "the same decisions with the same seeds")
 
@@ -140,7 +140,7 @@ class LearnerContract(PolicyContract):
         """Return a new learner; a frozen one does not learn."""
 
     def learned(self) -> Learner:
-        """Return a learner trained in all practice trials."""
+        """Return a learner trained on all practice trials."""
         learner = self.make()
         self.practised(learner)
         return learner
@@ -151,7 +151,7 @@ class LearnerContract(PolicyContract):
         require("count", count == self.practice_trials, f"{count} trials", f"{self.practice_trials}")
 
     def test_equal_trials_give_equal_state(self) -> None:
-        """Two learners with equal trials have byte-identical states."""
+        """Two learners trained on identical trials have byte-identical states."""
         first, second = (_text(self.learned().get_state()) for _ in range(2))
         require("equal bytes", first == second, "another state", "the same bytes after the same trials")
 

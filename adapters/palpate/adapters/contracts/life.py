@@ -82,7 +82,7 @@ class _Living:
             self._ask(_ONWARD[self._life])
 
     def _look(self) -> None:
-        """Require that state and fault agree with the table, and that nothing moves."""
+        """Require that the state and the fault agree with the table, and that nothing moves."""
         life, fault = self._rig.device.life, self._rig.device.fault
         self._require(life is self._life, str(life), str(self._life))
         if life is not Life.CLOSED:

@@ -1,4 +1,4 @@
-"""The contracts of the ports :class:`ForceSensor` and :class:`JointEncoder` of :mod:`palpate.core.ports.devices`."""
+"""The contracts of the :class:`ForceSensor` and :class:`JointEncoder` ports of :mod:`palpate.core.ports.devices`."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -36,7 +36,7 @@ _SHARES: Final = (0.5, -0.7, -0.9)
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
 _Vector: TypeAlias = tuple[str, int, float, float]
-"""Name, length, upper bound of each component, and half the maximum difference between two readings of equal load."""
+"""Name, length, upper bound of each component, and half the maximum difference between readings of the same load."""
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 
@@ -81,7 +81,7 @@ class SampleContract(DeviceContract[SensorRigT]):
             require(clause, _near(found, wanted, 2.0 * tolerance), f"{name} = {found}", f"{wanted} as before")
 
     def test_every_sample_is_sound(self) -> None:
-        """Each sample has the right type, is finite and recent, and has increasing stamps."""
+        """Samples have the right type, are finite and recent, and have increasing timestamps."""
         with self.rig(Life.ACTIVE) as rig:
             last = rig.device.read()
             for _ in range(_RUN_TICKS):
@@ -159,7 +159,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
         require("sample", declared, f"{sample.kind}, frame {sample.frame!r}", f"{rig.kind}, frame {rig.frame!r}")
 
     def test_load_has_its_sign_axis_and_unit(self) -> None:
-        """A known load changes only its own component, by the same amount in N or N m and with its sign.
+        """A known load changes only its own component, by its value in N or N m and with the correct sign.
 
         A surface that presses on the tool tip, against the tool axis, makes Fz more negative.
         """
@@ -237,7 +237,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
 
 
 def _moving_arm(rig: JointEncoderRig) -> Any:
-    """Return the arm of these joints, active and stationary."""
+    """Return the arm that moves these joints, active and stationary."""
     arm = parameter(rig.arm, "arm")
     if arm.life is Life.CONSTRUCTED:
         arm.configure()
@@ -282,5 +282,5 @@ def _near(one: Sequence[float], other: Sequence[float], tolerance: float) -> boo
 
 
 def _each_way(load: float) -> list[Vector3]:
-    """Return a load along x, y and z in both directions."""
+    """Return loads along x, y and z in both directions."""
     return [(x * way, y * way, z * way) for way in (load, -load) for x, y, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]

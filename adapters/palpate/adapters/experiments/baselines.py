@@ -87,7 +87,7 @@ class OraclePose(Baseline):
         return Decision(Action(self.name, (across[0] / actions, across[1] / actions), lift), None, self.name)
 
     def _turn_rad(self, turned: Sequence[float]) -> tuple[float, float, float]:
-        """Return tilt and yaw of the tool that align the peg, tilted in the grip, with the hole."""
+        """Return the tilt and yaw of the tool that align the peg, tilted in the grip, with the hole."""
         heading_rad = radians(turned[3] if len(turned) > 3 else self._heading_deg)
         tilt = pin.exp3(self._tilt_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
         tool = pin.exp3(np.array(turned[:3] or (0.0, 0.0, 0.0))) @ tilt.T

@@ -67,7 +67,7 @@ def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] 
     """Return the named state identification over these symbols.
 
     Args:
-        memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
+        memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in order; or the path of an
             automaton file: the state is that of the automaton; ``last-action``: the last symbol and action.
         actions: Available actions.
     """
@@ -151,14 +151,14 @@ def ready_pose(config: RunConfig) -> ReadyPose:
     """Return the pose from which trials start.
 
     Raises:
-        ConfigurationError: Task or arm is unknown, or settings of the task are inconsistent.
+        ConfigurationError: The task or arm is unknown, or the task settings are inconsistent.
         UnreachableError: The arm cannot perform the task at that place.
     """
     return task_kind(config.task.name).ready(config.arm, config.tool.geometry, config.task)
 
 
 def clearances_mm(config: RunConfig) -> tuple[float, float]:
-    """Return the play of the peg in the hole, and the additional play of its mouth; by default, from the drawing."""
+    """Return the play of the peg in the hole, and the additional play at its mouth; by default, from the drawing."""
     peg, task = config.cell.peg, config.task
     play_mm = task.play_mm or peg.play_mm(config.cell.worn_clearance_mm)
     return play_mm, task.chamfer_mm or max(peg.chamfer_mm, _EDGE_MM)
@@ -236,7 +236,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
 
 
 def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> None:
-    """Check the limits of task and supervisor against arm and force sensor.
+    """Check the limits of the task and the supervisor against the arm and the force sensor.
 
     Raises:
         ConfigurationError: The sensor's noise exceeds the signals of the task, a limit can never trip or would always
@@ -251,7 +251,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
 
 
 def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
-    """Check the noise of the unfiltered force, and of the torque after perception's low-pass, which reduces it."""
+    """Check the noise of the unfiltered force, and of the torque after the low-pass filter, which reduces it."""
     band = config.perception.cutoff_Hz / (CONTROL_RATE_HZ / 2.0)
     passed = sqrt(NOISE_BAND * band)
     contact_N = config.task.contact_kgf * N_PER_KGF
@@ -273,7 +273,7 @@ def open_rig(
     """Return the rig for trials, not yet entered: the simulator, or the devices of a rig file.
 
     Args:
-        acknowledge: ``NUMBER NAME: why`` of a person who acknowledges the rig's open fault.
+        acknowledge: Acknowledgement of the rig's open fault by a person, in the form ``NUMBER NAME: why``.
 
     Raises:
         ConfigurationError: The rig file or a setting in it cannot be used, or there is no fault to acknowledge.

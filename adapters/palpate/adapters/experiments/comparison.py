@@ -1,4 +1,4 @@
-"""Baselines and trained policies on the same trials, in one table."""
+"""Comparison of baselines and trained policies on the same trials, in one table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from palpate.adapters.log import aligned, csv_text
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of policies on the same trials: summaries by name, whether all trials ran, and failures of recording."""
+    """Results of policies on the same trials: summaries by name, whether all trials ran, and recording failures."""
 
     summaries: Mapping[str, Mapping[str, Any]]
     finished: bool

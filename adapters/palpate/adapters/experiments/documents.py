@@ -55,7 +55,7 @@ def _loaded(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
 def load_examples(
     path: str | Path, states: Sequence[str] | None = None, actions: Sequence[Action] | None = None
 ) -> tuple[tuple[str, str], ...]:
-    """Return pairs of state and action names from a CSV file, such as the ``decisions.csv`` of a run, in its order.
+    """Return pairs of state and action names from a CSV file, such as the ``decisions.csv`` of a run, in file order.
 
     Other columns are ignored. Names are checked if ``states`` and ``actions`` are given.
 

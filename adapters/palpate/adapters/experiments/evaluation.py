@@ -33,7 +33,7 @@ class ChosenPolicy:
     """A policy that is checked before anything is built.
 
     Args:
-        policy: A baseline's name, the path of a policy file, code, ``package.module:Name``, or a policy object.
+        policy: Name of a baseline, path of a policy file, ``package.module:Name``, or a policy object.
     """
 
     def __init__(self, policy: str | os.PathLike[str] | Policy, config: RunConfig) -> None:
@@ -70,7 +70,7 @@ class ChosenPolicy:
 
     @property
     def baseline(self) -> str:
-        """Name of the policy if no policy file can hold it, or else an empty text."""
+        """Name of the policy if no policy file can hold it, or else an empty string."""
         return self.name if self.document is None else ""
 
     def on(self, rig: Rig) -> Policy:

@@ -53,7 +53,7 @@ class ThisProcess(Workers):
 
 
 class LocalWorkers(Workers):
-    """Processes of this machine, each in its own pool; a process that died is replaced."""
+    """Processes on this machine, each in its own pool; a process that dies is replaced."""
 
     def __init__(self, count: int) -> None:
         # A fork would copy locks held by threads of libraries.
@@ -137,7 +137,7 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
 
 @contextmanager
 def interrupts_wait() -> Iterator[None]:
-    """Block Ctrl-C while a worker starts, because it inherits this thread's mask until it ignores the signal."""
+    """Block Ctrl-C while a worker starts, because a worker inherits this thread's mask until it ignores the signal."""
     # The resource tracker would unblock the signal when it starts with the first worker.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

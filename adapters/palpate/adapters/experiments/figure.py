@@ -27,7 +27,7 @@ def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
 
 
 def trials_picture(rows: Sequence[TrialRow], title: str) -> bytes:
-    """Return a PNG with exploration time and peak force of every trial of a run that does not learn."""
+    """Return a PNG with the exploration time and peak force of every trial of a run that does not learn."""
     with drawing(8.0, 5.2, 120, layout=None) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, gridspec_kw=_MARGINS)
         _scatter(upper, rows, [row.exploration_time_s for row in rows])

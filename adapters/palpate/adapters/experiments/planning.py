@@ -1,4 +1,4 @@
-"""Simulated trials in several processes, of a policy or of a job in worlds drawn from its ranges."""
+"""Simulated trials, in several processes, of a policy, or of a job in worlds drawn from its ranges."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def run_blocks(
 ) -> tuple[list[TrialRow], list[str]]:
     """Run trials in several processes until all are finished or Ctrl-C ends them; return rows and recording failures.
 
-    A policy without memory of past trials gives the same trials and files as in one process.
+    A policy without memory of past trials produces the same trials and files as in one process.
 
     Raises:
         PalpateError: A trial failed. The message is that of the trial's error.
@@ -92,10 +92,10 @@ _SPRINGS: Final = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "tor
 def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> RunConfig:
     """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each uniformly from its range.
 
-    The cell itself draws hole and headings.
+    The cell itself draws the hole and the headings.
 
     Args:
-        stated: Table ``cell`` of the job, whose friction is kept.
+        stated: The job's ``cell`` table, whose friction is kept.
     """
     rng = generator(config.seed, Purpose.HIDDEN, trial)
     height, tilt, friction, noise, stiffness = rng.uniform(size=5).tolist()

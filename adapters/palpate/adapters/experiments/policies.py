@@ -41,7 +41,7 @@ _TURN_SHARE: Final = 0.75
 """Fraction of the fastest turn that is used. At full speed, a wrist exceeded the supervisor's lag limit once in 100."""
 
 _NEVER: Final = -1e6
-"""Q of an option that cannot start, so that it is never drawn at any temperature."""
+"""Q of an option that cannot start; it is then not drawn at any temperature."""
 
 Hole = Callable[[], Sequence[float]]
 """Function that returns the numbers of :func:`pose_of`, or the first three of them."""
@@ -226,7 +226,7 @@ def third_party_document(code: str, config: RunConfig, perception: Perception) -
 
 
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
-    """Return the perception of a policy file after comparison with that of the run.
+    """Return the perception stored in a policy file, after comparing it with that of the run.
 
     If ``configured`` is None, the run's perception would have to be fitted, so that of the file is used.
 
@@ -260,7 +260,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
 
 
 def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
-    """Return the policy of a file, frozen or ready to continue learning with the configured parameters.
+    """Return the policy stored in a file, frozen or ready to continue learning with the configured parameters.
 
     Raises:
         ConfigurationError: Its states, actions or learner differ, or its code cannot be loaded.
@@ -287,7 +287,7 @@ def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
 
 
 def _signal_in(document: PolicyDocument) -> Mapping[str, Any]:
-    """Return the signal settings and the tool of a policy file."""
+    """Return the signal settings and the tool stored in a policy file."""
     found: Mapping[str, Any] = fitted(
         "policy.perception.signal", document.perception.get("signal", {}), Mapping[str, Any]
     )
@@ -306,7 +306,7 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """Return the tool of a policy file's contact model, or None without such a model or for the policy of a log."""
+    """Return the tool of a policy file's contact model, or None without such a model or for a policy from a log."""
     tool = _signal_in(document).get("tool")
     if tool is None or document.learner is None or document.learner.kind != "belief":
         return None

@@ -1,4 +1,4 @@
-"""Folder of a run. Files are replaced atomically, so that no error loses their content.
+"""Folder of a run. Files are replaced atomically, so that no content is lost if an error occurs.
 
 It contains ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json`` and ``learning_curve.png``. ``--resume`` continues from ``checkpoint.json``. ``logs`` contains the
@@ -34,7 +34,7 @@ LOCK: Final = ".lock"
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[str]:
-    """Lock a folder against other writers; yield the previous writer if it crashed, or an empty text."""
+    """Lock a folder against other writers; yield the previous writer if it crashed, or an empty string."""
     path = folder / LOCK
     descriptor = _locked(path)
     try:
@@ -81,10 +81,10 @@ _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforce
 
 @dataclasses.dataclass(frozen=True)
 class TrialRow:
-    """One line of ``trials.csv``. If the hole is unknown, its columns are empty.
+    """A line of ``trials.csv``. If the hole is unknown, its columns are empty.
 
     Attributes:
-        trip: Reason for a trip, as name and text; empty without one.
+        trip: Name and text of the reason for a trip; empty without a trip.
         drawn: Other values of the trial, each in its own column at the end; for its place, see ``GroundTruth.drawn``.
     """
 
@@ -196,7 +196,7 @@ def folder_named(out: str | os.PathLike[str], stem: str) -> RunFolder:
 
 
 def _holds(path: Path) -> bool:
-    """Return whether a folder has content; a run killed before its first file leaves an empty folder for logs."""
+    """Return whether a folder has content; a run killed before writing a file leaves an empty folder for logs."""
     return bool(os.listdir(path)) if os.path.isdir(path) else os.path.exists(path)
 
 
@@ -249,7 +249,7 @@ class RunFolder:
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
-        """Return a recorder of trials in the folder ``logs`` until ``opened`` closes, or None without recording."""
+        """Return a recorder of trials in the ``logs`` folder until ``opened`` closes, or None without recording."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 
@@ -305,7 +305,7 @@ class RunFolder:
             raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def truncate(self, trials: int) -> None:
-        """Keep only the first trials; those after the last checkpoint will be repeated, with equal results."""
+        """Keep only the first trials; those after the last checkpoint will be repeated, with identical results."""
         for name in ("trials.csv", "decisions.csv"):
             path = self.path / name
             if path.exists():

@@ -1,4 +1,4 @@
-"""One run, with its configuration, rig, policy, supervisor and recorder."""
+"""A run, with its configuration, rig, policy, supervisor and recorder."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from palpate.simulation.work_cell import inertia_lines, validity_lines
 
 _MOST_LOSSES: Final = 5
 Named: TypeAlias = str | os.PathLike[str]
-"""A policy by name or file."""
+"""A policy, given by name or file."""
 MakeRig: TypeAlias = Callable[[RunConfig, ReadyPose], Rig]
 
 
@@ -52,8 +52,8 @@ class Run:
     Args:
         job: Job file, its tables, or a whole configuration; None uses the rig's job, or else the paper's.
         rig: Rig file; if empty, the simulator is used.
-        policy: Policy for :meth:`evaluate`: a baseline, a policy file, code ``package.module:Name``, or an object.
-        acknowledge: ``NUMBER NAME: why`` of the person who acknowledges the rig's open fault.
+        policy: Policy for :meth:`evaluate`: a baseline, a policy file, ``package.module:Name``, or an object.
+        acknowledge: Acknowledgement of the rig's open fault by a person, in the form ``NUMBER NAME: why``.
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
         live: Live view of the trials.
         notify: Function that receives messages for the user; by default they are printed to the error stream on a rig,
@@ -213,7 +213,7 @@ class Run:
         on_trial: Callable[[int], object] = ignore,
         **recorded: str,
     ) -> list[TrialRow]:
-        """Run the trials of one policy object on the open rig until all are finished or Ctrl-C ends them.
+        """Run the trials of a policy object on the open rig until all are finished or Ctrl-C ends them.
 
         Args:
             folder: Folder that receives a line of ``trials.csv`` for each trial.
@@ -294,7 +294,7 @@ class Run:
             yield self.rig
 
     def begin(self, kept: ExitStack, folder: RunFolder | None, command: str, **facts: Any) -> None:
-        """Create the folder, lock it until ``kept`` closes, and write ``run.toml`` with further facts of the run."""
+        """Create the folder, lock it until ``kept`` closes, and write ``run.toml`` with further data about the run."""
         if folder is not None:
             kept.enter_context(folder.writing())
             if self.rig_file:

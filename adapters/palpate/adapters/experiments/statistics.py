@@ -1,4 +1,4 @@
-"""Statistics of trials for tables and ``summary.json``, with 95 % intervals.
+"""Trial statistics for tables and ``summary.json``, with 95 % intervals.
 
 Importing scipy.stats takes a second, so it is imported only where an interval is computed.
 """
@@ -28,18 +28,18 @@ WINDOW: Final = 25
 
 
 def window_of(trials: int) -> int:
-    """Return the window of a drawn average; with fewer trials than the paper's 25, every trial is drawn separately."""
+    """Return the window of a plotted average; with fewer than the paper's 25 trials, each is plotted separately."""
     return WINDOW if trials >= WINDOW else 1
 
 
 def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:
-    """Return the mean of the last ``window`` values at each index, and of fewer values at the beginning."""
+    """Return the mean of the last ``window`` values at each index, or of fewer values at the beginning."""
     sums = np.concatenate(([0.0], np.cumsum(np.asarray(values, dtype=float))))
     return [float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))]
 
 
 def exact_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Return the two-sided Clopper-Pearson interval of a proportion, which is 0 to 1 if there are no trials."""
+    """Return the two-sided Clopper-Pearson interval for a proportion, which is 0 to 1 if there are no trials."""
     from scipy.stats import binomtest
 
     if trials == 0:
@@ -79,7 +79,7 @@ class Claim:
 
 
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
-    """Return an interval of a quantile between two of the values, chosen by exact binomial probabilities.
+    """Return a confidence interval for a quantile, between two of the values, from exact binomial probabilities.
 
     It is valid for any distribution, and covers the true quantile with at least 95 % probability, unlike the bootstrap.
     It is None with too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
@@ -94,7 +94,7 @@ def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, 
 
 
 def t_half_width(values: Array) -> Array:
-    """Return half the width of Student's t interval of the mean over the first axis of (n, ...), n at least 2.
+    """Return half the width of Student's t interval for the mean over the first axis of (n, ...), n at least 2.
 
     The bootstrap is not used because there are few seeds: three resampled values stay within the range of the three, so
     its intervals are far too narrow.
@@ -110,7 +110,7 @@ def t_half_width(values: Array) -> Array:
 
 
 def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[float, float | None, float | None]:
-    """Return the mean of values from 0 to ``highest``, and the ends of Student's t interval, or None for one value."""
+    """Return the mean of values from 0 to ``highest``, and the ends of the t interval, or None for a single value."""
     data = np.asarray(values, dtype=float)
     mean = float(data.mean())
     if len(data) < 2:
@@ -146,7 +146,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Return the decrease of exploration time during training, in windows of trials (counted from 1)."""
+    """Return the decrease in exploration time during training, in windows of trials (counted from 1)."""
     windows: dict[str, Any] = {}
     for first, last in ((1, 25), (126, 150), (126, 175), (301, 350)):
         part = rows[first - 1 : last]
@@ -161,7 +161,7 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def run_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int, **facts: Any) -> dict[str, Any]:
-    """Return the statistics of a run with this number of requested trials, preceded by further facts."""
+    """Return the statistics of a run with this number of requested trials, preceded by further information."""
     named = {"scenario": config.scenario, "arm": str(config.arm), "seed": config.seed, "finished": len(rows) >= trials}
     return {**facts, **named, **summary_of(rows)}
 

@@ -17,12 +17,12 @@ from palpate.core.perception import Perception
 from palpate.core.policy import PolicyContext, ThirdPartyEntry, ThirdPartyPolicy
 
 GROUP: Final = "palpate.policies"
-"""Group of the entry points that name policies, each a class or function that creates one."""
+"""Group of the entry points that name policies; each is a class or function that creates a policy."""
 _PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
 def third_party_code(name: str) -> str:
-    """Return the code of the named policy, ``package.module:Name``, or an empty text for other names."""
+    """Return the code of the named policy, ``package.module:Name``, or an empty string for other names."""
     if _PLACE.fullmatch(name):
         return name
     entry = None if "/" in name or name.endswith(".json") else entries(GROUP).get(name)
@@ -78,7 +78,7 @@ def _maker(code: str) -> Callable[..., Any]:
 
 @cache
 def _distributions(path: tuple[str, ...]) -> Mapping[str, list[str]]:
-    """Return the distributions of each package on the path. They are cached, as the search takes half a second."""
+    """Return the distributions of each package on the path. They are cached because the search takes half a second."""
     return importlib.metadata.packages_distributions()
 
 

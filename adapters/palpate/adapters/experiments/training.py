@@ -37,7 +37,7 @@ _TRAINED: Final = "q-learning, a policy file, or package.module:Name"
 
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
-    """Return the text of ``run.toml``: the resolved configuration and facts of the run; ``--config`` accepts it."""
+    """Return the text of ``run.toml``: the resolved configuration and data about the run; ``--config`` accepts it."""
     lines = [to_toml(config), "\n[run]\n", f"format = {json.dumps(RUN_FORMAT)}\ncommand = {json.dumps(command)}\n"]
     facts = {"part": config.part.describe(), **facts}
     lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in facts.items()]
@@ -57,7 +57,7 @@ def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[l
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """State of a training run: the learner after the finished trials, perception, and the world's control ticks."""
+    """State of a training run: the learner after the finished trials, the perception, and the world's control ticks."""
 
     next_trial: int
     learner: dict[str, Any]
@@ -71,7 +71,7 @@ class Checkpoint:
 
     @classmethod
     def load(cls, folder: RunFolder) -> Checkpoint:
-        """Read the checkpoint of a folder.
+        """Read the checkpoint in a folder.
 
         Raises:
             OutputError: The checkpoint is missing or damaged.
@@ -188,7 +188,7 @@ class Subject:
 
 
 class Trainer(Trials):
-    """Trainer of a policy, which records each trial in a run folder."""
+    """Trainer that trains a policy and records each trial in a run folder."""
 
     def __init__(
         self,
@@ -235,7 +235,7 @@ class Trainer(Trials):
         return scored
 
     def _learn_from_trip(self, scored: ScoredTrial, before: dict[str, Any]) -> None:
-        """Learn the consequences of actions in a tripped trial, which is an episode without an end.
+        """Learn the consequences of actions in a tripped trial, which is an unfinished episode.
 
         If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
         exceeded limit is a consequence of the last action. A Q table charges it with the rest of the time limit,

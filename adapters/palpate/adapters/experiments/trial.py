@@ -30,9 +30,9 @@ class ScoredTrial:
         truth: Ground truth, or None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that a trip ended.
-        exploration_time_s: Exploration time of the report; the time limit for a trial that a trip ended.
+        exploration_time_s: Exploration time of the report; the time limit for a trial that ended in a trip.
         flagged: Reason why the trial's timing was not accepted; empty for an accepted trial.
-        stopped_by: Cause of a stop, if it was neither core nor supervisor; otherwise empty.
+        stopped_by: Cause of a stop other than the core and the supervisor; otherwise empty.
         trip_source: Device whose samples or lateness ended the trial; empty if there is none.
         own: Values in which its job differs from that of the run, by column of trials.csv.
     """
@@ -70,7 +70,7 @@ def outcome_of(report: TrialReport) -> Outcome | None:
 
 
 def trip_of(report: TrialReport) -> str:
-    """Return the reason, with its name, why supervisor, sensors or operator ended a trial, or "" if none did."""
+    """Return the reason, with its name, why the supervisor, sensors or operator ended a trial, or "" if none did."""
     if report.trip is not None:
         return str(report.trip)
     return report.events[-1].detail if report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED) else ""
@@ -181,7 +181,7 @@ def score(config: RunConfig, report: TrialReport, truth: GroundTruth | None) -> 
 
 
 def fit_of(config: RunConfig) -> Fit:
-    """Return the fit of tool and part in the simulated cell."""
+    """Return the fit of the tool and the part in the simulated cell."""
     cell = config.cell
     total_tilt_mrad = cell.tilt_mrad + cell.conditions.plate_tilt_mrad
     clearance_mm = max(cell.peg.clearance_mm, cell.worn_clearance_mm)
@@ -235,7 +235,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """Let a signal that ends the process request an orderly end in the context; a second SIGINT acts as before.
+    """Within the context, let a terminating signal request an orderly end; a second SIGINT acts as before.
 
     Signals reach only a program's main thread; in any other thread, the context does nothing.
     """

@@ -1,4 +1,4 @@
-"""Trials of one policy over the ports of an open rig."""
+"""Trials of a policy on the ports of an open rig."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class TrialsObserver(LoopObserver):
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorder of a run, timing of its loop on a rig, and its live view; each is None if absent."""
+    """Recorder of a run, timing of its loop on a rig, and live view; each is None if absent."""
 
     recorder: TrialRecorder | None = None
     session: RealTimeSession | None = None
@@ -47,7 +47,7 @@ class Recording:
 
     @property
     def timing(self) -> str:
-        """Timing of the loop, or an empty text in the simulator."""
+        """Timing of the loop, or an empty string in the simulator."""
         return "" if self.session is None else self.session.report()
 
 
@@ -55,7 +55,7 @@ NOT_RECORDED: Final = Recording()
 
 
 class Trials:
-    """Task, supervisor and recorder of a policy, ready for its trials.
+    """The task, supervisor and recorder for a policy, ready for its trials.
 
     Args:
         name: Name of a policy without a policy file; otherwise empty.
@@ -89,7 +89,7 @@ class Trials:
         self._begin(config, ready)
 
     def _begin(self, config: RunConfig, ready: ReadyPose) -> None:
-        """Build task and supervisor for a trial's configuration."""
+        """Build the task and the supervisor for a trial's configuration."""
         self.config, self.ready, recording = config, ready, self.recording
         self.task = build_task(config, ready, self.perception, self.policy)
         self.supervisor = supervisor_of(self.rig, config, ready)
@@ -138,7 +138,7 @@ class Trials:
         """Run trials until all are finished or a signal ends them; an interrupted trial does not count as finished.
 
         Raises:
-            DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped on a rig of devices.
+            DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped on a rig with devices.
         """
         with interrupting(self._end):
             for number in numbers:

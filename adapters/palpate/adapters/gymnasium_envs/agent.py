@@ -1,4 +1,4 @@
-"""Exchange between two threads: the control loop, and an agent that chooses its actions.
+"""Exchange between two threads: the control loop and an agent that chooses actions.
 
 On a rig, the loop never waits long. If a decision is late, the loop inserts a pause, which is supervised and recorded
 as an action: the peg stays pressed in place under the same compliant control. The decision is used when the next one is
@@ -21,7 +21,7 @@ LATE: Final = "late"
 """Source of a pause, as stated in the records of a trial."""
 PAUSE: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
-"""Time for which the loop of a rig waits for a decision; less than half a tick."""
+"""Time for which the loop on a rig waits for a decision; less than half a tick."""
 _NS: Final = 1_000_000_000
 
 
@@ -40,7 +40,7 @@ class LeftError(Exception):
 
 
 class Agent(FixedPolicy, LoopObserver):
-    """The policy of trials whose actions another thread chooses; also an observer of the loop.
+    """Policy and loop observer for trials in which another thread chooses the actions.
 
     Args:
         limit_s: Time limit for a decision, on the run's clock.
@@ -69,7 +69,7 @@ class Agent(FixedPolicy, LoopObserver):
         self._given.put(decision)
 
     def leave(self) -> None:
-        """End the wait. In the simulator, the trial then ends; on a rig, it pauses until the arm is stopped."""
+        """Stop waiting. In the simulator, the trial then ends; on a rig, it pauses until the arm is stopped."""
         self.left = True
         self._given.put(PAUSE)
 

@@ -1,6 +1,6 @@
 """Trials of the insertion task, decision by decision, with external actions.
 
-Everything but the choice of actions belongs to the core, as in any other run: control loop, perception, controllers,
+Everything but the choice of actions is done by the core, as in any other run: control loop, perception, controllers,
 supervisor and reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the
 errors depend on Gymnasium.
 """
@@ -45,7 +45,7 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
 
 
 MOST_SKIPPED: Final = 20
-"""Largest number of consecutive trials without a decision. More indicate an incorrect set-up of the cell."""
+"""Largest number of consecutive trials without a decision. A larger number indicates an incorrect set-up."""
 _TIMEOUT_S: Final = 5.0
 
 

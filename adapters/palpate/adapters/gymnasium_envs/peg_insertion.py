@@ -42,7 +42,7 @@ class _RunningCell(DrawnCell):
         self.follow()
 
     def follow(self) -> None:
-        """Copy the present pose of the simulated cell."""
+        """Copy the current pose of the simulated cell."""
         self._source.pose(self.model, self.data)
         self.mouth_m = self.model.body_pos[self._plate].copy()
 
@@ -68,16 +68,16 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
             data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
         failure_penalty: Penalty on the last reward of a failed episode. None uses the cost of the decisions left until
-            the time limit, so that early failure is no advantage; 0 gives only the core's own reinforcement.
+            the time limit, so that early failure is no advantage; 0 uses only the core's own reinforcement.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
-        render_mode: None, or ``rgb_array``: close-ups of peg and hole, (480, 640, 3); not on a rig.
+        render_mode: None, or ``rgb_array``: close-ups of the peg and the hole, (480, 640, 3); not on a rig.
         rig: Rig file of the rig that runs the trials in real time, supervised and recorded; it replaces the simulated
             cell of the configuration. If empty, the simulator is used.
         out: On a rig, the folder for the recording; empty uses the next free one, ``runs/paper-environment-001``.
         decision_limit_s: On a rig, time limit for a decision, 0.01 s to 60 s. A late decision is replaced by a pause
             and counted; after this time the arm is stopped and the rig latched.
         task: Kind of insertion; empty uses that of ``config``, or steps in the plane.
-        acknowledge: On a rig with an open fault, ``NUMBER NAME: why`` of the person who acknowledges it.
+        acknowledge: On a rig with an open fault, its acknowledgement: ``NUMBER NAME: why``.
         accept_kinematics: On a rig, allow motion with the arm's nominal model.
         job: Job file or its tables: part, tool, arm, place and limits. None uses the paper's job. A rig needs a job
             here, in ``config`` or in its file.
@@ -161,7 +161,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Run the next trial to its first decision.
 
         Args:
-            seed: Seed of this and the following trials; None keeps the present seed.
+            seed: Seed of this and the following trials; None keeps the current seed.
             options: ``{"trial": k}`` selects a trial; anything else is refused.
 
         Raises:
@@ -225,7 +225,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
     @property
     def cell(self) -> WorkCell:
-        """Return the work cell with its MuJoCo model and data, for images and measurements, never for an agent.
+        """Return the work cell with its MuJoCo model and data, for images and measurements but not for agents.
 
         Raises:
             LifecycleError: The environment is on a rig.

@@ -32,7 +32,7 @@ def spatial_of(config: RunConfig) -> SpatialOptions | None:
 
 
 class StateIndex:
-    """Index of the perceived state, as for palpate's own learners; in the hole, that of the last state before it."""
+    """Index of the perceived state, as for palpate's own learners; in the hole, the last index before it."""
 
     def __init__(self, states: int) -> None:
         self.space = spaces.Discrete(states)
@@ -47,7 +47,7 @@ class TipWrench:
 
     For a tool that turns, (12,): also its commanded orientation, tilt about x and y and yaw about z, in rad.
 
-    The core derives its symbols from the same values: the tip position from the encoders, z into the hole; the wrench
+    The core derives its symbols from the same values: tip position from the encoders, z into the hole; the wrench
     tared, filtered and moved to the tip. Values are clipped to the bounds: the exploration area plus 2 mm; from above
     the ready height to below the hole; the force limit, and the torque of that force at the peg's rim; the turns that
     the task allows.
@@ -80,7 +80,7 @@ WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "to
 class PortReadings:
     """Unfiltered port data of the latest tick for recording, float64, in the order of ``names``.
 
-    They are joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
+    They are the joint angles and wrench as measured (untared, sensor frame), run-clock times of the tick and of both
     measurements, and the applied command of the previous tick, all unbounded.
     """
 
@@ -104,7 +104,7 @@ class PortReadings:
 
 
 Observations: TypeAlias = StateIndex | TipWrench | PortReadings
-"""An observation space and its observations."""
+"""An observation space and its observation type."""
 ACTION_KINDS: Final = ("discrete", "continuous")
 
 

@@ -11,7 +11,7 @@ from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample
 
 
 class AdapterArm(ServedArm):
-    """Encoders and servos, which may be two objects, with a common life cycle."""
+    """Encoders and servos, possibly two objects, with a common life cycle."""
 
     answers = True
 

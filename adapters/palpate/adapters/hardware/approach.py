@@ -29,7 +29,7 @@ _RAMP_TICKS: Final = CONTROL_RATE_HZ
 An arm that is delayed by 0.2 s near the end of the path then has little to catch up, with the plate 3 mm away.
 """
 _TIMEOUT_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""Longest time for the arm to arrive after its set-point."""
+"""Longest time for the arm to catch up with its set-point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
     There are no poses if the tip is already clear, or if the tool is not aligned with the hole.
 
     Raises:
-        DeviceError: The arm cannot withdraw the tool from its present pose.
+        DeviceError: The arm cannot withdraw the tool from its current pose.
     """
     kinematics = Kinematics(approach.arm, approach.tool)
     kinematics.update(begin_rad)

@@ -255,7 +255,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return found
 
     def _look(self) -> None:
-        """Read the notes of the other process without waiting."""
+        """Read the notes from the other process without waiting."""
         host = self._host
         if host is None:
             return

@@ -14,11 +14,11 @@ from palpate.adapters.hardware.arm_process import Assignment
 from palpate.core.errors import DeviceError
 
 _END_S: Final = 12.0
-"""Longest wait for the process to end: twice the time to stop and close an arm whose line is dead."""
+"""Longest wait for the process to end: twice the time it takes to stop and close an arm on a dead line."""
 
 
 class ArmProcess:
-    """The new process, which starts work when it has received its assignment."""
+    """A new process, which starts working once it has received its assignment."""
 
     def __init__(self, assignment: Assignment) -> None:
         self.line, theirs = multiprocessing.Pipe()

@@ -1,4 +1,4 @@
-"""Shared memory of loop and arm process, with set-points in one direction and joints and faults in the other."""
+"""Memory shared by loop and arm process, with set-points in one direction, and joints and faults in the other."""
 
 import mmap
 import pickle
@@ -47,7 +47,7 @@ class SharedState(Generic[NoteT]):
         self._read: NoteT = empty
 
     def write(self, note: NoteT) -> None:
-        """Write a note into the older of two places."""
+        """Write a note into the older of two slots."""
         data = pickle.dumps(note)
         number = self._number = self._number + 1
         at = self._offset + number % 2 * _SLOT_BYTES
@@ -69,7 +69,7 @@ class SharedState(Generic[NoteT]):
 
 
 class _Word:
-    """A time in ns. The processor reads and writes it in one step; ``struct`` would write a 0 in between."""
+    """A time in ns. The processor reads and writes it in one step; ``struct`` would first write a 0."""
 
     def __init__(self, index: int) -> None:
         self._index = index

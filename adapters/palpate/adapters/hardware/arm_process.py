@@ -25,7 +25,7 @@ PACE_NS: Final = 1_000_000
 """Period of checks for a stop, for a set-point, and for a live loop."""
 _NS: Final = 1_000_000_000
 _FIRST_NS: Final = 3 * _NS
-"""Longest wait for a first sample."""
+"""Longest wait for the first sample."""
 _SWING_NS: Final = _NS // 2
 """Longest time for which an arm swings after a stop at full speed."""
 _SWITCH_S: Final = 0.0001
@@ -37,7 +37,7 @@ _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Server for one loop until it closes the arm or ends. It stops the arm if set-points are overdue."""
+    """Server for one loop, until the loop closes the arm or ends. It stops the arm if set-points are overdue."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class ArmLoop:
         self._start_ns = self._slot = 0
 
     def serve(self) -> bool:
-        """Serve until the loop closes the arm or ends; return True if it ended without closing the arm."""
+        """Serve until the loop closes the arm or ends; return True if the loop ended without closing the arm."""
         try:
             # On a clock on which threads take turns, this thread waits for its turn.
             self._clock.now_ns()
@@ -191,7 +191,7 @@ class ArmLoop:
         self._begin()
 
     def _begin(self) -> None:
-        """Cycle the arm, and wait for a first sample."""
+        """Cycle the arm, and wait for the first sample."""
         self._sample = None
         self._start_ns, self._slot, self._cycles = self._clock.now_ns(), 0, True
         while self._cycles and self._sample is None and self._clock.now_ns() < self._start_ns + _FIRST_NS:
@@ -255,13 +255,13 @@ class Assignment(NamedTuple):
 
 
 def _set_priority(real_time: RealTimeConfig) -> None:
-    """Give this thread a higher real-time priority than the loop has, if the run uses real-time priorities."""
+    """Give this thread a higher real-time priority than the loop, if the run uses real-time priorities."""
     if real_time.scheduling and not take_real_time(min(real_time.priority + 1, 99)).granted:
         take_real_time(real_time.priority)
 
 
 def main() -> None:
-    """Run the arm's process; the arguments are the descriptors of the line and of the memory."""
+    """Run the arm's process; the arguments are the file descriptors of the line and the memory."""
     # A termination request is for the loop, which ends this process by closing its line.
     ignore_ending_signals()
     line, file = Connection(int(sys.argv[1])), int(sys.argv[2])

@@ -28,7 +28,7 @@ class NetFtTable(SensorTable):
 
 
 class NetFtForceSensor(PolledForceSensor[NetFt]):
-    """A wrist sensor behind a Net F/T box; its frame is the box's own."""
+    """A wrist sensor connected to a Net F/T box; its frame is that of the box."""
 
     REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
 
@@ -64,7 +64,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
 
 def make_ati_netft(table: NetFtTable, context: RigContext) -> NetFtForceSensor:
-    """Return a Net F/T from the table ``[force_sensor]`` of a rig file."""
+    """Return a Net F/T from the ``[force_sensor]`` table of a rig file."""
     return NetFtForceSensor(table, context.clock, _open_box)
 
 

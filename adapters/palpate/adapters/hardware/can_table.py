@@ -1,4 +1,4 @@
-"""The CAN bus of a device in a rig file."""
+"""Settings of a device's CAN bus in a rig file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

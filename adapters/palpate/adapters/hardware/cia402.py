@@ -1,6 +1,6 @@
 """Arm adapter for CiA 402 drives on CAN: connection and calibration.
 
-The drives represent a modern refit: there is no evidence that any Zebra Zero had such drives. Each drive turns one
+The drives represent a modern refit: there is no evidence that any Zebra Zero had such drives. Each drive moves one
 joint.
 """
 
@@ -21,7 +21,7 @@ _NAME: Final = "CiA 402 arm"
 
 @dataclass(frozen=True)
 class Cia402Table(CanBusTable, ArmTable):
-    """The table ``[arm]`` of a rig file. Vectors have one number per joint."""
+    """The ``[arm]`` table of a rig file. Vectors have one number per joint."""
 
     nodes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     """CANopen node of each joint's drive."""

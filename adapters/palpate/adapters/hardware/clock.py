@@ -9,10 +9,10 @@ from palpate.core.ports import Clock
 
 
 class MonotonicClock(Clock):
-    """Clock in real time. It sleeps until absolute deadlines, so that delays do not accumulate.
+    """Real-time clock. It sleeps until absolute deadlines, so that delays do not accumulate.
 
     Args:
-        origin_ns: Reading of the system's monotonic clock at time 0 of this clock, or None for the present time.
+        origin_ns: Reading of the system's monotonic clock at time 0 of this clock, or None for the current time.
         real_time_factor: Seconds of this clock per real second; below 1 for emulated devices with the same slow clock.
     """
 

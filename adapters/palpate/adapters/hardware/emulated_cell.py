@@ -21,7 +21,7 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 _NS: Final = 1_000_000_000
 _INSERTED_M: Final = 5e-5
 _HUM: Final = (0.01,) * 3 + (0.0004,) * 3
-"""Standard deviations of the noise added at each reading, N and N m: a sensor's noise also varies within a tick."""
+"""Standard deviations of the noise added to each reading, N and N m; a sensor's noise also varies within a tick."""
 _SHARED: Final = "  # emulated devices share this computer with the loop; leave this out for real ones"
 
 
@@ -32,7 +32,7 @@ class EmulatedCell:
     Universal Robots controller is switched on and in remote control.
 
     Args:
-        config: The simulated cell; trial 0 of its seed determines hole and sensor errors.
+        config: The simulated cell; trial 0 of its seed determines the hole and the sensor errors.
         counts_file: File that keeps the arm's counters between runs, as named in the rig file.
     """
 
@@ -112,7 +112,7 @@ class EmulatedCell:
             return self.arm.motors.targets_rad()
 
     def tick(self, now_ns: int) -> tuple[JointVector, JointVector]:
-        """Simulate one control tick; return set-points and angles of the joints, (n,) rad each."""
+        """Simulate one control tick; return the set-points and angles of the joints, (n,) rad each."""
         targets = self.targets_rad()
         self.cell.command(targets)
         self.cell.advance()

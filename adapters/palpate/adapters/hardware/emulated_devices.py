@@ -27,7 +27,7 @@ ClockNs: TypeAlias = Callable[[], int]
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _BEHIND_FILTER: Final = 0.77
-"""Measured fraction of the cell's noise, which is new in each control tick, that passes the board's 50 Hz filter."""
+"""Measured fraction of the cell's noise that passes the board's 50 Hz filter; the noise is new in each control tick."""
 _NO_VOLTAGE: Final = 0x3220
 """EMCY code of CiA 402 for a DC link without voltage, as after an emergency stop."""
 _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4

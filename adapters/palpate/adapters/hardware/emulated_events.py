@@ -22,7 +22,7 @@ _NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class PlannedEvent:
-    """One planned event, timed from the start of the devices or from the arm's first motion."""
+    """A planned event, timed from the start of the devices or from the arm's first motion."""
 
     name: str
     after_s: float
@@ -30,7 +30,7 @@ class PlannedEvent:
 
     @classmethod
     def of(cls, text: str, possible: Iterable[str]) -> Self:
-        """Read an event in the format of the option ``--event``.
+        """Read an event in the format of the ``--event`` option.
 
         Raises:
             ConfigurationError: The text is not an event, or these devices do not support it.

@@ -22,7 +22,7 @@ from palpate.core.ports import Acknowledgement, FaultLatch, Settings
 FORMAT: Final = 1
 _WORDS: Final = re.compile(r"\s*(\d+)\s+([^:]*\S)\s*:\s*(\S|\S.*\S)\s*", re.DOTALL)
 _NAME, _WHY = "NAME", "why"
-"""Placeholders in the option that messages print."""
+"""Placeholders in the option that messages suggest."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class FaultFile(FaultLatch):
 
     Args:
         rig_file: Rig file, next to which the latch is stored; None keeps the latch in memory only.
-        words: ``NUMBER NAME: why`` of a person who acknowledges the open fault; consumed by :meth:`begin`.
+        words: Acknowledgement of the open fault, ``NUMBER NAME: why``; consumed by :meth:`begin`.
 
     Raises:
         OutputError: The file cannot be read.
@@ -163,7 +163,7 @@ class FaultFile(FaultLatch):
             write_whole(self._path, json.dumps(asdict(content), indent=1, ensure_ascii=False) + "\n")
 
     def _write_if_possible(self) -> str:
-        """Write the faults and return an empty text, or the reason why they cannot be written."""
+        """Write the faults and return an empty string, or the reason why they cannot be written."""
         try:
             self._write()
         except OSError as error:

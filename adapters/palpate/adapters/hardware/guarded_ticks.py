@@ -44,7 +44,7 @@ class GuardedTicks:
         self.mark()
 
     def mark(self) -> None:
-        """Set the present force as the reference for later ones."""
+        """Set the current force as the reference for later ones."""
         self._first_N = recent_force_N(self._ports)
 
     def tick(self, q_rad: JointVector) -> Snapshot:

@@ -92,7 +92,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
 
 def make_jr3_can(table: Jr3CanTable, context: RigContext) -> Jr3ForceSensor:
-    """Return a JR3 on CAN from the table ``[force_sensor]`` of a rig file."""
+    """Return a JR3 on CAN from the ``[force_sensor]`` table of a rig file."""
     return Jr3ForceSensor(table, context.clock)
 
 

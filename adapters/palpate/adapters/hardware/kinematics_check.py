@@ -1,4 +1,4 @@
-"""Comparison of an arm's model with the tool pose, and of the tool with the settings, that its controller reports.
+"""Comparison of an arm's model and tool with the tool pose and the settings that its controller reports.
 
 A wrong or uncalibrated model moves the arm to wrong poses.
 """
@@ -25,12 +25,12 @@ _TIP_MM: Final = 1.0
 _LIGHTER_KG, _HEAVIER_KG = 0.1, 2.0
 """Payload margins: the payload is the tool with the force sensor, which weighs up to 2 kg with its plates."""
 _CENTRE_MM: Final = 30.0
-"""The sensor's centre of mass is taken to be half-way between flange and sensor frame."""
+"""The sensor's centre of mass is taken to be half-way between the flange and the sensor frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReportedPose:
-    """Report of a controller on arm and tool; poses are metres and rotation vectors, (6,).
+    """A controller's report on the arm and the tool; poses are positions in m and rotation vectors, (6,).
 
     Attributes:
         tool_in_base: Tool centre point in the controller's base, at these joint angles.
@@ -54,7 +54,7 @@ def disagreement(arm: ArmDescription, reported: ReportedPose) -> tuple[float, fl
 
 
 def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
-    """Return a line on the agreement of model and controller.
+    """Return a line about the agreement of the model and the controller.
 
     Raises:
         ConfigurationError: They do not agree, or the model is nominal and no person has accepted it.
@@ -75,7 +75,7 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
 
 
 def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) -> str:
-    """Return a line on the agreement of tool and controller.
+    """Return a line about the agreement of the tool and the controller.
 
     Raises:
         ConfigurationError: The controller has a different tool centre point or payload.

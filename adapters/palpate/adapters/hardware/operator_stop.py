@@ -24,7 +24,7 @@ class OperatorStop:
     """The operator's stop, which latches until it is acknowledged.
 
     It is a context manager for the main thread, because of the signal. While the main thread is busy in C code, the
-    signal waits; an arm that gets no set-points in this time is stopped by its own process. The signal handler also
+    signal waits; an arm that gets no set-points in the meantime is stopped by its own process. The signal handler also
     stops the arm, and reports the cause once.
     """
 
@@ -42,7 +42,7 @@ class OperatorStop:
 
     @property
     def tripped(self) -> str:
-        """First cause of a stop since the last acknowledgement, or an empty text if there is none."""
+        """First cause of a stop since the last acknowledgement, or an empty string if there is none."""
         return next(iter(self._tripped), "")
 
     def stop(self, cause: str = "program: requested") -> None:
@@ -151,7 +151,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
 
 
 def stop_surely(arm: ArmCommand) -> str:
-    """Stop an arm that may be disconnected; return the reason why it could not be commanded, or an empty text."""
+    """Stop an arm that may be disconnected; return why it could not be commanded, or an empty string."""
     try:
         arm.stop()
     except Exception as error:

@@ -93,7 +93,7 @@ class RigContext:
 
 @dataclass(frozen=True)
 class ArmAdapter:
-    """Encoders and servos of an arm, which may be one object."""
+    """Encoders and servos of an arm, which may be a single object."""
 
     encoder: JointEncoder
     arm: ArmCommand

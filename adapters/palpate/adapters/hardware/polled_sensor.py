@@ -15,7 +15,7 @@ from palpate.drivers.errors import DriverError, SilentError
 
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
-"""Delay of line and system, beyond the sensor's period, after which a reading counts as missing."""
+"""Delay of the line and the system, beyond the sensor's period, after which a reading counts as missing."""
 
 
 _DRAIN_NS: Final = 1_000_000_000
@@ -24,7 +24,7 @@ _DRAIN_NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class SensorTable(Settings):
-    """Common settings in the table ``[force_sensor]`` of palpate's drivers."""
+    """Common settings in the ``[force_sensor]`` tables of palpate's drivers."""
 
     TABLE: ClassVar[str] = "force_sensor"
 
@@ -42,7 +42,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     """
 
     REMEDY: ClassVar[str] = "look at it"
-    """Remedy for a sensor that is present but sends nothing."""
+    """Remedy for a connected sensor that sends nothing."""
 
     def __init__(self, name: str, clock: Clock, table: SensorTable) -> None:
         super().__init__(name)
@@ -57,7 +57,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     @property
     @abstractmethod
     def period_ns(self) -> int:
-        """Return the time between two readings."""
+        """Return the time between two readings in ns."""
 
     @abstractmethod
     def _connect(self) -> None:

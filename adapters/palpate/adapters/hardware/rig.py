@@ -171,12 +171,12 @@ class HardwareRig(DeviceRig):
         self._approach, self._at_ready = find_approach(config, ready), False
 
     def stopped_by(self) -> str:
-        """Operator stop or fault of the arm since the last :meth:`prepare`, or an empty text if there is none."""
+        """Operator stop or fault of the arm since the last :meth:`prepare`, or an empty string if there is none."""
         fault = self.ports.arm.fault
         return self.operator.tripped or (f"fault of the arm: {fault}" if fault else "")
 
     def _reported(self) -> str:
-        """Return the fault that a device reports, or an empty text if there is none."""
+        """Return the fault that a device reports, or an empty string if there is none."""
         devices = (self._sensor, self._arm)
         return next((f"{getattr(one, 'name', 'device')}: {one.fault}" for one in devices if one.fault), "")
 

@@ -34,7 +34,7 @@ _NAME: Final = "ROS 2 arm"
 
 @dataclass(frozen=True)
 class Ros2Table(Settings):
-    """Common network settings of arm and force sensor."""
+    """Common network settings of the arm and the force sensor."""
 
     domain: Annotated[int, Range(0, 232)] = 0
     """ROS_DOMAIN_ID of the robot."""
@@ -50,7 +50,7 @@ class Ros2Table(Settings):
 
 @dataclass(frozen=True)
 class Ros2ArmTable(Ros2Table, ArmTable):
-    """The table ``[arm]`` of a rig file."""
+    """The ``[arm]`` table of a rig file."""
 
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = Ros2ArmSettings.start_s
     """Longest wait for the publisher and its first message."""
@@ -70,7 +70,7 @@ class Ros2ArmTable(Ros2Table, ArmTable):
 
 @dataclass(frozen=True)
 class Ros2WrenchTable(Ros2Table, SensorTable):
-    """The table ``[force_sensor]`` of a rig file."""
+    """The ``[force_sensor]`` table of a rig file."""
 
     topic: str = "/force_torque_sensor_broadcaster/wrench"
     """Topic of the wrenches, geometry_msgs/msg/WrenchStamped."""
@@ -83,7 +83,7 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
 
 
 class Ros2DriverArm(DriverArm):
-    """An arm that its controller does not stop; therefore both processes connect to it."""
+    """An arm that its controller does not stop by itself; therefore, both processes connect to it."""
 
     def __init__(
         self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], context: RigContext
@@ -117,7 +117,7 @@ class Ros2DriverArm(DriverArm):
 
 
 def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link] | None = None) -> DriverArm:
-    """Return an arm with a forward_command_controller of ROS 2, over a link of its own or a given one."""
+    """Return an arm with a ROS 2 forward_command_controller, over a link of its own or a given one."""
     reach = link or partial(Ros2Link, table.network(), (table.joint_states, JOINT_STATE), table.commands)
     joints = table.joints or tuple(Kinematics(context.arm, ToolGeometry()).model.names)[1:]
     if len(set(joints)) != len(context.lower_rad):

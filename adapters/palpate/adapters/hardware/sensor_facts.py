@@ -11,7 +11,7 @@ from palpate.core.ports import SensorFacts, Vector3
 
 _REMEDY: Final = "palpate rig doctor --rig FILE measures the noise and shows the line to write below [force_sensor]"
 _SAME_RATE: Final = 0.01
-"""Accepted relative difference between stated and reported rate. The stated rate may have been measured."""
+"""Accepted relative difference between the stated and the reported rate. The stated rate may have been measured."""
 
 
 @runtime_checkable

@@ -19,7 +19,7 @@ class StandBy:
     """Access of the loop's process to an arm whose controller continues without commands.
 
     Attributes:
-        hold: Function that holds the arm at its last known pose, (n,) rad, when its own process is gone.
+        hold: Function that holds the arm at its last known pose, (n,) rad, after its own process has ended.
         close: Function that releases the resources of this access.
     """
 
@@ -55,7 +55,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def enable(self) -> None:
-        """Let the servos hold the arm in its present pose."""
+        """Let the servos hold the arm in its current pose."""
 
     @abstractmethod
     def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
@@ -86,7 +86,7 @@ class ServedArm(ABC):
         return None
 
     def stand_by(self) -> StandBy | None:
-        """Let the loop's process hold the arm if the other process is gone; return None if this is not necessary."""
+        """Let the loop's process hold the arm if the other process has ended; return None if this is not necessary."""
         return None
 
     def diagnostics(self) -> Mapping[str, str]:
@@ -96,7 +96,7 @@ class ServedArm(ABC):
 
 @dataclass(frozen=True, slots=True)
 class OpenArm:
-    """A driver on an open bus, and a function that closes the bus after the driver."""
+    """A driver on an open bus, with a function that closes the bus after the driver."""
 
     driver: ArmDriver
     close: Callable[[], None]
@@ -104,7 +104,7 @@ class OpenArm:
 
 @dataclass(frozen=True)
 class ArmTable(Settings):
-    """Common settings in the table ``[arm]`` of palpate's drivers."""
+    """Common settings in the ``[arm]`` tables of palpate's drivers."""
 
     TABLE: ClassVar[str] = "arm"
 
@@ -113,7 +113,7 @@ class ArmTable(Settings):
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample of the joints is marked as stale."""
     timeout_scale: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on every time-out of the arm and of this computer, such as 3 for a computer that cannot keep time."""
+    """Factor applied to every time-out of the arm and of this computer, such as 3 for a slow computer."""
 
 
 class DriverArm(ServedArm):

@@ -29,7 +29,7 @@ _OPEN_S: Final = 3.0
 
 @dataclass(frozen=True)
 class UrController(Settings):
-    """Common settings of an arm and the sensor in its flange."""
+    """Common settings of an arm and of the sensor in its flange."""
 
     host: Host = "192.168.1.100"
     """Address of the controller."""
@@ -39,7 +39,7 @@ class UrController(Settings):
 
 @dataclass(frozen=True)
 class UrTable(UrController, ArmTable):
-    """The table ``[arm]`` of a rig file."""
+    """The ``[arm]`` table of a rig file."""
 
     force_stop_N: Annotated[float, Range(0.0, 500.0)] = UrSettings.force_stop_N
     """Change of the tool force at which the arm stops, even with a different sensor; 0 disables the check."""
@@ -51,11 +51,11 @@ class UrTable(UrController, ArmTable):
 
 @dataclass(frozen=True)
 class UrToolTable(UrController, SensorTable):
-    """The table ``[force_sensor]`` of a rig file."""
+    """The ``[force_sensor]`` table of a rig file."""
 
 
 def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink] | None = None) -> DriverArm:
-    """Return a Universal Robots arm over RTDE, with the client ur_rtde or over a given link."""
+    """Return a Universal Robots arm over RTDE, with the ur_rtde client or over a given link."""
     reach = link or partial(UrLink, table.host, table.rate_Hz, context.set_priority, context.real_time_factor)
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
@@ -75,7 +75,7 @@ def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink]
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:
-    """Return lines on the agreement of model and tool with an open arm.
+    """Return lines about the agreement of the model and the tool with an open arm.
 
     Raises:
         ConfigurationError: They do not agree.

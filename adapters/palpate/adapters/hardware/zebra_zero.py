@@ -31,7 +31,7 @@ _OTHERS: Final = ("ur3", "ur5", "ur10", "z1")
 
 @dataclass(frozen=True)
 class CountsFile(CountsStore):
-    """Storage of the counters in a file."""
+    """A file that stores the counters."""
 
     path: Path
 
@@ -54,7 +54,7 @@ class CountsFile(CountsStore):
 
 @dataclass(frozen=True)
 class ZebraTable(ArmTable):
-    """The table ``[arm]`` of a rig file."""
+    """The ``[arm]`` table of a rig file."""
 
     port: str = "/dev/ttyUSB0"
     """Serial port of the bus."""
@@ -70,7 +70,7 @@ class ZebraTable(ArmTable):
     joint1_sign: Annotated[int, OneOf(1, -1)] = Transmission.joint_1_sign
     """Direction in which joint 1 counts."""
     wrist_factor: Annotated[float, Range(0.1, 10.0)] = Transmission.wrist_factor
-    """Factor on the wrist's counts: 1.38488 (24:17.33) with the other gears."""
+    """Factor applied to the wrist's counts: 1.38488 (24:17.33) with the other gears."""
     require_power: bool = ZebraZeroSettings.require_power
     """Treat a missing report of the motor supply as a fault. Use false for amplifiers that never report it."""
     use_limit_inputs: bool = ZebraZeroSettings.use_limit_inputs

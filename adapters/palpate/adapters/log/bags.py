@@ -53,7 +53,7 @@ _NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class BagTopics:
-    """Topics and conventions of a bag to read.
+    """Topics and conventions of a bag that is read.
 
     Attributes:
         joint_states: Topic; empty for the only one of its type. wrench: Topic; empty for the only one of its type.
@@ -125,7 +125,7 @@ def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
 
 
 def _messages(log: TrialLog, types: dict[str, Any]) -> Iterator[tuple[str, int, Any]]:
-    """Yield kind, time and message of each new sample, each command and each event."""
+    """Yield the kind, time and message of each new sample, command and event."""
     names, times_ns = list(joint_names(config_of(log))), dict[int, int]()
     seen_joints = seen_wrench = None
 
@@ -162,7 +162,7 @@ def _messages(log: TrialLog, types: dict[str, Any]) -> Iterator[tuple[str, int, 
 
 
 def _ticks(bag: Path, names: tuple[str, ...], topics: BagTopics) -> Iterator[TickRecord]:
-    """Yield ticks from the first time at which joints and wrench are known."""
+    """Yield ticks, starting when the joints and the wrench are first known."""
     joints: JointSample | None = None
     wrench: WrenchSample | None = None
     begun_ns: int | None = None
@@ -203,7 +203,7 @@ def _angles(bag: Path, names: tuple[str, ...], message: Any) -> tuple[float, ...
 
 
 def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
-    """Yield measurement time, kind and message in the order of the bag."""
+    """Yield the measurement time, kind and message of each sample, in the order of the bag."""
     store = _store()
     from rosbags.highlevel import AnyReader, AnyReaderError
 
@@ -225,7 +225,7 @@ def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
 
 
 def _only(bag: Path, connections: Sequence[Connection], kind: str, option: str, topic: str) -> Connection:
-    """Return the connection of a topic, or the only one of its type."""
+    """Return the connection for a topic, or the only one of its type."""
     found = [each for each in connections if each.msgtype == kind and topic in ("", each.topic)]
     if len({each.topic for each in found}) == 1:
         return found[0]

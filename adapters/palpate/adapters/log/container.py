@@ -19,7 +19,7 @@ from palpate.core.errors import LogError
 
 _RECORD: Final = Struct("<BQ")
 _MESSAGE: Final = Struct("<HIQQ")
-"""Opcode and length of a record; channel, sequence number and two times of a message. FACT: MCAP's specification."""
+"""Opcode and length of a record; channel, sequence number and two times of a message. FACT: MCAP specification."""
 
 
 class RawMessage(NamedTuple):
@@ -32,7 +32,7 @@ class RawMessage(NamedTuple):
 
 
 class LogFile:
-    """A log in batches, readable up to the last batch; :meth:`finish` completes it. Equal batches give equal bytes."""
+    """A log written in batches; :meth:`finish` completes it. Identical batches give identical bytes."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str]) -> None:
         self._writer: Any = Writer(stream, enable_data_crcs=True)
@@ -112,7 +112,7 @@ def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
 
 
 def _in_chunk(chunk: Chunk, ours: dict[int, int]) -> list[RawMessage]:
-    """Return the messages on palpate's channels, in a third of the time of the library's own method."""
+    """Return the messages on palpate's channels, in a third of the time that the library's own method takes."""
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     data, at, found = stream.read(size), 0, list[RawMessage]()
     while at < size:

@@ -39,7 +39,7 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
 
 
 def names_for(paths: Sequence[Path]) -> list[str]:
-    """Return the stems of the files, with numbers added to equal ones."""
+    """Return the stems of the files, with numbers added to duplicates."""
     names: list[str] = []
     for path in paths:
         name, number = path.stem, 1
@@ -89,7 +89,7 @@ def _parts(name: str, values: Sequence[float], axes: str = "") -> dict[str, floa
 
 
 def _write(path: Path, kind: type, rows: Iterable[dict[str, Any]]) -> None:
-    """Write a table with the columns of all its rows, or with the record's fields if there are no rows."""
+    """Write a table with the columns of all its rows, or with the record's fields if it has no rows."""
     every = list(rows)
     columns = dict.fromkeys(name for row in every for name in row) or [field.name for field in dataclasses.fields(kind)]
     text = csv_text([list(columns), *([row.get(name) for name in columns] for row in every)])

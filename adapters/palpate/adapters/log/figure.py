@@ -1,4 +1,4 @@
-"""Figures as files. Equal contents give equal bytes. Matplotlib is imported only when a figure is drawn."""
+"""Figures as files. Identical contents give identical bytes. Matplotlib is imported only when a figure is drawn."""
 
 import io
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ _NOTHING: Final = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-"""Metadata without date and version."""
+"""Metadata without the date and the version."""
 
 
 def figure_kind(path: Path, setting: str) -> str:

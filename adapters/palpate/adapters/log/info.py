@@ -1,4 +1,4 @@
-"""Facts about a log: trial, rates, completeness and outcome."""
+"""Summary of a log: trial, rates, completeness and outcome."""
 
 import tomllib
 from collections import Counter

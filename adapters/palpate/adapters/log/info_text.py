@@ -1,4 +1,4 @@
-"""Facts about logs as text, as a page for one log or a table for several."""
+"""Text summary of logs: a page for one log, or a table for several."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

@@ -18,7 +18,7 @@ def dump_json(value: Any) -> str:
 
 
 def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
-    """Parse a JSON object from a text in a log; an empty text gives an empty object.
+    """Parse a JSON object from a text in a log; an empty string gives an empty object.
 
     Raises:
         LogError: The text is not a JSON object.

@@ -19,7 +19,7 @@ _REASON: Final = {member: number for number, member in enumerate(REASONS)}
 
 
 def encode(record: Any) -> bytes:
-    """Encode a record as protobuf bytes. Default values of optional texts, flags and integers are omitted.
+    """Encode a record as protobuf bytes. Default values of optional strings, flags and integers are omitted.
 
     Raises:
         ValueError: A value does not fit the message; TypeError and OverflowError are also possible.
@@ -42,7 +42,7 @@ def decode(kind: Callable[..., R], payload: bytes) -> R:
 
 @cache
 def _fields(kind: Any) -> dict[str, Any]:
-    """Return names and defaults of the fields."""
+    """Return the names and defaults of the fields."""
     return {each.name: each.default for each in dataclasses.fields(kind)}
 
 

@@ -14,7 +14,7 @@ import palpate.core
 from palpate.core.motion import ArmDescription, ToolGeometry, arm_named
 
 _FUSED: Final = frozenset({"FMA3", "X86_V3"})
-"""Present and former numpy names of processor features that include fused multiply-add."""
+"""Current and former numpy names of processor features that include fused multiply-add."""
 
 
 def made_with() -> dict[str, str]:
@@ -29,12 +29,12 @@ def _versions() -> tuple[tuple[str, str], ...]:
 
 @cache
 def core_sha256() -> str:
-    """Return a digest of the core's source; equal digests mean equal code."""
+    """Return a digest of the core's source; identical digests mean identical code."""
     return source_sha256([str(Path(str(palpate.core.__file__)).parent)])
 
 
 def source_sha256(roots: Iterable[str]) -> str:
-    """Return a digest of all source files below some folders; an earlier folder hides files of later ones."""
+    """Return a digest of all source files below these folders; files in earlier folders hide those in later ones."""
     digest, files = hashlib.sha256(), dict[str, Path]()
     for root in roots:
         files = {path.relative_to(root).as_posix(): path for path in Path(root).rglob("*.py")} | files

@@ -1,4 +1,4 @@
-"""Recorder of one trial: the data of the control loop in each tick, and the reports of the task."""
+"""Recorder of a trial: the data of the control loop in each tick, and the reports of the task."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,12 +17,12 @@ _NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
 
 class FlightRecorder(LoopObserver):
-    """Recorder that passes a trial as messages to a sink, which packs them.
+    """Recorder that passes the messages of a trial to a sink, which packs them.
 
     Args:
         start: Function that returns the start record; called after the task has begun or failed to begin.
         counterfactual: For a what-if: returns True once the trial has left the recorded path, for marking messages.
-        stop_on_loss: A message that cannot be stored ends the trial; otherwise it is reported.
+        stop_on_loss: Whether a message that cannot be stored ends the trial; if not, it is reported.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class FlightRecorder(LoopObserver):
 
     @property
     def failed_port(self) -> str:
-        """Return the port whose call ended the trial, or an empty text if no port call failed."""
+        """Return the port whose call ended the trial, or an empty string if no port call failed."""
         return self._unfinished.calling
 
     def end(self, record: records.EndRecord | None) -> None:

@@ -25,7 +25,7 @@ class StartRecord:
         world: ``simulator``, or the name of a rig.
         world_json: Values that reproduce the world, with its ground truth if there is one.
         processor_json: Properties of the processor that may affect the last bits.
-        derived_from: The log of which this is a what-if; empty for a recording.
+        derived_from: The log on which this what-if is based; empty for a recording.
     """
 
     schema: str
@@ -62,7 +62,7 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """Choice of an action, with the numbers on which it was based."""
+    """Choice of an action, with the values on which it was based."""
 
     tick: int
     number: int
@@ -80,7 +80,7 @@ class DecisionEntry:
 
     @classmethod
     def of(cls, number: int, decision: DecisionRecord, temperature: float | None) -> DecisionEntry:
-        """Create an entry from a decision of a trial's report."""
+        """Create an entry from a decision in a trial's report."""
         shared = {name: getattr(decision, name) for name in _OF_DECISION}
         return cls(number=number, temperature=temperature, **shared)
 
@@ -110,7 +110,7 @@ class EventEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class LossEntry:
-    """A loss of the recorder, with its reason."""
+    """Data that the recorder lost, with the reason."""
 
     tick: int
     problem: str
@@ -156,7 +156,7 @@ class EndRecord:
 
 
 def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -> str:
-    """Return a digest of what only a third-party policy computes, and its learner before and after a trial (JSON)."""
+    """Return a digest of a third-party policy's own results, and of its learner before and after a trial (JSON)."""
     rows = [dataclasses.astuple(each) for each in decisions]
     return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
 

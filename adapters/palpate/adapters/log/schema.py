@@ -27,7 +27,7 @@ REASONS: Final = (
 
 @dataclass(frozen=True)
 class ChannelKind:
-    """One channel of a log: message of ``log.proto``, class of records, and one line about it with units and frames."""
+    """A channel of a log: message of ``log.proto``, class of records, and one line about it with units and frames."""
 
     id: int
     message: str

@@ -2,7 +2,7 @@
 
 Source: intrinsic-dev/aic, docs/scoring.md, March 2026.
 
-The sheet was made for cable plugs; here the port is the hole and the plug is the peg. The penalty for off-limit
+The sheet was designed for cable plugs; here the port is the hole and the plug is the peg. The penalty for off-limit
 contacts is omitted, because no log contains such contacts.
 """
 
@@ -17,9 +17,9 @@ from palpate.core.trial import Outcome
 
 _INSERTED: Final = 75.0
 _PARTIAL: Final = (38.0, 50.0)
-"""Points in the mouth of the hole, and almost at full depth."""
+"""Points for a peg in the mouth of the hole, and for one almost at full depth."""
 _NEAR: Final = 25.0
-"""Points at the mouth of the hole; none beyond half the initial distance."""
+"""Points for a peg at the mouth of the hole; there are none beyond half the initial distance."""
 _ASIDE_M: Final = 5e-3
 _SMOOTH: Final = 6.0
 _MOST_JERK_M_S3: Final = 50.0
@@ -53,7 +53,7 @@ class Score:
 
     @property
     def total(self) -> float:
-        """Return the sum."""
+        """Return the total score."""
         return float(sum(astuple(self)))
 
 

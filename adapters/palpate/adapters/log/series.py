@@ -23,20 +23,20 @@ _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 @dataclass(frozen=True)
 class Tare:
-    """Zero of a sensor, Fx Fy Fz in N and Tx Ty Tz in N m in the samples' own frame, and its origin."""
+    """Zero of a sensor, Fx Fy Fz in N and Tx Ty Tz in N m in the frame of the samples, and its origin."""
 
     bias: tuple[float, ...]
     origin: str
 
     def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
-        """Return force and torque, (6,), minus the zero, or None without a current measurement."""
+        """Return the force and torque, (6,), minus the zero, or None without a current measurement."""
         if sample is None or sample.validity in NO_NEWS:
             return None
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
 
 
 def tare_of(log: TrialLog) -> Tare:
-    """Return the zero that the task determined; all 0 if there is none."""
+    """Return the zero that the task determined, or zeros if there is none."""
     for event in log.events:
         found = _NUMBERS.match(event.detail) if event.name == "tare" else None
         if found is not None:

@@ -27,7 +27,7 @@ _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
 
 
 class LogMessage(NamedTuple):
-    """A record, or for a complete tick the arguments of :meth:`TickRecord.of`, before packing."""
+    """A record before packing; for a complete tick, the arguments of :meth:`TickRecord.of`."""
 
     record: Any
     time_ns: int
@@ -36,7 +36,7 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Destination of successive logs. Only ``open`` and ``close`` may block. ``losses`` lists losses with reasons."""
+    """Destination of successive logs. Only ``open`` and ``close`` block. ``losses`` lists lost data, with reasons."""
 
     losses: list[str]
 
@@ -57,7 +57,7 @@ class Sink(Protocol):
 
 
 class PackedLog:
-    """Log written in chunks of packed messages, which depend only on the messages; ``losses`` receives losses."""
+    """Log written in chunks of packed messages, which depend only on the messages; ``losses`` receives lost data."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str], losses: list[str]) -> None:
         self._file, self._losses = LogFile(stream, metadata), losses
@@ -80,7 +80,7 @@ class PackedLog:
             self._file.add(map(self._packed, chunk))
 
     def _packed(self, message: LogMessage) -> RawMessage:
-        """Pack a message. One that cannot be packed is lost and reported; the recorded trial continues."""
+        """Pack a message. A message that cannot be packed is lost and reported; the recorded trial continues."""
         kept, time_ns, sequence, tick = message
         record = TickRecord.of(*kept) if isinstance(kept, tuple) else kept
         kind = BY_RECORD[type(record)]
@@ -95,7 +95,7 @@ class PackedLog:
 
 
 class FileSink(Sink):
-    """Sink with one file per log and a time-out for its end. An error in one log does not affect later logs."""
+    """Sink with one file per log and a time-out for closing it. An error in one log does not affect later logs."""
 
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
         self.losses = []

@@ -1,4 +1,4 @@
-"""Symbol strings: text files with one string per line, of letters or words, and the symbols of recorded trials."""
+"""Symbol strings: text files with one string of letters or words per line, and the symbols of recorded trials."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -23,9 +23,9 @@ _LABELS: Final = {"1": True, "0": False}
 
 
 def strings_from(paths: Sequence[str]) -> Strings:
-    """Read one text file of strings, or logs of insertion trials.
+    """Read a text file of strings, or logs of insertion trials.
 
-    From logs, each trial that ended in the hole gives the symbols at its decisions, in order. The alphabet is that of
+    In logs, each trial that ended in the hole yields the symbols at its decisions, in order. The alphabet is that of
     the trials' perception, including symbols that did not occur.
 
     Raises:

@@ -20,12 +20,12 @@ def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = 
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a number with its noun, in the plural except for 1."""
+    """Return a number with its noun, which is plural unless the number is 1."""
     return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Format rows as CSV, the header first, with plain line ends."""
+    """Format rows as CSV, starting with the header, with LF line ends."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()

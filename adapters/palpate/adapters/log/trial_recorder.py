@@ -30,7 +30,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Recorder of successive trials in a folder until the context ends; ``losses`` lists losses with reasons."""
+    """Recorder of successive trials in a folder until the context ends; ``losses`` lists lost data with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"
@@ -67,7 +67,7 @@ class TrialRecorder:
         subfolder: str = "",
         derived_from: str = "",
     ) -> None:
-        """Set the policy of the next trials (``name`` for a baseline), and the log that a what-if is derived from."""
+        """Set the policy of the next trials (``name`` for a baseline), and the log on which a what-if is based."""
         # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         third_party = None if document is None else document.third_party
@@ -108,7 +108,7 @@ class TrialRecorder:
         return self._flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
-        """Close the log of a completed trial, with facts that the core lacks: ground truth, and data of the rig."""
+        """Close the log of a completed trial, with data that the core lacks: ground truth and data about the rig."""
         self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
@@ -138,7 +138,7 @@ class TrialRecorder:
 
 
 def start_facts(command: str, config: RunConfig, ready: ReadyPose, perception: Perception) -> dict[str, Any]:
-    """Return the fields of a start record that follow from configuration, ready pose, perception and this computer."""
+    """Return the fields of a start record that follow from the configuration, ready pose, perception and computer."""
     return {
         "schema": SCHEMA,
         "command": command,
@@ -160,7 +160,7 @@ def trial_name(number: int) -> str:
 
 
 def end_of(report: TrialReport, **others: Any) -> EndRecord:
-    """Return the end record of a trial's report."""
+    """Return the end record for a trial's report."""
     shared = {name: getattr(report, name) for name in _OF_REPORT}
     outcome = "" if report.outcome is None else report.outcome.value
     return EndRecord(tick=report.ticks - 1, outcome=outcome, **shared, **asdict(report.timing), **others)

@@ -1,4 +1,4 @@
-"""Facts about the rig in a log, in addition to the rig's own world record."""
+"""Properties of the rig in a log, in addition to the rig's own world record."""
 
 import json
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ _ACKNOWLEDGED: Final = "acknowledged"
 
 
 def world_of(rig: Rig) -> WorldRecord:
-    """Return the rig's world with the facts of its force sensor and the acknowledgements of trips."""
+    """Return the rig's world record with the properties of its force sensor and the acknowledgements of trips."""
     world = rig.world()
     facts = sensor_facts(rig.sensor_facts)
     acknowledged = [asdict(each) for each in rig.latch.acknowledgements]
@@ -22,16 +22,16 @@ def world_of(rig: Rig) -> WorldRecord:
 
 
 def sensor_facts(facts: SensorFacts) -> dict[str, Any]:
-    """Return the facts of a force sensor as stored in a log: null for an unlimited range."""
+    """Return the properties of a force sensor as stored in a log, with null for an unlimited range."""
     plain = asdict(facts)
     return {_SENSOR: plain | {name: [None if each == inf else each for each in plain[name]] for name in _RANGES}}
 
 
 def recorded_sensor(world_json: str) -> SensorFacts:
-    """Return the facts of the force sensor in a log.
+    """Return the properties of the force sensor in a log.
 
     Raises:
-        ConfigurationError: The recorded values are not facts of a sensor.
+        ConfigurationError: The recorded values are not properties of a sensor.
     """
     facts: Any = _world(world_json).get(_SENSOR)
     try:

@@ -1,4 +1,4 @@
-"""Ports and pictures of the work cell in MuJoCo."""
+"""Ports and images of the work cell in MuJoCo."""
 
 import lazy_loader
 

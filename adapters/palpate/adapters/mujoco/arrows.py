@@ -1,4 +1,4 @@
-"""Arrows for forces in pictures: their length and appearance."""
+"""Length and appearance of force arrows in images."""
 
 from collections.abc import Iterable
 from math import floor, hypot, log10
@@ -20,7 +20,7 @@ _LEAST_N: Final = 1.0
 
 
 def reference_N(forces_N: Iterable[float]) -> float:
-    """Return the force of the scale's arrow: 1, 2 or 5 times a power of ten, about half of the trial's largest."""
+    """Return the force of the scale arrow: 1, 2 or 5 times a power of ten, about half of the trial's largest force."""
     half = max([_LEAST_N, *forces_N]) / 2.0
     power = 10.0 ** floor(log10(half))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= half * (1.0 + 1e-9)) * power)
@@ -34,13 +34,13 @@ def metres_per_N(reference_N: float, view: View) -> float:
 def arrow_pixels(
     view: View, size: tuple[int, int], foot_m: Array, force_N: Array, length_m_per_N: float
 ) -> tuple[Point, Point]:
-    """Return foot and head, in pixels, of the arrow of a force (3,) at a point (3,), both in the base frame."""
+    """Return the foot and head, in pixels, of the arrow for a force (3,) at a point (3,), both in the base frame."""
     head_m = foot_m + force_N * length_m_per_N
     return view.pixel_of(foot_m, *size), view.pixel_of(head_m, *size)
 
 
 def draw_arrow(draw: ImageDraw.ImageDraw, foot: Point, head: Point, width: float, colour: tuple[int, int, int]) -> None:
-    """Draw an arrow with a light edge, which is visible on any background; all values are in pixels."""
+    """Draw an arrow with a light edge, so that it is visible on any background; all values are in pixels."""
     (x0, y0), (x1, y1) = foot, head
     length = hypot(x1 - x0, y1 - y0)
     if length < width:

@@ -37,7 +37,7 @@ def working_library() -> str:
 
 
 def problem_with(library: str) -> str:
-    """Return the reason why a library cannot draw, or an empty text if it can.
+    """Return the reason why a library cannot draw, or an empty string if it can.
 
     The library is tried in a separate process: a process keeps the first library that it loads, and a library without a
     driver may end the process.

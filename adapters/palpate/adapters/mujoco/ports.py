@@ -46,7 +46,7 @@ class MujocoClock(Clock):
 
 
 class MujocoForceSensor(ManagedDevice, ForceSensor):
-    """Wrist sensor. A sample belongs to the last physics step of its tick, so its source time is one step earlier."""
+    """Wrist sensor. A sample is taken at the last physics step of its tick, so its source time is one step earlier."""
 
     def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated force sensor")
@@ -85,7 +85,7 @@ class MujocoJointEncoder(ManagedDevice, JointEncoder):
 
 
 class MujocoArm(ManagedDevice, ArmCommand):
-    """Joint servos, which apply the arm's limits of velocity and of position, (n,) each, in this order."""
+    """Joint servos, which apply the arm's velocity limits and then its position limits, (n,) each."""
 
     def __init__(
         self,

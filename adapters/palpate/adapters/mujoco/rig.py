@@ -64,7 +64,7 @@ class SimulatedRig(Rig):
         self.set_clock_ticks(ticks)
 
     def prepare(self, trial: int) -> None:
-        """Set the world to the initial state of this trial, and release the arm from its last stop."""
+        """Set the simulation to the initial state of this trial, and release the arm from its last stop."""
         self._arm.deactivate()
         self._sensor.deactivate()
         self.cell.reset(self.seed, trial)
@@ -72,7 +72,7 @@ class SimulatedRig(Rig):
         self._arm.activate()
 
     def world(self) -> WorldRecord:
-        """Return what a log must record to reproduce the trial that was just prepared."""
+        """Return the data that a log must record to reproduce the trial that was just prepared."""
         truth = self.truth()
         facts = {
             "ticks": self.cell.ticks,

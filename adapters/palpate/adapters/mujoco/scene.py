@@ -1,4 +1,4 @@
-"""Model of the cell for pictures, posed by recorded joint angles and lit, with a table below it."""
+"""Lit model of the cell for images, posed with recorded joint angles, with a table below it."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ class Moment:
     """Known values at one tick.
 
     Attributes:
-        force_N: Tared force of the world on the tool, (3,), sensor frame, or None if it was not measured.
+        force_N: Tared force on the tool, (3,), sensor frame, or None if it was not measured.
         torque_Nm: Torque about the sensor's origin, (3,), or None if ``force_N`` is None.
         decision: The current action and its reason, or None outside actions.
     """
@@ -56,7 +56,7 @@ _MOST_GEOMS: Final = 2000
 
 
 class DrawnCell:
-    """Geometry of the cell of a log, without graphics; the hole is drawn at its true position if ``hole_known``.
+    """Geometry of the cell in a log, without graphics; the hole is drawn at its true position if ``hole_known``.
 
     Raises:
         LogError: The log does not describe the cell completely.
@@ -102,7 +102,7 @@ class DrawnCell:
         self._path, self.contour = log.path, cell.contour.shape != "none"
 
     def pose(self, moment: Moment) -> None:
-        """Set the arm, and the peg in its springs, to their pose at a moment.
+        """Set the arm and the peg in its springs to their poses at a moment.
 
         The encoders do not measure the gripper's springs, so their deflection is computed from the measured wrench.
 
@@ -145,16 +145,16 @@ class DrawnCell:
         return turned
 
     def views(self) -> tuple[View, View]:
-        """Return the views of the close-up and of the whole arm in its present pose."""
+        """Return the close-up view and the view of the whole arm in its current pose."""
         points = np.vstack((self.data.xpos, self.mouth_m, self.tip_m))
         return self.close_up(), whole_arm(points)
 
     def close_up(self) -> View:
-        """Return the view of peg and hole from the side."""
+        """Return the view of the peg and the hole from the side."""
         return close_up(self.mouth_m, self.peg_diameter_m, 0.0 if self.peg.cross_section == "round" else _TURNED_DEG)
 
     def rim_m(self, points: int) -> Array:
-        """Return evenly spaced points of the hole's rim where the plate is cut away, (2 n, 3), base frame."""
+        """Return evenly spaced points on the hole's rim where the plate is cut away, (2 n, 3), base frame."""
         outline = np.array(self.peg.section(self.peg.clearance_mm).outline(points))
         closed = np.vstack((outline, outline[:1]))
         along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1)))
@@ -183,7 +183,7 @@ def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
 
 
 class Stage:
-    """A cell with lights and a camera, for pictures up to a size in pixels; :meth:`close` it after use.
+    """A cell with lights and a camera, for images up to a size in pixels; :meth:`close` it after use.
 
     Raises:
         UsageError: No graphics library works.
@@ -208,7 +208,7 @@ class Stage:
         self._option.sitegroup[:] = 0
 
     def _dress(self) -> None:
-        """Set colours, light and the part of the plate that is cut away."""
+        """Set the colours, the light and the part of the plate that is cut away."""
         cell, model = self.cell, self.cell.model
         model.vis.map.znear, model.vis.map.zfar = 0.005, 60.0
         model.vis.headlight.ambient[:] = 0.42
@@ -227,7 +227,7 @@ class Stage:
                 model.geom_rgba[geom] = _SENSOR if body == sensor else _PEG if body == peg else _ARM
 
     def picture(self, view: View, width: int, height: int) -> np.ndarray:
-        """Return a picture of the cell in its present pose, (height, width, 3), 8 bits per colour."""
+        """Return an image of the cell in its current pose, (height, width, 3), 8 bits per colour."""
         camera = mujoco.MjvCamera()
         camera.lookat[:] = view.target_m
         camera.distance, camera.azimuth, camera.elevation = view.distance_m, view.azimuth_deg, view.elevation_deg

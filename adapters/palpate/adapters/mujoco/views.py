@@ -11,7 +11,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 CAMERAS: Final = ("both", "close-up", "arm")
 FIELD_OF_VIEW_DEG: Final = 20.0
-"""Vertical field of view, which is narrow so that near and far lengths are comparable."""
+"""Vertical field of view; it is narrow, so that near and far lengths are comparable."""
 _PEGS_HIGH: Final = 3.1
 """Height of the close-up in peg diameters."""
 _MARGIN: Final = 1.3
@@ -35,25 +35,25 @@ class View:
 
     @property
     def axes(self) -> Array:
-        """Right, up and forward directions of the picture as rows, (3, 3), base frame."""
+        """Right, up and forward directions of the image as rows, (3, 3), base frame."""
         a, e = radians(self.azimuth_deg), radians(self.elevation_deg)
         forward = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
         right = np.array([sin(a), -cos(a), 0.0])
         return np.array([right, np.cross(right, forward), forward])
 
     def pixels_per_m(self, height: int) -> float:
-        """Return the scale at the target, across the line of sight, in a picture of this height."""
+        """Return the scale at the target, across the line of sight, in an image of this height."""
         return height / (2.0 * self.distance_m * tan(radians(FIELD_OF_VIEW_DEG) / 2.0))
 
     def pixel_of(self, point_m: Array, width: int, height: int) -> tuple[float, float]:
-        """Return column and row of a point (3,) in a picture of this size, from the upper left corner."""
+        """Return the column and row of a point (3,) in an image of this size, from the upper left corner."""
         right, up, forward = self.axes @ (np.asarray(point_m) - np.array(self.target_m))
         scale = self.pixels_per_m(height) * self.distance_m / (self.distance_m + forward)
         return width / 2.0 + float(right * scale), height / 2.0 - float(up * scale)
 
 
 def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View:
-    """Return a view of peg and hole from the side, slightly from above, with the plate cut open.
+    """Return a view of the peg and the hole from the side, slightly from above, with the plate cut open.
 
     Args:
         mouth_m: Centre of the hole's mouth, (3,), base frame.

@@ -31,7 +31,7 @@ def replay_file(
 
 @dataclass(frozen=True)
 class WhatIf:
-    """Changes to the replays of a batch, whether the simulator continues them, and the folder for their logs."""
+    """Changes to the replays in a batch, whether the simulator continues them, and the folder for their logs."""
 
     changes: Changes = field(default_factory=Changes)
     in_mujoco: bool = False
@@ -74,7 +74,7 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
 
 
 def exit_code(replays: Sequence[Replay], *, strict: bool) -> int:
-    """Return 0 if all are equal, 1 if any differs, 2 if none differs but a log could not be replayed to its end."""
+    """Return 0 if all are identical, 1 if any differs, 2 if none differs but a log could not be replayed to its end."""
     verdicts = {one.verdict for one in replays}
     if Verdict.DIVERGED in verdicts or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
         return 1

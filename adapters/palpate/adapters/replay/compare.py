@@ -36,7 +36,7 @@ _OF_THE_RECORDING: Final = {
 """Fields of the start and end records that the core neither produces nor can contradict."""
 _OF_THE_POLICY: Final = {"policy", "policy_json", "learner_json", "policy_sha256"}
 _ROUNDED: Final = {"detail", "text"}
-"""Texts with rounded numbers, which another processor may round differently."""
+"""Strings with rounded numbers, which another processor may round differently."""
 
 
 def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None:
@@ -45,7 +45,7 @@ def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None
     Args:
         whole: Whether the log extends to the end of the trial. Otherwise it may lack the results of its last tick,
             which are written after the tick, and the reward of the last decision.
-        what_if: Whether settings or policy are changed, so that start and learner differ.
+        what_if: Whether the settings or the policy are changed, so that the start and the learner differ.
     """
     log, differences, made = trial.tape.log, trial.tape.differences, trial.made
     if not what_if:
@@ -83,7 +83,7 @@ def _compare_start(trial: ReplayedTrial) -> None:
 
 
 def _ready(config: RunConfig) -> list[float] | None:
-    """Return joint angles and tool orientation at the ready pose, computed now, or None if it cannot be reached."""
+    """Compute the joint angles and the tool orientation at the ready pose; return None if it cannot be reached."""
     try:
         ready = ready_pose(config)
     except UnreachableError:
@@ -153,7 +153,7 @@ def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
 
 
 def ending_note(tape: Tape) -> str:
-    """Return the note on an equal trial that would continue beyond the recorded samples."""
+    """Return the note on an identical trial that would continue beyond the recorded samples."""
     end, last = tape.log.end, len(tape.log.ticks) - 1
     if end is None:
         return f"the log ends at tick {last}, before the trial did"

@@ -1,4 +1,4 @@
-"""Contacts in recorded trials of any policy, and a belief that is learned from them."""
+"""Contacts in recorded trials of any policy, and a belief learned from them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -75,12 +75,12 @@ class FoundContacts:
 
 
 def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundContacts:
-    """Return the contacts in the logs of one tool, in the order of learning.
+    """Return the contacts in logs with the same tool, in the order of learning.
 
     The core is replayed over each log, so any policy may have acted.
 
     Raises:
-        ConfigurationError: The logs are of different tools, or contain too few contacts.
+        ConfigurationError: The logs are from different tools, or contain too few contacts.
         LogError: The first log cannot be read.
     """
     trials: list[ContactTrial] = []
@@ -124,7 +124,7 @@ def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fo
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
-    """Refuse a log of a different tool, whose torques have a different meaning."""
+    """Refuse a log from a different tool, whose torques have a different meaning."""
     wanted, there = (
         {**tool_of(each), "perception.calibration": each.perception.calibration} for each in (first, config)
     )

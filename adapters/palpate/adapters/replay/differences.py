@@ -1,4 +1,4 @@
-"""Differences between a replay and its recording, and the tolerance of numbers."""
+"""Differences between a replay and its recording, and the tolerance for numbers."""
 
 import struct
 from collections.abc import Iterable
@@ -8,7 +8,7 @@ from typing import Any, Final
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One output of the core that differs from the recording."""
+    """An output of the core that differs from the recording."""
 
     tick: int
     channel: str
@@ -21,7 +21,7 @@ class Difference:
 
 
 class Differences:
-    """Collection of differences, with the first one and the first that exceeds the last bits."""
+    """Collection of differences, including the first one and the first that exceeds the last bits."""
 
     def __init__(self) -> None:
         self.first_command_tick: int | None = None
@@ -60,12 +60,12 @@ class Differences:
 
 
 RELATIVE: Final = 1e-9
-"""Relative difference of numbers that another processor may cause in the last bits."""
+"""Relative difference between numbers that another processor may cause in the last bits."""
 _ABSOLUTE: Final = 1e-12
 
 
 def close_enough(a: float, b: float) -> bool:
-    """Return whether two numbers differ by no more than another processor may cause."""
+    """Return whether two numbers differ by no more than a different processor may cause."""
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
 
 

@@ -1,4 +1,4 @@
-"""Replay of one log, which runs the unmodified core on the recorded inputs and compares every output."""
+"""Replay of a log, which runs the unmodified core on the recorded inputs and compares every output."""
 
 import enum
 import json
@@ -49,8 +49,8 @@ class Replay:
 
     Attributes:
         counterfactual_from: Tick of the first command that differs from the recording; the recorded samples after it do
-            not result from the core's commands. None if all commands are equal.
-        other_code: Whether different code of the core recorded the log; False if unknown.
+            not result from the core's commands. None if all commands are identical.
+        other_code: Whether a different version of the core recorded the log; False if unknown.
         recorded_decisions: Reason for taking the decisions from the log; empty if the policy made them again.
     """
 
@@ -133,7 +133,7 @@ def _torn(tape: Tape) -> bool:
 
 
 def run_over(trial: ReplayedTrial) -> Exception | None:
-    """Run the core over the tape and return the error that ended it, or None if the trial ended normally."""
+    """Run the core on the tape and return the error that ended it, or None if the trial ended normally."""
     tape = trial.tape
     sensor = ReplaySensor("recorded force sensor", tape.wrenches)
     encoder, arm = ReplaySensor("recorded encoders", tape.joints), ReplayArm(tape)

@@ -1,7 +1,7 @@
 """What-ifs that continue in the simulator from the first command that differs from the recording.
 
 The log does not hold the simulator's state at that tick. It is restored by executing the recorded commands from the
-start of the trial; until that tick they equal the core's own. MuJoCo is deterministic, so this restores the complete
+start of the trial; until that tick they match the core's own. MuJoCo is deterministic, so this restores the complete
 state (integration state, sensor history, noise, contacts), and every tick until then is compared with the recording.
 """
 
@@ -23,7 +23,7 @@ from palpate.core.trial import TrialReport
 
 
 def continue_in_mujoco(trial: ReplayedTrial) -> ScoredTrial:
-    """Run the trial in the simulator, on the recorded path as long as the core sends the recorded commands.
+    """Run the trial in the simulator, on the recorded path for as long as the core sends the recorded commands.
 
     Raises:
         LogError: The log is not from the simulator, or this simulator does not reproduce its samples.

@@ -18,7 +18,7 @@ from palpate.core.ports import (
 
 
 class ReplayClock(Clock):
-    """Clock that returns the recorded readings."""
+    """Clock that returns recorded readings."""
 
     def __init__(self, tape: Tape) -> None:
         self._tape = tape
@@ -49,9 +49,9 @@ class ReplaySensor(ManagedDevice, Generic[T]):
 
 
 class ReplayArm(ManagedDevice, ArmCommand):
-    """Arm that answers commands like the recorded arm and records commands that differ.
+    """Arm that responds to commands like the recorded arm and records commands that differ.
 
-    After the first difference, the arm's answer is unknown: the requested command counts as applied, unless the arm was
+    After the first difference, its response is unknown; the requested command counts as applied unless the arm was
     limited or stopped at that time.
     """
 

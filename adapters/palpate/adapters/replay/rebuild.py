@@ -42,7 +42,7 @@ from palpate.core.supervision import SupervisionConfig, Supervisor, weaker_setti
 from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
-"""Settings of the world and of the recorder, which do not change a replay."""
+"""Settings of the world and the recorder, which do not affect a replay."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class RecordedDecisions(FixedPolicy):
-    """Policy that repeats recorded decisions; the first ``observed`` grounds of each do not come from the policy."""
+    """Policy that repeats recorded decisions; the first ``observed`` grounds of each are not from the policy."""
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A recorded trial as a tape for each port, with the results of each call and the commands to compare."""
+"""A recorded trial as one tape per port, with the results of each call and the commands to compare."""
 
 from collections import defaultdict, deque
 from collections.abc import Callable
@@ -24,7 +24,7 @@ class TapeEndError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Raised:
-    """A port call that failed, with the name of the error's class."""
+    """A port call that failed, with the class name of the error."""
 
     kind: str
     text: str

@@ -38,7 +38,7 @@ class ReplayedRecords(Sink):
 
 @dataclass(frozen=True)
 class ReplayedTrial:
-    """A trial that is run again, with its records and, if requested, another recorder and the name of its log."""
+    """A trial that is run again, with its records and, if requested, another recorder and its log name."""
 
     tape: Tape
     rebuilt: Rebuilt

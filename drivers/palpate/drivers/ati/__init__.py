@@ -1,6 +1,6 @@
 """Driver for the ATI Net F/T, a force/torque sensor that streams records over UDP (RDT) and serves settings over HTTP.
 
-FACT refers to ATI's manual 9620-05-Net FT, or to messages of a box or a public client. Not tested on real hardware.
+FACT refers to ATI's manual 9620-05-Net FT, or to messages from a box or a public client. Not tested on real hardware.
 """
 
 import lazy_loader

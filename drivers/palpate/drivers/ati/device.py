@@ -1,4 +1,4 @@
-"""Polled reception of RDT, ATI's stream of force/torque records over UDP."""
+"""Polled reception of RDT, ATI's UDP stream of force/torque records."""
 
 import socket
 from contextlib import suppress
@@ -16,14 +16,14 @@ _ASK_AGAIN_NS: Final = 100_000_000
 """Time after which a stream that has not started is requested again, unless two periods are longer."""
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
-"""Maximum number of datagrams per call: more than a socket buffer holds, but a limit for streams of any rate."""
+"""Maximum number of datagrams per call: more than a socket buffer holds, but a limit for fast streams."""
 
 
 class UdpWire:
-    """UDP connection to one box; system errors are raised as OSError.
+    """UDP connection to a box; system errors are raised as OSError.
 
     Attributes:
-        address: The IPv4 address of the box; a name may stand for several.
+        address: The IPv4 address of the box; a name may resolve to several.
 
     Raises:
         WiringError: The address of the box cannot be found.

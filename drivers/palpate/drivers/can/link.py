@@ -38,9 +38,9 @@ _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
 FRAME_TIMEOUT_S: Final = 0.05
 """Time limit for an adapter to accept a frame; at 115200 baud, a frame takes 2.4 ms (CALC)."""
 OPEN_TIMEOUT_S: Final = 1.0
-"""Time limit for opening the bus. Nothing moves yet, and a busy computer may lose 50 ms (MEASURED)."""
+"""Time limit for opening the bus. Nothing moves yet, and a busy computer may be delayed by 50 ms (MEASURED)."""
 _STALLED_S: Final = 0.001
-"""Time limit after a frame was not accepted: short, because a stop sends many frames. With 0, pyserial loops (FACT)."""
+"""Time limit after a frame was not accepted: short, as a stop sends many frames. With 0, pyserial loops (FACT)."""
 
 
 class BoundedSlcanBus(slcanBus):
@@ -113,7 +113,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
 
 
 class CanLink:
-    """Frames sent and received on a python-can bus with any interface. The caller opens and closes the bus.
+    """Link that sends and receives frames on a python-can bus. The caller opens and closes the bus.
 
     Do not set software filters on the bus: ``recv(0)`` returns None for a frame that a filter rejects (FACT, python-can
     bus.py), but None here means that no frame is waiting. On slcan, every call that finds no frame takes the port's

@@ -1,4 +1,4 @@
-"""Slow operations on an arm: finding and configuring its drives, and changing their states."""
+"""Slow operations on an arm: finding and configuring its drives and changing their states."""
 
 from collections.abc import Callable, Sequence
 from typing import Final

@@ -30,7 +30,7 @@ TPDO: Final = struct.Struct("<Hib")
 """Layout of a drive's process data: 6041, 6064, 6061 (current mode). A drive that loses its mode stops silently."""
 
 CSP: Final = 8
-"""Mode "cyclic synchronous position" in object 0x6060."""
+"""Code of the mode "cyclic synchronous position" in object 0x6060."""
 
 
 class DriveState(enum.Enum):
@@ -86,7 +86,7 @@ _TO_ENABLED: Final = {
     DriveState.ENABLED: Controlword.ENABLE_OPERATION,
     DriveState.QUICK_STOP: Controlword.DISABLE_VOLTAGE,
 }
-"""Next controlword on the path to operation enabled. The optional direct transition back from quick stop is not used:
+"""Next controlword on the path to operation enabled. The optional direct transition from quick stop is not used:
 after a stop, an arm passes through all states, as after power-up."""
 
 

@@ -1,4 +1,4 @@
-"""Configuration of one drive by SDO: identity, process data, and the conditions under which it stops on its own.
+"""Configuration of a drive by SDO: identity, process data, and the conditions under which it stops on its own.
 
 FACT (``canopen`` 2.4.1): a PDO is configured while its identifier is marked invalid (bit 31). Standard knowledge, CiA
 301 and CiA 402-2: the objects below, their sizes and the option codes. The driver does not rely on a manufacturer's

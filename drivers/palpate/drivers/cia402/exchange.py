@@ -1,4 +1,4 @@
-"""One bus cycle of set-points, SYNC and answers, and the interpretation of the answers for each joint."""
+"""A bus cycle of set-points, SYNC and answers, and the interpretation of the answers for each joint."""
 
 import contextlib
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 
 
 class CyclicExchange:
-    """Cyclic communication with all drives. It keeps no state of the arm and makes no decisions.
+    """Cyclic communication with all drives. It stores no state of the arm and makes no decisions.
 
     Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. If an adapter sorts its
     transmit buffers by identifier, the SYNC (0x080) overtakes the set-points, which take effect one cycle later
@@ -58,7 +58,7 @@ class CyclicExchange:
         return all(box.nmt_state == codec.NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
-        """Clear the data that were received before the drives were configured."""
+        """Clear data that were received before the drives were configured."""
         self._mailbox.start_over()
         self.views = ()
 

@@ -1,8 +1,8 @@
-"""Access to the bus through one ``canopen.Network``, with supervision of its receive thread.
+"""Access to the bus through a ``canopen.Network``, with supervision of its receive thread.
 
 ``canopen`` receives in a thread of python-can. Three pitfalls were measured with ``canopen`` 2.4.1 and python-can
 4.6.1. An exception in a subscriber is only logged. A bus error, such as a malformed line from a serial adapter or an
-unplugged adapter, ends the thread without a message; the bus then only appears to be quiet. Sending still works after
+unplugged adapter, ends the thread without a message; the bus then merely appears quiet. Sending still works after
 that. Every cycle therefore calls :meth:`CanopenLink.require_alive`.
 """
 
@@ -72,7 +72,7 @@ class CanopenLink:
         return cls(network, f"CAN bus {interface} {channel}")
 
     def objects(self, node: int, timeout_s: float) -> Objects:
-        """Return the SDO access to one node.
+        """Return the SDO access to a node.
 
         ``canopen``'s node class is not used: its EMCY handler fails on a malformed frame before other subscribers
         receive it, and its drive class falls back to SDO with a warning at each read.

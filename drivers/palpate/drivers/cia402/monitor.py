@@ -40,7 +40,7 @@ class AxisView:
 def fault_of(
     views: Sequence[AxisView], settings: ArmSettings, now_ns: int, allowed: Sequence[DriveState] | None
 ) -> DriverError | None:
-    """Return the most significant problem, or None.
+    """Return the most significant problem, or None if there is none.
 
     Args:
         allowed: Permitted states of a drive under power, or None while the arm must be without power. Faults of the

@@ -1,4 +1,4 @@
-"""Access to the object dictionary of one drive by SDO."""
+"""Access to the object dictionary of a drive by SDO."""
 
 from collections.abc import Callable
 from typing import Final
@@ -13,7 +13,7 @@ _UNKNOWN: Final = (0x06020000, 0x06090011)
 
 
 class Objects:
-    """Access to the object dictionary of one drive over the bus."""
+    """Access to the object dictionary of a drive over the bus."""
 
     def __init__(self, node: int, channel: SdoClient) -> None:
         self.node = node

@@ -1,4 +1,4 @@
-"""Settings of the arm's drives, with one record per joint and one for the arm."""
+"""Settings of the arm's drives, with one record per joint and another for the arm."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -21,7 +21,7 @@ _INT32: Final = 2**31 - 1
 class JointDrive:
     """Settings of a joint and its drive.
 
-    Each drive turns only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission above
+    Each drive moves only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission above
     this driver.
 
     Attributes:

@@ -13,7 +13,7 @@ from typing_extensions import override
 from palpate.drivers.errors import DeviceFaultError, DriverError, RefusedError, StateError
 
 _SLACK: Final = 1e-11
-"""Tolerance for rounding, so that a step of exactly the maximum length is not too long."""
+"""Tolerance for rounding, so that a step of exactly the maximum length is accepted."""
 
 
 def require_angles(requested_rad: Sequence[float], joints: int) -> tuple[float, ...]:
@@ -119,7 +119,7 @@ class ArmDriver(Protocol):
         """Run one bus cycle; None holds the pose. Set-points are limited; a stopped arm ignores them."""
 
     def diagnostics(self) -> dict[str, str]:
-        """Return identity, state and error counters by name; ``fault`` is the current fault."""
+        """Return the identity, state and error counters by name; ``fault`` is the current fault."""
         return {}
 
     @abstractmethod
@@ -187,7 +187,7 @@ class LatchingArm(ArmDriver):
 
     @contextlib.contextmanager
     def _latching(self) -> Iterator[None]:
-        """Stop the arm on any error in the context, and keep the fault until it is acknowledged."""
+        """Stop the arm on any error in the context, and latch the fault until it is acknowledged."""
         try:
             yield
         except DriverError as error:

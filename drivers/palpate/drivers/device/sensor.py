@@ -19,7 +19,7 @@ class ForceSample:
 
     Attributes:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
-        torque_Nm: Torque about its origin, (3,).
+        torque_Nm: Torque about the origin of that frame, (3,).
         sequence: Number of the reading; always increases, even across streams and restarts.
         receive_time_ns: Time of the poll that received the reading. The reading is older by the wait for that poll, the
             transmission time and the sensor's filter delay.
@@ -35,7 +35,7 @@ class ForceSample:
 
 
 def listed(counts: Mapping[str, int]) -> str:
-    """Return counters as text for a message, or an empty text if there are none."""
+    """Return counters as text for a message, or an empty string if there are none."""
     return ", ".join(f"{name} ({count})" for name, count in counts.items() if count)
 
 
@@ -56,7 +56,7 @@ class PolledSensor(ABC):
         self._polled_ns = 0
 
     def _is_news(self) -> None:
-        """Record that a sample was received; later errors belong to the next sample."""
+        """Record that a sample was received; later errors are counted for the next sample."""
         self._errors_before = self.errors.copy()
 
     def silence(self, now_ns: int) -> SilentError:
@@ -66,7 +66,7 @@ class PolledSensor(ABC):
         return SilentError(self.name, f"nothing new {since}{f', but {came}' if came else ''}", self._remedy)
 
     def diagnostics(self) -> dict[str, str]:
-        """Return identity, settings and error counters by name; ``fault`` is the current fault."""
+        """Return the identity, settings and error counters by name; ``fault`` is the current fault."""
         return {"fault": "" if self.failure is None else str(self.failure), "errors": listed(self.errors) or "none"}
 
     @abstractmethod

@@ -2,7 +2,7 @@
 
 FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers composed of operation + node, little-endian
 payloads. Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already
-checked the 15-bit CRC, so a damaged frame either passed that check or was damaged between controller and host.
+checked the 15-bit CRC, so a damaged frame either passed that check or was damaged between the controller and host.
 """
 
 import enum

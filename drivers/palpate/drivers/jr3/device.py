@@ -21,7 +21,7 @@ _STALL_PERIODS: Final = 20
 ACK_TIMEOUT_NS: Final = 250_000_000
 ATTEMPTS: Final = 3
 PING_ATTEMPTS: Final = 16
-"""Attempts at the first request. FACT: yarp-devices waits 0.25 s for an answer, and the board boots in 2 s."""
+"""Number of attempts at the first request. FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s."""
 _REMEDY: Final = "check power, wiring, bit rate and termination, and that the sensor is plugged into its board"
 
 
@@ -66,7 +66,7 @@ class Jr3(PolledSensor):
         return self._sampler.full_scales
 
     def open(self) -> None:
-        """Start the communication; :meth:`poll` continues it. Also used to leave FAULTED and SILENT.
+        """Start the communication, which :meth:`poll` continues. Also used to leave FAULTED and SILENT.
 
         Raises:
             StateError: The sensor is already open.

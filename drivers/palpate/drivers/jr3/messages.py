@@ -1,4 +1,4 @@
-"""Requests and answers between host and board.
+"""Requests from the host and answers from the board.
 
 FACT (README of jr3-mbed-firmware-can): an acknowledgement carries the sensor's state, but does not identify its
 command. Therefore only one request may be pending.
@@ -48,7 +48,7 @@ class Ack:
 
 @dataclass(frozen=True, slots=True)
 class Bootup:
-    """Message that the board has just started; all settings and the zero are lost."""
+    """Message announcing that the board has just started; all settings and the zero are lost."""
 
 
 @dataclass(frozen=True, slots=True)

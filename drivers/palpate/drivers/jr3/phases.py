@@ -72,7 +72,7 @@ TRANSITIONS = MappingProxyType(
         (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
     }
 )
-"""Next phase for each phase and event. With other pairs, events are ignored and requests are refused."""
+"""Next phase for each phase and event. For other pairs, events are ignored and requests are refused."""
 
 REQUESTS = MappingProxyType(
     {

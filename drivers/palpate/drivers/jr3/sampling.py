@@ -27,7 +27,7 @@ class Sampler:
     """Converter of readings to samples, which are numbered in order of arrival.
 
     Attributes:
-        full_scales: Full scales reported by the board, or None if not yet known; readings then give no samples.
+        full_scales: Full scales reported by the board, or None if not yet known; readings then yield no samples.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:
@@ -38,7 +38,7 @@ class Sampler:
         self._counter: int | None = None
 
     def started(self, now_ns: int) -> None:
-        """Prepare for a new stream, whose counter may have any value and whose filter starts at 0."""
+        """Prepare for a new stream, in which the counter may have any value and the filter starts at 0."""
         self._counter = None
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
 

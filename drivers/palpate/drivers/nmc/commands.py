@@ -44,7 +44,7 @@ def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> 
 
 
 def set_gain(*values: int) -> NmcCommand:
-    """Set kp, kd, ki, servo rate divisor, deadband, and the limits of integral, output, current and position error."""
+    """Set kp, kd, ki, servo rate divisor, deadband, and the limits on integral, output, current and position error."""
     return NmcCommand(Code.SET_GAIN, struct.pack("<4h2Bh2B", *values))
 
 
@@ -65,10 +65,10 @@ _ONE: Final = 65536
 
 
 def velocity_word(velocity_counts_per_s: float) -> int:
-    """Return the u32 word for a velocity magnitude."""
+    """Return the unsigned 32-bit word for a velocity magnitude."""
     return round(velocity_counts_per_s * _ONE * TICK_S)
 
 
 def acceleration_word(acceleration_counts_per_s2: float) -> int:
-    """Return the u32 word for an acceleration magnitude."""
+    """Return the unsigned 32-bit word for an acceleration magnitude."""
     return round(acceleration_counts_per_s2 * _ONE * TICK_S**2)

@@ -81,7 +81,7 @@ class NmcBus:
         self._is_dirty = True
 
     def forget(self) -> None:
-        """Clear all masks and failure counts, because the modules are new or have been reset."""
+        """Clear all masks and failure counts, for modules that are new or have been reset."""
         self._masks.clear()
         self.forgive()
 
@@ -151,7 +151,7 @@ class NmcBus:
         return result
 
     def _is_in_step(self, address: int) -> bool:
-        """Return whether the module answers a request whose reply cannot be mistaken for a late one."""
+        """Return whether the module answers a request whose reply cannot be mistaken for a late reply."""
         usual = reply_size_bytes(self._masks[address])
         questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
         self._requested += 1

@@ -62,7 +62,7 @@ class StatusItem(enum.IntFlag):
 
 
 class TrajectoryControl(enum.IntFlag):
-    """Control byte of LOAD_TRAJ; the fields follow it in the order position, velocity, acceleration."""
+    """Control byte of LOAD_TRAJ; the fields follow it in the order of position, velocity, acceleration."""
 
     POSITION = 0x01
     VELOCITY = 0x02
@@ -89,7 +89,7 @@ HEADER: Final = 0xAA
 FRAME_OVERHEAD_BYTES: Final = 4
 MAX_DATA_BYTES: Final = 15
 EVERYBODY: Final = 0xFF
-"""Group address to which every module listens after power-up."""
+"""Group address on which every module listens after power-up."""
 
 
 def checksum(data: bytes) -> int:

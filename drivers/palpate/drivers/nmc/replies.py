@@ -15,7 +15,7 @@ from palpate.drivers.nmc.frames import Aux, NmcStatus, StatusItem, checksum
 REPLY_OVERHEAD_BYTES: Final = 2
 
 SERVO: Final = 0
-"""Type of a module that moves a motor."""
+"""Type of a module that drives a motor."""
 _LAYOUT: Final = (
     (StatusItem.POSITION, "i", "position_counts"),
     (StatusItem.ANALOG, "x", ""),
@@ -59,7 +59,7 @@ class ModuleIdentity:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """One accepted reply; items that are not in the mask are None."""
+    """An accepted reply; items that are not in the mask are None."""
 
     status: NmcStatus
     position_counts: int | None = None
@@ -76,7 +76,7 @@ _ITEMS: Final = tuple(_items(mask) for mask in range(256))
 
 
 def reply_size_bytes(mask: StatusItem) -> int:
-    """Return the number of bytes of a reply with these items, including status and sum."""
+    """Return the number of bytes in a reply with these items, including status and sum."""
     return REPLY_OVERHEAD_BYTES + _ITEMS[mask][0].size
 
 

@@ -24,7 +24,7 @@ class BusSettings:
         adapter_latency_s: Time that the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
             adapter in low-latency mode, 0.016 by default.
         slack_s: Additional delay of a reply that is accepted, to allow for the operating system.
-        reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the port of libnmc to Linux waits 0.1 ms by mistake.
+        reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the Linux port of libnmc waits 0.1 ms by mistake.
     """
 
     baud: int = 115_200
@@ -57,5 +57,5 @@ class SerialTiming:
         return size_bytes * BITS_PER_BYTE / self.baud
 
     def exchange_s(self, size_bytes: int) -> float:
-        """Return the duration of an exchange of this many bytes in both directions; exchanges must not overlap."""
+        """Return the duration of an exchange with this total number of bytes; exchanges must not overlap."""
         return self.wire_s(size_bytes) + self.adapter_latency_s

@@ -1,6 +1,6 @@
-"""Start-up of the bus. It resets and addresses the modules, or takes over running ones, and sets the baud rate.
+"""Start-up of the bus. It resets and addresses the modules, or takes over running modules, and sets the baud rate.
 
-FACT (libnmc): send 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until none answers.
+FACT (libnmc): send 20 zeros, HARD_RESET to all twice, and SET_ADDR to address 0 with 1, 2, ..., until none answers.
 Each reply enables the next module in the chain. Modules may still use the rate of an earlier run, so the reset is sent
 at every known rate.
 """

@@ -1,4 +1,4 @@
-"""Driver for an arm and a force sensor that use ROS 2. ROS need not be installed: the library cyclonedds provides DDS.
+"""Driver for an arm and a force sensor that use ROS 2. ROS need not be installed: the cyclonedds library provides DDS.
 
 Joint angles arrive as ``sensor_msgs/JointState``, wrenches as ``geometry_msgs/WrenchStamped``; commands are sent as
 ``std_msgs/Float64MultiArray`` to a ``forward_command_controller``, which holds its last command without a time limit.

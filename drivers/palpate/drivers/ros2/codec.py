@@ -43,5 +43,5 @@ def command(values: list[float]) -> Any:
 
 
 def user_data(kind: str) -> bytes:
-    """Return an endpoint's user data, which state the version of its type, as in rmw_dds_common."""
+    """Return an endpoint's user data, which contain the version of its type, as in rmw_dds_common."""
     return f"typehash=RIHS01_{_HASHES[kind]};".encode()

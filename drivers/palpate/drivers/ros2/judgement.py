@@ -10,7 +10,7 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME
 
 _NS: Final = 1_000_000_000
 _LEAP_NS: Final = _NS // 4
-"""Lead of a message's stamp over its arrival from which the clock counts as set ahead."""
+"""Lead of a message's timestamp over its arrival above which the clock counts as set ahead."""
 _DRIFT: Final = 1e-4
 """Largest relative drift between two clocks."""
 _LOOK_S: Final = 0.01
@@ -18,7 +18,7 @@ _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the message
 
 
 class StampClock:
-    """Conversion of a publisher's stamps to this computer's clock, as if its fastest message had no delay."""
+    """Conversion of a publisher's timestamps to this computer's clock, as if its fastest message had no delay."""
 
     def __init__(self, topic: str) -> None:
         self._topic, self.stamp_ns = topic, 0
@@ -111,7 +111,7 @@ def no_publisher(link: Ros2Link) -> DriverError:
 
 
 def require_subscriber(link: Ros2Link) -> None:
-    """Refuse to send commands if there is no controller, or only one with other requirements."""
+    """Refuse to send commands if there is no controller, or only one with different requirements."""
     if link.subscribers():
         return
     unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]

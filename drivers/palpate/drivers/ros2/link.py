@@ -74,7 +74,7 @@ class Ros2Link:
             self._writer = DataWriter(self._participant, topic(self.writes, COMMANDS), offered)
 
     def take(self) -> list[Any]:
-        """Return the messages since the last call, oldest first; raises DriverError if one is invalid."""
+        """Return the messages received since the last call, oldest first; raises DriverError if one is invalid."""
         reader = self._opened(self._reader)
         try:
             taken = reader.take(_MOST)
@@ -103,7 +103,7 @@ class Ros2Link:
         return len(self._opened(self._writer).get_matched_subscriptions())
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:
-        """Return type and quality of service of all publishers on the read topic, or of all subscribers to commands."""
+        """Return the type and quality of service of all publishers on the read topic or all command subscribers."""
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 
         kind = BuiltinTopicDcpsPublication if topic == self.reads else BuiltinTopicDcpsSubscription
@@ -114,7 +114,7 @@ class Ros2Link:
         return [(_ros_name(each.type_name), _qos_text(each.qos)) for each in alive]
 
     def wall_ns(self) -> int:
-        """Return the time of day, which ROS 2 uses for stamps."""
+        """Return the time of day, which ROS 2 uses for timestamps."""
         return time.time_ns()
 
     def close(self) -> None:
@@ -132,7 +132,7 @@ class Ros2Link:
 
 
 def _open_domain(network: Ros2Network) -> None:
-    """Open the domain in this process unless it is open."""
+    """Open the domain in this process unless it is already open."""
     from cyclonedds.core import DDSException
     from cyclonedds.domain import Domain
 

@@ -17,7 +17,7 @@ _NAME: Final = "ROS 2 wrench"
 
 
 class Ros2Wrench(PolledSensor):
-    """The force sensor on an open link. Sample times are taken from the message stamps.
+    """The force sensor on an open link. Sample times are taken from the message timestamps.
 
     Args:
         frame: Required ``frame_id`` of the messages.

@@ -1,4 +1,4 @@
-"""Driver of the arm, which is checked when opened, commanded in every cycle, and stopped on any error.
+"""Driver of the arm, which checks it on opening, commands it in every cycle, and stops it on any error.
 
 A stop brakes with servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
 control program, which also brakes the arm.
@@ -32,7 +32,7 @@ class UrArm(LatchingArm):
 
     Attributes:
         hello: Identity of the controller, or None before :meth:`open`.
-        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty before then.
+        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty if not open.
     """
 
     def __init__(

@@ -61,7 +61,7 @@ class UrLink:
     """Connection to the controller through ur_rtde in a separate process.
 
     Args:
-        set_priority: Function that puts its thread into the real-time class, which the process inherits.
+        set_priority: Function that puts the calling thread into the real-time class, which the process inherits.
         real_time_factor: Controller seconds per real second; below 1 for an emulated controller.
     """
 

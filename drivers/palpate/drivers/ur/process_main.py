@@ -89,7 +89,7 @@ class Served:
 
     @contextmanager
     def _ahead(self) -> Iterator[None]:
-        """Let the client start threads at a higher priority than its caller, which waits without sleeping."""
+        """Let the client start threads with a higher priority than that of its caller, which waits without sleeping."""
         policy, own = os.sched_getscheduler(0), self._priority
         if own > 1:
             os.sched_setscheduler(0, policy, os.sched_param(own))

@@ -28,7 +28,7 @@ ARM_COUNTS_PER_RAD: Final = 30557.75
 WRIST_COUNTS_PER_RAD: Final = 11034.53
 """W, the base ratio of the wrist. FACT: client and port."""
 ALTERNATIVE_WRIST_FACTOR: Final = 24.0 / 17.33
-"""Factor on the counts of motors 4 to 6 with the other gearhead. FACT: client."""
+"""Factor applied to the counts of motors 4 to 6 with the other gearhead. FACT: client."""
 
 Six: TypeAlias = tuple[float, float, float, float, float, float]
 SixCounts: TypeAlias = tuple[int, ...]
@@ -45,7 +45,7 @@ def six(values: Sequence[float]) -> Six:
 
 @dataclass(frozen=True)
 class Transmission:
-    """Transmission between motors and joints.
+    """Transmission between the motors and the joints.
 
     Attributes:
         joint_1_sign: 1, or -1 for a motor mounted upside down. FACT: 1 in the client, -1 in the newest port.

@@ -18,7 +18,7 @@ from palpate.drivers.zebra_zero.tracking import Rounds, Tracking
 
 
 class CountsStore(Protocol):
-    """Storage of the counters between runs."""
+    """Storage for the counters between runs."""
 
     def load(self) -> Sequence[int] | None:
         """Return the counters of an earlier run, or None if there are none.
@@ -32,14 +32,14 @@ class CountsStore(Protocol):
 
 
 class ZebraZero(LatchingArm):
-    """The arm on an open port.
+    """A Zebra Zero arm on an open port.
 
     Args:
         at_home: A person's confirmation that the arm is in its home pose whenever its controller is switched on.
 
     Attributes:
         streaming: Method of sending set-points to the modules.
-        stopped: Result of the last stop; None since the arm was enabled.
+        stopped: Result of the last stop; None if there was none since the arm was enabled.
     """
 
     def __init__(

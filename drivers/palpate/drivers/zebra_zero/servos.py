@@ -44,7 +44,7 @@ _POLL_S: Final = 0.002
 _DEAD_S: Final = 0.3
 """Time without a reply after which a stop treats the line as dead."""
 _DEAD_TRIES: Final = 3
-"""Minimum number of unanswered requests before the line counts as dead, for any bus time-outs."""
+"""Minimum number of unanswered requests before the line counts as dead, regardless of the bus time-outs."""
 
 
 class StopOutcome(enum.Enum):
@@ -69,7 +69,7 @@ def bring_to_rest(
     If the line is dead, send the command once and do not wait.
 
     Args:
-        addresses: Modules whose servos are on. One that has switched itself off stays off.
+        addresses: Modules whose servos are on. A servo that has switched itself off stays off.
     """
     if not addresses:
         return StopOutcome.NOTHING_ON
@@ -133,7 +133,7 @@ def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
 
 
 def streaming_for(modules: tuple[Module, ...]) -> Streaming:
-    """Return the method of sending set-points to these modules."""
+    """Return the method for sending set-points to these modules."""
     is_documented = all(module.identity.version == FIRMWARE_WITH_MOVING_TARGETS for module in modules)
     return Streaming.TRAPEZOID if is_documented else Streaming.STOP_HERE
 
@@ -153,7 +153,7 @@ class Servos:
         self.on: set[int] = set()
 
     def attach(self) -> tuple[Module, ...] | None:
-        """Return the modules of an earlier run, or None if no module has kept its address."""
+        """Return the modules from an earlier run, or None if no module has kept its address."""
         try:
             return attach(self._bus, JOINTS)
         except SilentError as error:
@@ -194,7 +194,7 @@ class Servos:
         return tuple(counts), fault
 
     def enable(self, axis: int) -> ArmFaultError | None:
-        """Let one servo hold its motor in its current position; return a fault, if any.
+        """Let a servo hold its motor in its current position; return a fault, if any.
 
         The abrupt stop makes the current position the one to be held, and the trapezoid that loads velocity and
         acceleration for later goes to that same position, so nothing moves.

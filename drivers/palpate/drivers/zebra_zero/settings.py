@@ -38,13 +38,13 @@ class JointLimits:
 
 
 REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
-"""Items of every reply in a cycle. AUX costs one byte per axis and shows immediately that a servo is off."""
+"""Items in every reply in a cycle. AUX costs one byte per axis and shows immediately that a servo is off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 """Firmware of the PIC-SERVO SC that accepts a new trapezoid while one is running. FACT: data sheet."""
 
 
 class Streaming(enum.Enum):
-    """Method of sending set-points to a motor, determined by the firmware of the modules.
+    """Method for sending set-points to a motor, determined by the firmware of the modules.
 
     ``TRAPEZOID`` loads a new target position while the last is still being approached, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new position

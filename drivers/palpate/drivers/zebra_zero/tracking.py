@@ -1,4 +1,4 @@
-"""Scan of all axes, with checks of replies, set-points and faults."""
+"""Scan of all axes, with checks on replies, set-points and faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -90,7 +90,7 @@ class Tracking:
 
 
 class Rounds:
-    """Rounds of exchanges with the axes in turn."""
+    """Rounds of exchanges with all axes in turn."""
 
     def __init__(
         self,

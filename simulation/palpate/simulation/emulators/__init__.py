@@ -1,1 +1,1 @@
-"""Emulated devices that use the byte and frame protocols of the real ones."""
+"""Emulated devices that use the byte and frame protocols of real devices."""

@@ -16,7 +16,7 @@ from palpate.core.policy import COMPASS_NAMES, Action
 GOAL: Final = "·"
 WALL: Final = "#"
 LARGEST: Final = 99
-"""Longest permitted side of a map, so that a mistyped size does not exhaust the memory."""
+"""Longest permitted side of a map, so that a mistyped size does not exhaust memory."""
 
 CELL_M: Final = 1e-3
 """Length of a cell in actions, chosen so that policy files contain whole millimetres."""

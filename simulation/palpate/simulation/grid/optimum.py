@@ -1,4 +1,4 @@
-"""Baselines: mean steps of the random walk, and fewest steps with known position and with only a known map.
+"""Baselines: mean number of steps of a random walk, and fewest steps with a known position or only a known map.
 
 Moves and readings are deterministic, so a belief is the set of possible cells with their multiplicities: walls may move
 two possible positions into the same cell. The number of such beliefs is finite, and no optimal plan visits one twice,

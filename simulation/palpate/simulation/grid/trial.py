@@ -31,7 +31,7 @@ _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Course of a trial, with the readings in order from the start. The goal has no reading."""
+    """Path of a trial, with the readings in order from the start. The goal has no reading."""
 
     start: int
     symbols: tuple[int, ...]
@@ -49,11 +49,11 @@ class Walker:
 
     Args:
         trial: Index of the trial; with the seed it determines the start.
-        start: Index of the first cell; if None, seed and trial determine it.
+        start: Index of the first cell; if None, the seed and the trial determine it.
 
     Attributes:
-        cell: Present cell, or None at the goal.
-        state: State in the present cell. The goal has no reading and keeps the state of the previous cell.
+        cell: Current cell, or None at the goal.
+        state: State in the current cell. The goal has no reading and keeps the state of the previous cell.
 
     Raises:
         ConfigurationError: The symbols of identifier and map differ.
@@ -93,7 +93,7 @@ class Walker:
         return Walk(self._start, tuple(self._symbols), tuple(self._actions), reached=self.cell is None)
 
     def observation(self) -> Observation:
-        """Return the observation for the policy, which holds only the state: positions and forces are zero."""
+        """Return the observation for the policy, which contains only the state: positions and forces are zero."""
         return Observation(self.state, _NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, self.steps)
 
     def move(self, action: int) -> int | None:

@@ -1,4 +1,4 @@
-"""MuJoCo model of arm, peg and plate, with its contact geometry."""
+"""MuJoCo model of the arm, peg and plate, with its contact geometry."""
 
 import lazy_loader
 

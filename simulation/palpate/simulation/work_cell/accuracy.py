@@ -15,7 +15,7 @@ _IDEAL_MM: Final = 0.0008
 
 
 def play_error_mm(cell: CellConfig) -> float:
-    """Return the largest error of the radial clearance of peg and hole in mm, or 0 without a hole.
+    """Return the largest error of the radial clearance between the peg and the hole in mm, or 0 without a hole.
 
     It adds the penetration of the walls, the play between contacts around the hole, the gap between facets of a peg
     that is turned in its round hole, and the neglected roughness.

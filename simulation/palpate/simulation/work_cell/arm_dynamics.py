@@ -42,9 +42,9 @@ def inertia_lines(named: str | ArmDescription) -> list[str]:
 
 
 def servos(kinematics: Kinematics, inertias: list[pin.Inertia]) -> tuple[list[float], list[float]]:
-    """Return stiffness and armature of each joint's servo, from the description or scaled to the arm's inertia.
+    """Return the stiffness and armature of each joint's servo, from the description or scaled to the arm's inertia.
 
-    Both scale with the inertia at the joint in the arm's posture, to keep natural frequency and damping constant.
+    Both scale with the inertia at the joint in the arm's posture, to keep the natural frequency and damping constant.
     """
     model, arm = kinematics.model.copy(), kinematics.arm
     for index, inertia in enumerate(inertias, start=1):

@@ -1,4 +1,4 @@
-"""Simulated work cell with physics, sensor errors, and the ground truth for scoring."""
+"""Simulated work cell with physics, sensor errors and the ground truth for scoring."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -115,7 +115,7 @@ class WorkCell:
         self._noise = chain.from_iterable(self._noise_blocks(generator(seed, Purpose.SENSOR, trial)))
 
     def advance(self) -> None:
-        """Advance the physics by one control tick with the present set-points."""
+        """Advance the physics by one control tick with the current set-points."""
         if self.contacts is not None:
             self.contacts.step(self.config.substeps)
         else:

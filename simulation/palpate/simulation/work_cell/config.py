@@ -25,12 +25,12 @@ _TURNED_DEG: Final = 10.0
 
 @dataclass(frozen=True)
 class PegConfig(Settings):
-    """Peg and hole of the simulated cell."""
+    """The peg and the hole of the simulated cell."""
 
     TABLE: ClassVar[str] = "cell.peg"
 
     cross_section: Annotated[str, OneOf("round", *SIDES)] = "round"
-    """Shape of peg and hole: round, triangle, square, hexagon, rounded-square, or keyed, which is round with a flat."""
+    """Shape of the peg and hole: round, triangle, square, hexagon, rounded-square, or keyed (round with a flat)."""
     corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
     """Radius of the corners of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
@@ -44,7 +44,7 @@ class PegConfig(Settings):
     hole_depth_mm: Annotated[float, Range(0.5, 80.0)] = 10.0
     """Depth of the hole's floor below the plate's surface."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.2
-    """Coulomb friction between peg and plate."""
+    """Coulomb friction coefficient between the peg and the plate."""
     wall_boxes: Annotated[int, Range(16, 512)] = 48
     """Number of boxes in the wall of a round hole; a polygon has one per side, a hull with round parts half as many."""
     outer_boxes: Annotated[int, Range(0, 512)] = 16
@@ -86,7 +86,7 @@ class PegConfig(Settings):
 
     @property
     def facets(self) -> tuple[int, int]:
-        """Return the numbers of walls and of peg corners in round parts; a hull has half of the configured numbers."""
+        """Return the numbers of walls and peg corners in round parts; a hull has half of the configured numbers."""
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @property
@@ -117,7 +117,7 @@ class PegConfig(Settings):
 
 @dataclass(frozen=True)
 class ComplianceConfig(Settings):
-    """Springs of the gripper, between force sensor and peg. Encoders cannot measure their deflection."""
+    """Springs of the gripper, between the force sensor and the peg. Encoders cannot measure their deflection."""
 
     TABLE: ClassVar[str] = "cell.compliance"
 
@@ -134,16 +134,16 @@ class ComplianceConfig(Settings):
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
     """Damping of each spring, as a fraction of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
-    """Mass of gripper and peg, measured by the sensor as weight."""
+    """Mass of the gripper and the peg, measured by the sensor as weight."""
     centre_of_mass_above_tip_mm: Annotated[float, Range(5.0, 500.0)] = 50.0
     """Height h of that mass above the peg tip. Its inertia is 0.6 m h^2 across the tool and 0.06 m h^2 along it."""
     rigid_mass_kg: Annotated[float, Range(0.001, 10.0)] = 0.05
-    """Mass between sensor and springs, also measured by the sensor; its radius of gyration is 20 mm."""
+    """Mass between the sensor and the springs, also measured by the sensor; its radius of gyration is 20 mm."""
 
 
 @dataclass(frozen=True)
 class SensorConfig(Settings):
-    """Errors of the wrist sensor and of the encoders."""
+    """Errors of the wrist sensor and the encoders."""
 
     TABLE: ClassVar[str] = "cell.sensor"
 
@@ -183,7 +183,7 @@ class CellConfig(Settings):
     substeps: Annotated[int, Range(3, 100)] = 4
     """Physics steps per control tick (140 Hz): 4 gives a time step of 1/560 s."""
     tilted_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
-    """Initial impedance of contacts (MuJoCo's first solimp) if peg or plate is tilted; otherwise 0.95. A tight hole,
+    """Initial impedance of contacts (MuJoCo's first solimp) if the peg or plate is tilted, else 0.95. A tight hole,
     whose walls would yield too much, has a special impedance."""
 
     @property

@@ -26,7 +26,7 @@ _PRESS_N: Final = 4.9
 
 
 def contact_impedance(cell: CellConfig) -> tuple[float, float, float, float, float]:
-    """Return MuJoCo's solimp for all contacts of peg and plate."""
+    """Return MuJoCo's solimp for all contacts between the peg and the plate."""
     if not is_tight(cell):
         return _plain(cell), *_DEEP, 0.5, 2.0
     skin_mm = _skin_mm(cell)

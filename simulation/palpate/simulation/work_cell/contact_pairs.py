@@ -1,4 +1,4 @@
-"""Pairs of peg spheres and plate boxes that can touch while the peg is near the hole."""
+"""Pairs of a peg sphere and a plate box that can touch while the peg is near the hole."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Leeway:
 
     Attributes:
         aside_m: Distance of the tip from the hole's axis.
-        tilt: Sine of the angle between the axes of peg and hole.
+        tilt: Sine of the angle between the axes of the peg and the hole.
         play_m: Distance of the peg's axis from the hole's at the height of the upper ring, once that ring is in the
             hole.
     """
@@ -59,7 +59,7 @@ def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[t
 
 
 def _beside_m(boxes: Sequence[Box], points: Sequence[tuple[float, float]]) -> npt.NDArray[np.float64]:
-    """Return distances of points from boxes, (points, boxes), across the hole's axis, or 0 above or below them."""
+    """Return the distances of points from boxes, (points, boxes), across the hole's axis, or 0 above or below them."""
     x, y = np.array(points).T[:, :, None]
     c, s, distance_m, half_along_m, half_across_m = np.array(
         [(cos(box.heading_rad), sin(box.heading_rad), box.distance_m, *box.half_m[:2]) for box in boxes]

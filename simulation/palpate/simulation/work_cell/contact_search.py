@@ -1,6 +1,6 @@
 """Selection of contacts to check in each tick: none high above the plate, listed pairs near the hole, otherwise all.
 
-Listed pairs save most of the search and give the same contacts. A list is complete only near the hole. A tick that ends
+Listed pairs avoid most of the search, with the same contacts. A list is complete only near the hole; a tick that ends
 outside its region is repeated with a longer list, so that no contact is missed.
 """
 

@@ -1,4 +1,4 @@
-"""Outlines of pegs and holes: a circle, a regular polygon, one with rounded corners, or a circle with a flat.
+"""Outlines of pegs and holes: a circle, a regular polygon with sharp or rounded corners, or a circle with a flat.
 
 Outlines are convex and lie in the plane perpendicular to the tool axis. They are given by the radius of the inscribed
 circle (the apothem), so that a hole is the same outline grown by the clearance, with that gap on every side.
@@ -12,7 +12,7 @@ from math import acos, ceil, cos, pi, sin, tan
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """One flat piece of a hole's wall.
+    """A flat piece of a hole's wall.
 
     Attributes:
         heading_rad: Direction of its outward normal, seen from the hole's axis.
@@ -56,7 +56,7 @@ class CrossSection:
         """Return the number of walls of a hole with this outline, evenly spaced by heading.
 
         Args:
-            most: Number for a circle. A polygon has one per side; with round corners, each side has an equal number.
+            most: Number for a circle. A polygon has one per side; with round corners, each side has the same number.
         """
         if not self.sides:
             return most

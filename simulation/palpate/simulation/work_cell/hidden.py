@@ -26,14 +26,14 @@ class HiddenValues:
     """True values of a rig that differ from its configuration.
 
     Attributes:
-        gripper_kg: Mass between force sensor and springs, in addition to the configured one.
+        gripper_kg: Mass between the force sensor and the springs, in addition to the configured mass.
         centre_of_mass_m: Centre of that mass, (3,), frame of the tool.
         mounting_deg: Turn of the sensor about the tool's axis, from x towards y.
         plate_mm: Height of the plate above its nominal height.
         hole_mm: Largest distance of the hole from the nominal goal.
         axial_share: Axial stiffness of the gripper, relative to the configured one.
         springs_share: Stiffness of all springs of the gripper, relative to the configured one.
-        friction: Friction between peg and plate, or None for the configured one.
+        friction: Friction between the peg and the plate, or None for the configured value.
         latency_ms: Latency of wrench measurements.
     """
 

@@ -64,7 +64,7 @@ def build_work_cell(
             not round is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this period divided by ``config.substeps``.
         plate_reach_m: Distance from the hole's edge up to which the plate's surface is closed.
-        listed: Region within which only pairs of sphere and box that can touch are checked; None checks all contacts.
+        listed: Region within which only those sphere-box pairs that can touch are checked; None checks all contacts.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"palpate work cell, {kinematics.arm.name}"
@@ -104,7 +104,7 @@ def build_work_cell(
 
 
 def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
-    """Add bodies, joints and servos of the arm; return the body with the flange."""
+    """Add the bodies, joints and servos of the arm; return the body with the flange."""
     model, (inertias, _) = kinematics.model, body_inertias(kinematics)
     stiffness, armature = servos(kinematics, inertias)
     axes = _joint_axes(model)
@@ -162,7 +162,7 @@ def _add_wrist(
     tool_yaw_rad: float,
     down: tuple[float, float, float],
 ) -> None:
-    """Add force sensor, springs of the gripper, and peg."""
+    """Add the force sensor, the springs of the gripper, and the peg."""
     tool, springs, peg = kinematics.tool, config.compliance, config.peg
     sensor_in_flange = kinematics.model.frames[kinematics.model.getFrameId("sensor")].placement
     # A body without joints: MuJoCo's force sensor reports the force between such a body and its parent.
@@ -298,7 +298,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
 
 
 def _touching(config: CellConfig) -> dict[str, Any]:
-    """Return the contact parameters of peg and plate."""
+    """Return the contact parameters for the peg and the plate."""
     return {
         "condim": 3,
         "friction": (config.peg.friction, 0.0, 0.0),
@@ -308,7 +308,7 @@ def _touching(config: CellConfig) -> dict[str, Any]:
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
-    """Add the pairs of sphere and box for a peg within the leeway."""
+    """Add the pairs of a sphere and a box for a peg within the leeway."""
     rings, plate = (spec.body("peg"), spec.body("peg_upper")), list(spec.body("plate").geoms)
     mouth = [geom for geom in plate if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
     spheres = [geom for body in rings for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
@@ -370,7 +370,7 @@ def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
 
 
 def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
-    """Convert a rotation matrix, (3, 3), to MuJoCo's quaternion: w, x, y, z."""
+    """Convert a rotation matrix, (3, 3), to a MuJoCo quaternion: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
 

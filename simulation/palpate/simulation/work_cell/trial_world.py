@@ -1,4 +1,4 @@
-"""Simulated world of one trial, which depends only on configuration, seed and trial."""
+"""Simulated world of a trial, which depends only on the configuration, the seed and the trial."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ _STILL: Final[Wrench] = (0.0,) * 6
 
 @dataclass(frozen=True)
 class TrialWorld:
-    """Ground truth of one trial.
+    """Ground truth of a trial.
 
     Attributes:
         cell: The cell with the tilt heading and the clearance of this trial.

@@ -1,4 +1,4 @@
-"""Estimates from samples of a rig. Pure functions return values with standard deviations, or refuse the data.
+"""Estimates from samples measured on a rig. Pure functions return values with standard deviations, or refuse the data.
 
 Frames are those of :mod:`palpate.core.motion`. A sensor turned by an angle about the tool's axis, from x towards y,
 reads (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.

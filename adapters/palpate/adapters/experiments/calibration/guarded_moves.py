@@ -25,7 +25,7 @@ _LEGS: Final = 4
 
 
 class Sample(NamedTuple):
-    """One tick of a motion: joint angles, (n,) rad, and the wrench as measured, (6,) N and N m."""
+    """A tick of a motion: joint angles, (n,) rad, and the wrench as measured, (6,) N and N m."""
 
     fresh: bool
     q_rad: JointVector

@@ -106,7 +106,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
     """Return a new learner on these states.
 
     Raises:
-        ConfigurationError: The learner hmm is requested for states other than the symbols.
+        ConfigurationError: The hmm learner is requested for states other than the symbols.
     """
     if learning.learner == HMM:
         if not isinstance(identifier, IdentityState):
@@ -118,7 +118,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
 
 @dataclass(frozen=True)
 class LearningRun:
-    """One learning run with its trials and its learned policy."""
+    """A learning run with its trials and its learned policy."""
 
     seed: int
     walks: tuple[Walk, ...]

@@ -95,7 +95,7 @@ class Panel:
 
 
 def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
-    """Draw smoothed curves of all panels on equal axes."""
+    """Draw the smoothed curves of all panels on identical axes."""
     rows, columns = len(panels), len(panels[0])
     with drawing(_WIDTH_IN * columns, _HEIGHT_IN * rows + 0.3, 110, kind) as canvas:
         axes: Any = canvas.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)

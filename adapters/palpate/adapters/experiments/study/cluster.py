@@ -123,7 +123,7 @@ class DaskWorkers(Workers):
 
 @cache
 def code_of() -> tuple[tuple[str, str], ...]:
-    """Return a digest of palpate's source, and the versions, all of which must be equal on all workers."""
+    """Return a digest of palpate's source, and the versions, all of which must be identical on all workers."""
     return ("source", source_sha256(palpate.__path__)[:12]), *made_with().items()
 
 

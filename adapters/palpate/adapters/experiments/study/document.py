@@ -36,7 +36,7 @@ SUMMARY: Final = "summary.json"
 
 @dataclass(frozen=True)
 class Condition:
-    """One run of a study, with the varied settings and the absolute path of a policy file (empty if none)."""
+    """A run of a study, with the varied settings and the absolute path of a policy file (empty if none)."""
 
     name: str
     fields: Mapping[str, Any]
@@ -104,7 +104,7 @@ def make(condition: Condition, study: Path) -> None:
 
 @contextmanager
 def _one_thread(config: RunConfig) -> Iterator[None]:
-    """Limit numerical libraries to one thread, as workers share processors and sums depend on the number of threads."""
+    """Limit numerical libraries to one thread: workers share processors, and sums depend on the number of threads."""
     if needs_fitting(config):
         # The limit affects only libraries that are already loaded.
         for name in ("sklearn.cluster", "sklearn.decomposition"):
@@ -116,14 +116,14 @@ def _one_thread(config: RunConfig) -> Iterator[None]:
 
 
 def policy_file(name: str) -> str:
-    """Return the absolute path of the policy file with this name, or an empty text if there is none."""
+    """Return the absolute path of the policy file with this name, or an empty string if there is none."""
     return os.path.abspath(name) if os.path.isfile(name) else ""
 
 
 _MOST: Final = 10_000
 """Maximum number of conditions in a study."""
 _LONGEST: Final = 200
-"""Maximum length of a folder's name, which is a few characters longer while the condition runs."""
+"""Maximum length of a folder name, which is a few characters longer while the condition runs."""
 _TABLES: Final = ("study", "base", "grid")
 _POLICIES: Final = f"{', '.join((*LEARNERS, *BASELINES))}, policy files, and package.module:Name"
 
@@ -136,7 +136,7 @@ def _are_seeds(value: Any) -> bool:
 
 @dataclass(frozen=True)
 class _Head(Settings):
-    """The table [study]."""
+    """The [study] table."""
 
     TABLE: ClassVar[str] = "study"
 
@@ -217,7 +217,7 @@ class Study:
         """Yield all conditions in the order of the file: settings, then policies, then seeds.
 
         Raises:
-            ConfigurationError: Settings are incompatible, or two conditions are equal.
+            ConfigurationError: Settings are incompatible, or two conditions are identical.
         """
         short = {name: name.rpartition(".")[2] for name in self.fields}
         if len(set(short.values())) < len(short):
@@ -280,7 +280,7 @@ def _values(name: str, values: Any) -> tuple[Any, ...]:
 
 
 def setting_of(config: RunConfig, name: str) -> Any:
-    """Return the value of a setting by its dotted name."""
+    """Return the value of a setting, given by its dotted name."""
     value: Any = config
     for part in name.split("."):
         value = getattr(value, part, None)

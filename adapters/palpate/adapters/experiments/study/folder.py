@@ -25,7 +25,7 @@ _COUNTS: Final = ("outcomes", "trips", "flagged_reasons")
 
 
 class StudyFolder:
-    """The folder of one study."""
+    """The folder of a study."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.conditions = path, path.absolute() / "conditions"

@@ -35,8 +35,8 @@ class Examination:
     """Examination of one rig.
 
     Args:
-        seconds: Duration of reading each device.
-        person: The person who pushes the tool; None skips this check.
+        seconds: Duration of the measurement of each device.
+        person: Person who pushes the tool; None skips this check.
         move: Whether joints are moved.
         before_move: Function called before the first motion, which it may refuse by raising an error.
 
@@ -64,7 +64,7 @@ class Examination:
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._of_sensor)
 
     def reports(self) -> Iterator[DeviceReport]:
-        """Yield the report of each device when its examination is complete."""
+        """Yield the report on each device when its examination is complete."""
         of_rig = DeviceReport(f"rig: {self._file.name}")
         report_clock(self._context.clock, of_rig)
         yield of_rig
@@ -119,7 +119,7 @@ class Examination:
         report_moves(arm, arm, clock, self._context.upper_rad, report)
 
     def _await_stop(self, entry: DeviceEntry, opened: ExitStack) -> None:
-        """Test the claim that the robot stops by itself, with the process that would stop it absent."""
+        """Test the claim that the robot stops by itself, without the process that would stop it."""
         arm = served(arm_maker(entry.adapter)(entry.settings, self._context), self._context)
         opened.callback(arm.close)
         arm.open()

@@ -1,4 +1,4 @@
-"""Results of an examination: facts and judgements about each device."""
+"""Results of an examination: facts and assessments of each device."""
 
 import enum
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ class Topic(enum.Enum):
 
 
 class Finding(NamedTuple):
-    """One judgement as a sentence, which ends with a remedy unless all is well."""
+    """An assessment in one sentence, which ends with a remedy unless no problem was found."""
 
     level: Level
     topic: Topic
@@ -43,7 +43,7 @@ class Finding(NamedTuple):
 
 
 class DeviceReport:
-    """Collection of facts and judgements about one device, which keeps earlier results after a failure."""
+    """Facts and assessments of one device; earlier results are kept after a failure."""
 
     def __init__(self, title: str) -> None:
         self.title = title

@@ -54,7 +54,7 @@ class Series(NamedTuple, Generic[SampleT]):
 
     @property
     def rate_Hz(self) -> float:
-        """Return the mean rate, or 0 for fewer than two samples."""
+        """Return the mean rate in Hz, or 0 for fewer than two samples."""
         times_ns = [sample.receive_time_ns for sample in self.samples]
         span_ns = times_ns[-1] - times_ns[0] if times_ns else 0
         return (len(times_ns) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
@@ -108,7 +108,7 @@ def report_pace(
 def report_samples(
     series: Series[SampleT], report: DeviceReport, noise: MeasuredNoise | None = None, frame: str = SENSOR_FRAME
 ) -> None:
-    """Judge the samples as the supervisor of a run does; ``frame`` is that of a force sensor."""
+    """Judge the samples as the supervisor does in a run; ``frame`` is that of a force sensor."""
     marks = Counter(sample.validity for _, sample in series.reads)
     counts = ", ".join(f"{marks[mark]} {mark.value}" for mark in Validity if mark is not Validity.VALID)
     # A sensor that shows no noise at all is also judged.
@@ -133,7 +133,7 @@ def _is_old(now_ns: int, sample: WrenchSample | JointSample) -> bool:
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
-    """Return the first trip of a run with these samples and valid samples of the other device."""
+    """Return the first trip in a run with these samples and valid samples from the other device."""
     samples, noise = SampleMonitor(_LIMITS, facts), NoiseMonitor(_LIMITS, TaskConfig(), facts)
     samples.begin()
     noise.begin()

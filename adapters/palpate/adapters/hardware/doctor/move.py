@@ -20,13 +20,13 @@ STEP_RAD: Final = 1e-3
 _RAMP_TICKS: Final = CONTROL_RATE_HZ // 2
 _WAIT_TICKS: Final = CONTROL_RATE_HZ // 2
 _GOOD_RAD: Final = 0.25 * STEP_RAD
-"""Accepted error of a stationary arm. Friction and the servo's dead band leave an error of some counts."""
+"""Accepted error of a stationary arm. Friction and the servo's dead band leave an error of a few counts."""
 
 
 def report_moves(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Move the joints, last to first, until one does not follow; always stop the arm at the end."""
+    """Move the joints, from last to first, until one does not follow; always stop the arm at the end."""
     behind_rad = 0.0
     try:
         for joint in reversed(range(len(upper_rad))):
@@ -65,7 +65,7 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
 def _go(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, way: tuple[float, float]
 ) -> tuple[JointVector, float]:
-    """Return the final pose of the arm, and the largest distance between set-point and joint during the motion."""
+    """Return the final pose of the arm, and the largest distance between a set-point and its joint in the motion."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)

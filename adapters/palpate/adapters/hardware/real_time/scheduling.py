@@ -29,7 +29,7 @@ _MEMORY_REMEDY: Final = (
 
 
 class RealTimeResult(NamedTuple):
-    """Result of one request. A refusal has a reason and is not an error."""
+    """Result of a request. A refusal has a reason and is not an error."""
 
     wish: str
     reason: str = ""
@@ -85,7 +85,7 @@ class RealTime:
 
     @contextmanager
     def loop(self) -> Iterator[None]:
-        """Set priority and CPU of the trial's thread, as granted, within the context.
+        """Set the priority and the CPU of the trial's thread, as granted, within the context.
 
         Other threads release the interpreter sooner, because priority does not help a loop that waits for it.
         """

@@ -89,14 +89,14 @@ class LoopTimer(LoopObserver):
 
 
 class RealTimeSession(RealTime):
-    """Real-time settings and timer of one run. The timer is the first observer of each trial."""
+    """Real-time settings and timer of a run. The timer is the first observer of each trial."""
 
     def __init__(self, config: RealTimeConfig) -> None:
         super().__init__(config)
         self.timer = LoopTimer()
 
     def report_json(self) -> str:
-        """Return the timing of the run so far, for the end of a log."""
+        """Return the timing of the run so far as JSON, for the end of a log."""
         timer = self.timer
         fields: dict[str, Any] = {"ticks": timer.ticks, "skipped_slots": timer.skipped_slots}
         return dump_json({**fields, "late_ms": timer.late_ms(), "longest_ns": timer.longest_ns})

@@ -30,7 +30,7 @@ from palpate.core.trial import Outcome, TrialReport
 PORT: Final = 9876
 """Default port of Rerun's viewer."""
 _MEMORY: Final = "512MB"
-"""Memory of the server for viewers that connect late; beyond it, the oldest data are dropped."""
+"""Memory limit of the server for viewers that connect late; beyond it, the oldest data are dropped."""
 _CLOCK: Final = "run clock"
 _SERIES: Final[dict[str, tuple[str, ...]]] = {
     "wrench": ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm"),
@@ -44,9 +44,9 @@ _POSE_TICKS: Final = 5
 _FLUSH_TICKS: Final = 14
 """Ticks between two transmissions of time series, which gives ten per second."""
 _FLUSH_S: Final = 5.0
-"""Time limit for the last data; without a limit, a server that was killed would block the end of the run."""
+"""Time limit for the last data; without a limit, a killed server would block the end of the run."""
 _MEAN_TICKS: Final = 5
-"""Number of ticks in the mean that the force arrow shows; the noise of single samples would make it flicker."""
+"""Number of ticks averaged by the force arrow, which the noise of single samples would cause to flicker."""
 _MOST_TRIALS: Final = 1000
 _SPHERES_OF_CONTACT: Final = 3
 """Group of the peg's contact spheres, which are too small to be visible."""
@@ -57,7 +57,7 @@ Row: TypeAlias = tuple[float, ...]
 
 
 class LiveView(TrialsObserver):
-    """View of trials while they run, on a recording stream of Rerun and its server, which ends with the context."""
+    """View of trials while they run, using a Rerun recording stream and its server, which ends with the context."""
 
     def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
         self._stream, self._server, self.address = stream, server, address
@@ -237,7 +237,7 @@ class LiveView(TrialsObserver):
 
 
 class CellShapes:
-    """Geometry of a cell: shapes of each frame by name.
+    """Geometry of a cell: the shapes of each frame, by name.
 
     Raises:
         LogError: The log does not describe the cell completely.
@@ -299,7 +299,7 @@ def _shape(model: mujoco.MjModel, geom: int) -> Any:
 
 
 def _layout() -> blueprint.Blueprint:
-    """Return the arrangement of the viewer's views."""
+    """Return the layout of the viewer."""
     return blueprint.Blueprint(
         blueprint.Horizontal(
             blueprint.Vertical(

@@ -1,4 +1,4 @@
-"""One page about a run or a study: pictures, tables and their sources; see :func:`.build.page_of`."""
+"""Page about a run or a study: images, tables and their sources; see :func:`.build.page_of`."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Parts and HTML of a report, which is one self-contained file and needs no network."""
+"""Parts and HTML of a report, which is a single self-contained file and needs no network."""
 
 import base64
 import os
@@ -45,7 +45,7 @@ class PageSection(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A report with facts at its top, and with important notices."""
+    """A report with key data at the top and important notices."""
 
     title: str
     kind: str

@@ -35,7 +35,7 @@ def mean_s(rows: Sequence[experiments.TrialRow]) -> float:
 def learning_picture(
     curves: Mapping[str, Runs], levels: Mapping[str, Sequence[experiments.TrialRow]], title: str = ""
 ) -> Picture:
-    """Draw time and success over the trials: learners as curves with t intervals, and others as lines."""
+    """Plot time and success over the trials: learners as curves with t intervals, other policies as lines."""
     ends = []
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
@@ -73,7 +73,7 @@ def _averages(values: Sequence[Sequence[float]]) -> Any:
 
 
 def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping[str, Runs]]) -> Picture:
-    """Draw time above and success below, for each policy and seed, against the values of a setting."""
+    """Plot time (above) and success (below) against the values of a setting, for each policy and seed."""
     described = []
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))

@@ -1,4 +1,4 @@
-"""Picture of a learned policy, with arrows for the actions in the states."""
+"""Picture of a learned policy, with an arrow for the action in each state."""
 
 from math import hypot
 from textwrap import wrap

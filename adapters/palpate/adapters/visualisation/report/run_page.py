@@ -1,4 +1,4 @@
-"""Page of a run of ``palpate train`` or ``palpate run``."""
+"""Page about a run of ``palpate train`` or ``palpate run``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LATE: Final = 25
 
 @dataclass(frozen=True)
 class RunSource:
-    """A run's folder: trials, configuration, facts of its call, and ``summary.json`` (empty while it is unfinished)."""
+    """Folder of a run: trials, configuration, details of its call, and ``summary.json`` (empty until the run ends)."""
 
     path: Path
     rows: tuple[experiments.TrialRow, ...]
@@ -71,7 +71,7 @@ class RunSource:
 
 
 def run_page(folder: Path, *, logs: bool) -> Page:
-    """Return the page of a run."""
+    """Return the page about a run."""
     run = RunSource.read(folder)
     sections = [_figures(run), PageSection("Trial by trial", pictures=(_curve(run),))]
     if (document := run.document) is not None:
@@ -94,7 +94,7 @@ def settings_section(path: Path) -> PageSection:
 
 
 def figures_row(name: str, rows: Sequence[experiments.TrialRow]) -> tuple[str, ...]:
-    """Return a line of the table of figures."""
+    """Return a row for the table of results."""
     figures = experiments.summary_of(rows)
     return (
         name,

@@ -1,4 +1,4 @@
-"""Page of a study: figures, success and time against each swept setting, and learning curves."""
+"""Page about a study: results, success and time against each swept setting, and learning curves."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ Setting = tuple[tuple[str, str], ...]
 
 
 class ReportedCondition(NamedTuple):
-    """A finished run of the study: one policy, one seed and one choice of settings."""
+    """A finished run of the study, with one policy, one seed and one choice of settings."""
 
     fields: Mapping[str, Any]
     policy: str
@@ -30,7 +30,7 @@ class ReportedCondition(NamedTuple):
 
 
 def study_page(folder: Path) -> Page:
-    """Assemble the page of a study."""
+    """Assemble the page about a study."""
     study, places = Study.read(folder / STUDY_FILE), StudyFolder(folder).conditions
     runs = [
         ReportedCondition(
@@ -114,6 +114,6 @@ def _distinct(values: Any) -> list[str]:
 
 
 def _rank(value: Any) -> tuple[bool, float, str]:
-    """Rank numbers by size, ahead of other values, which are ranked by name."""
+    """Rank numbers by size, before other values, which are ranked by name."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return (False, float(value), "") if number else (True, 0.0, _shown(value))

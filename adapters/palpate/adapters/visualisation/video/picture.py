@@ -35,20 +35,20 @@ _CORNERS: Final = 64
 """Points of the visible half of the hole's rim; every other line between them is drawn."""
 _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
-"""Start of the arrow that shows the scale, as fractions of width and height."""
+"""Start of the arrow that shows the scale, as fractions of the width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
 """Arrow of each action, in peg diameters; at true scale the steps would be too small to see."""
 _FINE: Final = 2
 """Factor by which arrows and lines are drawn larger and then reduced, to smooth them."""
 _LINES: Final = 30
-"""Number of lines of text that fill the height of a picture."""
+"""Number of text lines that fill the height of an image."""
 _SMALLEST_PX: Final = 7
 _INK: Final = (24, 32, 42)
 _PAPER: Final = (255, 255, 255, 190)
 
 
 class Painter:
-    """Context manager that paints pictures of one trial and releases the graphics library on exit.
+    """Context manager that paints images of a trial and releases the graphics library on exit.
 
     Raises:
         LogError: The log does not describe the cell completely.
@@ -74,7 +74,7 @@ class Painter:
         self._stage = Stage(self._cell, size)
 
     def paint(self, moment: Moment) -> Image.Image:
-        """Return the picture of a moment, RGB.
+        """Return the RGB image of a moment.
 
         Raises:
             LogError: The joint angles do not fit the arm.
@@ -158,14 +158,14 @@ def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
 
 
 def outcome_of(log: TrialLog) -> str:
-    """Return the outcome of a trial, or an empty text if the log does not contain it."""
+    """Return the outcome of a trial, or an empty string if the log does not contain it."""
     if log.end is None:
         return ""
     return f"ended: {log.end.error}" if log.end.error else log.outcome
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
-    """Write lines on a light background; ``place`` is in fractions of width and height, ``anchor`` is Pillow's."""
+    """Write lines on a light background; ``place`` is in fractions of the width and height, ``anchor`` is Pillow's."""
     width, height = picture.size
     size_px = max(round(min(height, width * 0.75) / _LINES), _SMALLEST_PX)
     corner, pad, draw = (place[0] * width, place[1] * height), size_px * 0.4, ImageDraw.Draw(picture, "RGBA")

@@ -1,4 +1,4 @@
-"""A recorded trial as moments for pictures, with the latest values at each tick. No graphics library is needed."""
+"""A recorded trial as moments for images, with the latest values at each tick. No graphics library is needed."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from palpate.core.errors import ConfigurationError, LogError, require_in
 from palpate.core.trial import Phase
 
 FORCE_TICKS: Final = 5
-"""Ticks (36 ms) in the mean of a drawn force, because the noise of single samples makes arrows flicker."""
+"""Number of ticks (36 ms) in the mean of a drawn force; the noise of single samples would make arrows flicker."""
 _SAME_S: Final = 1e-6
-"""Time after a picture within which a tick counts as simultaneous, because both times are rounded."""
+"""Time after an image within which a tick counts as simultaneous, because both times are rounded."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Trajectory:
         return min(begin, last), min(end, last)
 
     def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
-        """Return a moment for each frame of a video, including the last; ``speed`` is trial time per video time."""
+        """Return a moment for each frame of a video, including the last; ``speed`` is trial time over video time."""
         step_s = speed / fps
         count = floor((end_s - begin_s) / step_s + _SAME_S) + 1
         if count > most:

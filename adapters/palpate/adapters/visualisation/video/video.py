@@ -30,9 +30,9 @@ def require_video() -> Any:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """Write RGB images of one size, with even width and height, as H.264, which every player decodes.
+    """Write RGB images of the same size, with even width and height, as H.264, which every player decodes.
 
-    Equal pictures give equal bytes with the same version of PyAV.
+    Identical images give identical bytes with the same version of PyAV.
 
     Raises:
         UsageError: PyAV is not installed.
@@ -54,7 +54,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: int) -> None:
-    """Write ``count`` RGB pictures of one size as an endless GIF, which counts time in hundredths of a second."""
+    """Write ``count`` RGB images of the same size as a looping GIF, with times in hundredths of a second."""
     # Rounded so that errors do not add up.
     ends = [round(100 * k / fps) for k in range(count + 1)]
     durations_ms = [10 * (b - a) for a, b in pairwise(ends)]

@@ -25,7 +25,7 @@ class EmulatedBox:
         rate_Hz: Records per second, at most 7000.
 
     Attributes:
-        network: Filter for outgoing datagrams; set it to drop, repeat or reorder some.
+        network: Filter for outgoing datagrams; set it to drop, repeat or reorder datagrams.
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], rate_Hz: int = 1000) -> None:

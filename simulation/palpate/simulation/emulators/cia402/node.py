@@ -32,7 +32,7 @@ _QUICK_STOP_WORD: Final = 0x0002
 
 
 class NmtState(enum.IntEnum):
-    """NMT states, with their values in heartbeats."""
+    """NMT states, with their heartbeat values."""
 
     INITIALISING = 0x00
     STOPPED = 0x04
@@ -45,7 +45,7 @@ _NMT_RESETS: Final = (0x81, 0x82)
 
 
 class CanopenDrive(CanNode):
-    """One emulated drive. Set ``outgoing``, a filter for its frames, to drop, keep, change or repeat some."""
+    """An emulated drive. Set ``outgoing``, a filter for its frames, to drop, delay, change or repeat frames."""
 
     def __init__(self, node: int, motors: JointPlant, axis: int) -> None:
         self.node = node
@@ -130,7 +130,7 @@ class CanopenDrive(CanNode):
                 self.fail(EMCY_FOLLOWING_ERROR)
 
     def _show(self) -> None:
-        """Update status and position, which are read only when a frame arrives."""
+        """Update the status and position, which are read only when a frame arrives."""
         self.objects[od.STATUSWORD] = self.machine.statusword
         self.objects[od.POSITION] = self._servo.measured
 

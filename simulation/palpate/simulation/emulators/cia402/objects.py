@@ -47,7 +47,7 @@ _OFFERS_CSP: Final = 1 << 7
 
 @dataclass(slots=True)
 class Entry:
-    """One object with its value, in two's complement if signed, and its access rights."""
+    """An object with its value, in two's complement if signed, and its access rights."""
 
     value: int
     size: int
@@ -65,7 +65,7 @@ class Entry:
 
 
 class ObjectDictionary:
-    """All objects of one drive, with their values after power-up; ``written`` receives each index that an SDO wrote."""
+    """All objects of a drive, with their values after power-up; ``written`` receives each index that an SDO wrote."""
 
     def __init__(self, node: int, *, serial: int, written: Callable[[int], object]) -> None:
         self.object_dictionary: dict[int, object] = {}

@@ -17,7 +17,7 @@ from palpate.simulation.emulators.motors import JointPlant
 
 
 class PowerState(enum.Enum):
-    """The eight states, with their bits in the statusword."""
+    """The eight states of a drive, with their bits in the statusword."""
 
     NOT_READY = 0b0000_0000
     SWITCH_ON_DISABLED = 0b0100_0000
@@ -44,7 +44,7 @@ POWERED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_RE
 
 
 class PowerMachine:
-    """State machine of one drive."""
+    """State machine of a drive."""
 
     def __init__(self) -> None:
         self.state = PowerState.NOT_READY
@@ -113,10 +113,10 @@ _NO_WINDOW: Final = 0xFFFF_FFFF
 
 
 class DriveServo:
-    """Position demand of one axis over time.
+    """Position demand of an axis over time.
 
     The demand moves linearly to a new target over the interpolation period (object 0x60C2), as in real drives. A quick
-    stop decelerates from the present speed. Without a mode of operation, the demand stays constant.
+    stop decelerates from the current speed. Without a mode of operation, the demand stays constant.
     """
 
     def __init__(self, motors: JointPlant, axis: int, objects: ObjectDictionary) -> None:
@@ -143,7 +143,7 @@ class DriveServo:
         return watched and abs(self._demand - self.measured) > window
 
     def engage(self) -> None:
-        """Switch the torque on, and hold the present position until the next target."""
+        """Switch the torque on, and hold the current position until the next target."""
         self._demand = self._goal = float(self.measured)
         self._speed = 0.0
 

@@ -12,7 +12,7 @@ WrenchSource = Callable[[int], Iterable[float]]
 _COUNTER_MODULUS = 65536
 _FRESH_WORDS = (0xA5A5,) * 6
 BOOT_NS = 2_033_000_000
-"""Time from power-up until the calibration has been read. FACT: jr3-mbed-firmware-can main.cpp, 2 s; CALC: 256 bytes,
+"""Time from power-up until the calibration is loaded. FACT: jr3-mbed-firmware-can main.cpp, 2 s; CALC: 256 bytes,
 one per acquisition."""
 
 
@@ -36,14 +36,14 @@ class Notice(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One reading: six signed 16-bit counts, 16384 at full scale, and the acquisitions since START, modulo 65536."""
+    """A reading: six signed 16-bit counts, 16384 at full scale, and the acquisitions since START, modulo 65536."""
 
     counts: tuple[int, ...]
     counter: int
 
 
 class Jr3Node:
-    """A node that samples, filters and streams as the times passed to its methods advance.
+    """A node that samples, filters and streams as time, passed to its methods, advances.
 
     The first time is that of power-up. The input is read once per step and held for all acquisitions since the previous
     step, so quickly changing loads require short steps.
@@ -116,7 +116,7 @@ class Jr3Node:
         """Start sampling, or change the settings if already sampling; has no effect unless the node is ready.
 
         A start after a stop begins with the filter at zero (FACT: it is local to the sampling thread, jr3-mbed-firmware
-        Jr3Controller.cpp). While sampling, only cut-off and period change (INFERENCE, same source).
+        Jr3Controller.cpp). While sampling, only the cut-off and the period change (INFERENCE, same source).
         The first sample of a stream comes one acquisition after the start (assumed).
         """
         if self.state is not BoardState.READY:
@@ -129,7 +129,7 @@ class Jr3Node:
         self._next_sample_ns = now_ns + sensor.ACQUISITION_PERIOD_ns
 
     def stop(self) -> None:
-        """Stop sampling; filter state and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
+        """Stop sampling; the filter state and the frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
         if self.state is BoardState.READY:
             self._stop_sampling()
 

@@ -44,6 +44,6 @@ def smoothing_factor(cut_off_cHz: int) -> float:
 
 
 def smoothed(value: Iterable[float], counts: Iterable[float], alpha: float, acquisitions: int) -> list[float]:
-    """Return the moving average after k equal inputs x; starting from y, it is x + (y - x) (1 - alpha)^k (CALC)."""
+    """Return the moving average after k identical inputs x; starting from y, it is x + (y - x) (1 - alpha)^k (CALC)."""
     left = (1.0 - alpha) ** acquisitions
     return [count + (old - count) * left for count, old in zip(counts, value, strict=True)]

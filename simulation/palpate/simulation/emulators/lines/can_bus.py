@@ -8,7 +8,7 @@ from typing import Protocol
 
 @dataclass(frozen=True, slots=True)
 class BusFrame:
-    """One classic CAN data frame with an 11-bit identifier and 0 to 8 bytes."""
+    """A classic CAN data frame with an 11-bit identifier and 0 to 8 bytes."""
 
     arbitration_id: int
     data: bytes
@@ -22,7 +22,7 @@ class CanNode(Protocol):
     """
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Pass one frame of the bus to the node and return its immediate answers."""
+        """Pass a frame from the bus to the node and return its immediate answers."""
         ...
 
     def advance(self, now_ns: int) -> list[BusFrame]:
@@ -31,7 +31,7 @@ class CanNode(Protocol):
 
 
 class EmulatedCanBus:
-    """A bus with emulated nodes and one host, at one bit rate, without its own I/O, arbitration or a load limit."""
+    """A bus with emulated nodes and one host, at one bit rate, without I/O, arbitration or a load limit."""
 
     def __init__(self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = 1_000_000) -> None:
         self.bit_rate_Hz = bit_rate_Hz

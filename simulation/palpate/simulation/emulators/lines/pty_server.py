@@ -103,7 +103,7 @@ class PtyServer(Generic[Emulator]):
 
     @contextmanager
     def exclusive(self) -> Iterator[Emulator]:
-        """Yield the emulator; the server's thread does not access it in this context."""
+        """Yield the emulator; the server's thread does not access it within the context."""
         with self._lock:
             yield self._serial.emulator
 

@@ -59,7 +59,7 @@ class SerialLine(Generic[Emulator]):
         self._tx.clear()
 
     def next_event_ns(self) -> int:
-        """Return the time of the next event for `step`: the poll, the next delivery, or complete received bytes."""
+        """Return the time of the next event for `step`: the poll, the next delivery, or the end of received bytes."""
         due_ns = self._polled_ns + _POLL_NS
         if self._tx:
             due_ns = min(due_ns, self._tx[0][0])

@@ -11,7 +11,7 @@ _BIT_RATES_Hz: Final = dict(
 )
 """Bit rates of the S command. FACT: LAWICEL CANUSB manual; python-can's slcan takes 7 for 750 kbit/s."""
 _LONGEST_LINE_BYTES: Final = 31
-"""Longest line for a classic frame: T, 8 digits, length, 16 digits, and space for a time stamp. CALC."""
+"""Longest line for a classic frame: T, 8 digits, length, 16 digits, and space for a timestamp. CALC."""
 _FRAME: Final = re.compile(rb"t([0-7][0-9a-fA-F]{2})([0-8])((?:[0-9a-fA-F]{2})*)")
 
 

@@ -1,4 +1,4 @@
-"""Motors driven by the emulated servos, and the gears between motors and arm."""
+"""Motors driven by the emulated servos, and the gears between the motors and the arm."""
 
 from collections.abc import Sequence
 from math import pi

@@ -78,7 +78,7 @@ class StopMotorBits(enum.IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One complete command, to a module (address 0 to 0x7F) or a group (0x80 to 0xFF), with up to 15 bytes."""
+    """A complete command, to a module (address 0 to 0x7F) or a group (0x80 to 0xFF), with up to 15 bytes."""
 
     address: int
     command: int
@@ -121,9 +121,9 @@ def sealed(body: bytes) -> bytes:
 
 
 def baud_of_divisor(divisor: int) -> int:
-    """Return the line rate selected by the byte of SET_BAUD.
+    """Return the line rate selected by the data byte of SET_BAUD.
 
-    The divisors of public hosts give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10
+    The divisors used by public hosts give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10
     and 5 for 230400); others follow the usual UART formula with a 20 MHz clock (assumed).
     """
     return _DIVISORS.get(divisor, _CLOCK_Hz // (16 * (divisor + 1)))

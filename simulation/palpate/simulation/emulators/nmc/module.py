@@ -1,4 +1,4 @@
-"""One PIC-SERVO module on an NMC bus: addresses, commands and replies."""
+"""A PIC-SERVO module on an NMC bus: addresses, commands and replies."""
 
 import struct
 from collections.abc import Callable
@@ -37,7 +37,7 @@ class NmcModule:
         self._power_up()
 
     def power_up(self) -> None:
-        """Return to the state after power-up, as HARD_RESET does; motor supply and switches do not change."""
+        """Return to the state after power-up, as HARD_RESET does; the motor supply and the switches do not change."""
         previous = self.servo
         self.servo = PicServo(self._axis, self._plant, powered=previous.powered)
         self.set_limits(*previous.limits)

@@ -8,11 +8,11 @@ ONE_COUNT: Final = 1 << 16
 
 
 class Profile:
-    """The commanded position of one servo, advanced once per tick.
+    """The commanded position of a servo, advanced once per tick.
 
     Velocity words are counts/s * 65536 * T and acceleration words counts/s^2 * 65536 * T^2 with T the tick's length in
     s (FACT, PIC-SERVO; 33.554432 and 0.017179869 for T = 0.512 ms). All are integers, so a move ends exactly on its
-    target. The firmware's rounding within a tick is not published; here the ramp down takes the largest velocity from
+    target. The firmware's rounding within a tick is not published; here the ramp down uses the largest velocity from
     which braking at the given acceleration still ends on the target (INFERENCE).
 
     Attributes:
@@ -48,7 +48,7 @@ class Profile:
             self._target += counts * ONE_COUNT
 
     def start_trapezoid(self, target_counts: int, velocity: int, acceleration: int) -> None:
-        """Move to a position, starting from the present velocity (as version 10 of the chip allows)."""
+        """Move to a position, starting from the current velocity (as version 10 of the chip allows)."""
         self._begin(acceleration)
         self._target, self._limit = target_counts * ONE_COUNT, velocity
 

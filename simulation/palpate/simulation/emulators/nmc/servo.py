@@ -1,4 +1,4 @@
-"""Servo of one PIC-SERVO module: set-points, encoder register, trips and limits."""
+"""Servo of a PIC-SERVO module: set-points, encoder register, trips and limits."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Trajectory:
 
 
 class PicServo:
-    """Servo of one motor. At power-up, servo and amplifier are off; gains and position register are zero.
+    """Servo of a motor. At power-up, the servo and amplifier are off; the gains and position register are zero.
 
     The register is zero at the motor's position at power-up, regardless of the true pose of the arm (FACT: the encoders
     are incremental).
@@ -89,7 +89,7 @@ class PicServo:
             self.profile.start_trapezoid(load.position_counts, load.velocity, load.acceleration)
 
     def stop(self, how: StopMotorBits, here_counts: int) -> None:
-        """Execute STOP_MOTOR. Of several bits, the first in this order is used: off, abrupt, smooth, here (assumed)."""
+        """Execute STOP_MOTOR. The first bit set in this order is used: off, abrupt, smooth, here (assumed)."""
         self.amplifier = bool(how & StopMotorBits.AMPLIFIER)
         if how & StopMotorBits.MOTOR_OFF:
             self.switch_off()
@@ -109,7 +109,7 @@ class PicServo:
         self._plant.release(self._axis)
 
     def set_position(self, counts: int) -> None:
-        """Set the register's value at the motor's present position; set-point and error stay unchanged."""
+        """Set the register's value at the motor's current position; the set-point and error stay unchanged."""
         self.measured_counts = self._plant.motor_counts(self._axis) - self._origin
         self._shift(counts - self.measured_counts)
 

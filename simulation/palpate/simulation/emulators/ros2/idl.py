@@ -40,5 +40,5 @@ def joint_state(stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]
 
 
 def wrench(stamp_ns: int, frame: str, parts: Sequence[float]) -> Any:
-    """Return a message with force and torque, (6,)."""
+    """Return a message with the force and torque, (6,)."""
     return WrenchStamped(_header(stamp_ns, frame), _Wrench(_Vector3(*parts[:3]), _Vector3(*parts[3:])))

@@ -1,4 +1,4 @@
-"""Emulated robot with joints under a forward_command_controller of ros2_control."""
+"""Emulated robot with joints under a ros2_control forward_command_controller."""
 
 from collections.abc import Sequence
 from typing import Final

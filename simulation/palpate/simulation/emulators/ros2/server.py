@@ -11,7 +11,7 @@ from palpate.simulation.emulators.ros2.robot import FRAME, JOINT_STATES, WRENCH,
 
 _NS: Final = 1_000_000_000
 _DOMAINS: Final = range(60, 100)
-"""Domains whose ports are below those that the system assigns."""
+"""Domains with ports below those that the system assigns."""
 _CONFIGURATION: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers>
 <Peer address="127.0.0.1"/></Peers></Discovery><Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation>
@@ -24,7 +24,7 @@ class Ros2Server:
     Attributes:
         domain: A free ROS_DOMAIN_ID.
         commands: Topic of the controller.
-        network: Filter for messages; set it to change some, or to drop some by returning None.
+        network: Filter for messages; set it to change messages, or to drop them by returning None.
     """
 
     address: Final = "127.0.0.1"

@@ -24,7 +24,7 @@ Value = float | int | tuple[float, ...] | tuple[int, ...]
 
 
 class RobotMode(enum.IntEnum):
-    """Values of RTDE's field robot_mode."""
+    """Values of RTDE's robot_mode field."""
 
     POWER_OFF = 3
     IDLE = 5
@@ -32,7 +32,7 @@ class RobotMode(enum.IntEnum):
 
 
 class SafetyMode(enum.IntEnum):
-    """Values of RTDE's field safety_mode."""
+    """Values of RTDE's safety_mode field."""
 
     NORMAL = 1
     PROTECTIVE_STOP = 3
@@ -42,7 +42,7 @@ class SafetyMode(enum.IntEnum):
 
 
 class RuntimeState(enum.IntEnum):
-    """Values of RTDE's field runtime_state."""
+    """Values of RTDE's runtime_state field."""
 
     STOPPED = 1
     PLAYING = 2
@@ -212,7 +212,7 @@ class UrController:
         return f"could not understand: '{line}'"
 
     def _program(self) -> None:
-        """Run one pass of the control script's loop: commands arrive in register 0, and answers leave in register 0."""
+        """Run one pass of the control script's loop: input register 0 holds commands, output register 0 answers."""
         command = int(self.inputs["input_int_register_0"])
         if command == _SERVO_J:
             requested = [float(self.inputs[f"input_double_register_{i}"]) for i in range(JOINTS)]

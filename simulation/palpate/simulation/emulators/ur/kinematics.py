@@ -22,7 +22,7 @@ _ALPHA: Final = (pi / 2, 0.0, 0.0, pi / 2, -pi / 2, 0.0)
 
 
 def tool_pose(arm: str, joints_rad: Sequence[float], offset: Sequence[float]) -> tuple[float, ...]:
-    """Return the tool centre point, offset from the flange, in the controller's base, (6,) m and rotation vector."""
+    """Return the tool centre point, offset from the flange, in the controller's base: m and rotation vector, (6,)."""
     a2, a3, d1, d4, d5, d6 = LENGTHS_M[arm]
     at = np.eye(4)
     rows = zip(joints_rad, (d1, 0.0, 0.0, d4, d5, d6), (0.0, a2, a3, 0.0, 0.0, 0.0), _ALPHA, strict=True)

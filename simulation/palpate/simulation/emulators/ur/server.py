@@ -1,4 +1,4 @@
-"""Server for an emulated controller on sockets of this computer, at the fixed ports of Universal Robots."""
+"""Server for an emulated controller on this computer's sockets, at the fixed ports of Universal Robots."""
 
 import select
 import socket
@@ -59,8 +59,8 @@ class UrServer:
 
     Attributes:
         host: First address from 127.0.0.1 to 127.0.0.60 whose ports are free.
-        network: Filter for data packages; set it to drop, truncate or repeat some.
-        is_unplugged: Whether connections are broken and new ones refused.
+        network: Filter for data packages; set it to drop, truncate or repeat packages.
+        is_unplugged: Whether existing connections are broken and new ones are refused.
     """
 
     def __init__(self, controller: UrController, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:

@@ -1,4 +1,4 @@
-"""Session of one RTDE client, version 2, with packages, recipes and data. It uses no sockets."""
+"""Session of an RTDE client, version 2, with packages, recipes and data. It uses no sockets."""
 
 import struct
 from typing import Final

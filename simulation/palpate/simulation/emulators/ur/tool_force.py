@@ -14,7 +14,7 @@ N m. Quoted from memory, not checked against the data sheet.
 
 
 class ToolForce:
-    """Source of noisy readings of the wrench on the flange, (6,).
+    """Source of noisy readings of the flange wrench, (6,).
 
     INFERENCE: precision is two standard deviations of white noise. A real flange has less noise between readings, and
     drifts with temperature.
