@@ -1,4 +1,4 @@
-"""Core of palpate: ports, perception, policies, control, and the insertion task.
+"""The core of palpate: ports, perception, policies, control, and the insertion task.
 
 The core performs no I/O and reads no clock; :mod:`palpate.core.control_loop` runs it over the four ports of
 :mod:`palpate.core.ports.devices`. Import modules explicitly (``from palpate.core.tasks.insertion.task import

@@ -69,13 +69,13 @@ class LoopObserver:
         """Called after the sleep until a tick's slot."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        """Called after the run clock was read for the tick of a slot."""
+        """Called after the run clock has been read for the tick in a slot."""
 
     def force_read(self, sample: WrenchSample) -> None:
-        """Called after the force sensor was read."""
+        """Called after the force sensor has been read."""
 
     def joints_read(self, sample: JointSample) -> None:
-        """Called after the joint encoders were read."""
+        """Called after the joint encoders have been read."""
 
     def sensed(self, observation: Observation | None) -> None:
         """Called after the task has processed the snapshot; the observation is set only at ticks with a choice."""
@@ -90,7 +90,7 @@ class LoopObserver:
         """Called after the supervisor has passed or changed the command; not called without a supervisor."""
 
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        """Called after the command was sent to the arm, which reported the applied command."""
+        """Called after the command has been sent to the arm and the arm has reported the applied command."""
 
     def ended(self) -> None:
         """Called at the end of a tick, before the sleep or the end of the trial."""

@@ -26,7 +26,7 @@ from math import isfinite
 
 
 class PalpateError(Exception):
-    """Base class of all errors, which can be pickled."""
+    """Base class of all palpate errors; instances can be pickled."""
 
     def __reduce__(self) -> tuple[object, ...]:
         return _restored, (type(self), self.args, self.__dict__)

@@ -43,18 +43,18 @@ class ExtractionSettings(Settings):
     most_intervals: Annotated[int, Range(1, 1000)] = 20
     """Highest q to try."""
     least_share: Annotated[float, Range(0.0, 0.999)] = LEAST_SHARE
-    """Probability above which a symbol, or the end, counts as a possible successor. Prediction only."""
+    """Probability above which a symbol, or the end, counts as a possible successor. For prediction only."""
     most_states: Annotated[int, Range(1, MOST_STATES)] = 500
     """Maximum number of states before minimisation; a q that yields more is skipped."""
     merge_symbols: bool = False
-    """Allow different symbols to lead to the same state. Prediction only."""
+    """Allow different symbols to lead to the same state. For prediction only."""
 
     @override
     def check(self) -> None:
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
 
     def partitions(self, network: Network, tree: PrefixTree | None = None) -> Iterator[Partition]:
-        """Yield the partitions of a network in order of q; stop after three with too many states.
+        """Yield the partitions of a network in ascending order of q; stop after three with too many states.
 
         If a tree is given, the search follows only its strings.
         """
@@ -121,7 +121,7 @@ class Extract:
 def accepting_extract(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree | None = None
 ) -> Extract:
-    """Return the automaton of the smallest q that labels all training strings correctly, else that of the best q."""
+    """Return the automaton with the smallest q that labels all training strings correctly, or else the best one."""
     judged: list[tuple[float, Partition]] = []
     for cells in settings.partitions(network):
         judged.append((_wrong(cells, training), cells))
@@ -157,7 +157,7 @@ def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Return the automata for all q, in order of q, each with its loss and price."""
+    """Return the automata for all values of q, in ascending order, each with its loss and price."""
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)

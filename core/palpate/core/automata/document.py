@@ -1,4 +1,4 @@
-"""The automaton file: a machine as JSON with one line per state and the schema id ``palpate.automaton/2``.
+"""The automaton file: a machine in JSON format, with one line per state and the schema id ``palpate.automaton/2``.
 
 ::
 
@@ -15,7 +15,7 @@
 
 ``next`` has an entry for each symbol of the alphabet; null denotes an unknown transition. An output is true or false in
 an acceptor, and a name or a list of names in a Moore machine (``"kind": "moore"``). The order of states and symbols is
-preserved, and equal machines produce identical bytes.
+preserved, and identical machines produce identical bytes.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def _output(value: Any) -> Output:
 
 
 def to_dot_text(machine: Machine) -> str:
-    """Return the text of a DOT file; equal machines produce equal texts."""
+    """Return the text of a DOT file; identical machines produce identical text."""
     lines = [
         "digraph automaton {",
         f"  kind={_quoted(machine.kind.value)};",

@@ -20,7 +20,7 @@ from palpate.core.ports import OneOf, Range, Settings
 Array: TypeAlias = npt.NDArray[np.float64]
 
 RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
-"""Lowest and highest activation of a hidden unit, by name of the activation function."""
+"""Lowest and highest activation of a hidden unit for each activation function, by name."""
 
 MOST_HIDDEN: Final = 128
 

@@ -171,6 +171,6 @@ def _predictor(
 
 
 def _whole(chosen: Extract, tree: PrefixTree, settings: ExtractionSettings) -> Extract:
-    """Extract the automaton again with all strings, unless that gives too many states, and label its states."""
+    """Extract the automaton again with all strings, unless this results in too many states, and label its states."""
     cells = settings.partition(chosen.partition.network, chosen.intervals, tree) or chosen.partition
     return replace(chosen, partition=cells, machine=labelled(cells.minimal(settings.least_share), tree))

@@ -22,9 +22,9 @@ _MOST_NAMES = 3
 
 
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
-    """Return the smallest machine with the same outputs for all words; number its states breadth-first.
+    """Return the smallest machine with the same outputs for all words, with its states numbered breadth-first.
 
-    Machines of the same kind and alphabet with equal outputs for every word give equal results, apart from labels.
+    Machines of the same kind and alphabet with the same output for every word give the same result, except labels.
     Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
     three members, the label is the first name and the number of the others. A machine without labels stays unlabelled.
 
@@ -69,7 +69,7 @@ def _numbered(keys: Mapping[int, Hashable]) -> dict[int | None, int]:
 
 
 def _merged(machine: Machine, classes: Classes) -> Machine:
-    """Return the machine with one state per class, which copies the first state of the class."""
+    """Return a machine with one state per class, copied from the first state of that class."""
     number = {state: index for index, states in enumerate(classes) for state in states}
     firsts = [states[0] for states in classes]
     rows = [machine.transitions[state] for state in firsts]

@@ -1,7 +1,7 @@
 """Extraction of automata from networks by dynamic state partitioning (paper, 5.3; Giles and others, 1992).
 
-The range of each hidden unit is divided into q equal intervals, so hidden states fall into cells. The search starts at
-the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
+The range of each hidden unit is divided into q equal intervals, which define cells of hidden states. The search starts
+at the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
 hidden state in a known cell only adds a transition. The hidden state of the first visit represents its cell.
 
 If strings are given, the search follows only these, because a network also responds to input that it was not trained
@@ -135,7 +135,7 @@ class _Search:
         self._enter(network.start_state, self._cells(network.start_state), NONE)
 
     def go(self, states: Integers, symbols: Integers) -> Integers:
-        """Return the state after each pair of state and symbol; all arrays are (m,)."""
+        """Return the next state for each pair of state and symbol; all arrays are (m,)."""
         codes = states * self.symbols + symbols
         listed = codes.tolist()
         fresh = list(dict.fromkeys(code for code in listed if code not in self._target_of))

@@ -81,7 +81,7 @@ class AutomatonState(Settings):
             symbols: Names of the symbols in the order of the trials; None uses the machine's order.
 
         Raises:
-            ConfigurationError: The symbols are not those of the machine, or the strings have another alphabet.
+            ConfigurationError: The symbols are not those of the machine, or the strings have a different alphabet.
         """
         given = machine.alphabet if symbols is None else tuple(symbols)
         if sorted(given) != sorted(machine.alphabet):

@@ -40,14 +40,14 @@ class TrainingSettings(Settings):
     clip: Annotated[float, Range(0.0, above=True)] = 1.0
     """Maximum norm of a network's gradient."""
     enough: Annotated[int, Range(1, 100_000)] = 16
-    """Stop once this number of networks labels every string correctly. Acceptance only."""
+    """Stop once this number of networks labels every string correctly. For acceptance only."""
     flat_looks: Annotated[int, Range(0, 1_000_000)] = 4
     """End a batch when its lowest held-out loss has not fallen by 0.001 nats per symbol over this number of
-    evaluations; 0 disables it. Prediction only."""
+    evaluations; 0 disables it. For prediction only."""
     look_every: Annotated[int, Range(1, 1_000_000)] = 25
     """Number of steps between evaluations of the losses."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    """Random seed; equal seeds give bit-identical networks."""
+    """Random seed; the same seed always gives bit-identical networks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +233,7 @@ def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Limit torch to one thread, because several would vary the order of summation, and thus the last bits."""
+    """Limit torch to one thread, because several threads would change the order of summation and thus the last bits."""
     import torch
 
     threads = torch.get_num_threads()

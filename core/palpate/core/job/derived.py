@@ -1,4 +1,4 @@
-"""Settings derived from part, tool, place, limits and sensor, with one formula each.
+"""Settings derived from the part, the tool, the place, the limits and the sensor, each with one formula.
 
 All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
 newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in brackets
@@ -16,7 +16,7 @@ from palpate.core.ports import SensorFacts
 
 N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
-"""Torque threshold divided by pressing force and peg radius, in the source paper."""
+"""Torque threshold in the source paper, divided by the pressing force and the peg radius."""
 _NOISES_PRESSED: Final = 26.0
 """Pressing force, in standard deviations of the force, that makes the torque as clear as in the paper's cell with its
 noisiest acceptable sensor."""
@@ -29,7 +29,7 @@ _NOISES_CONTACT: Final = 4.0
 _NOISES_TORQUE: Final = 2.5
 """Torque threshold in standard deviations of the filtered torque."""
 NOISE_BAND: Final = 1.11
-"""Noise bandwidth of a second-order Butterworth low-pass divided by its cut-off frequency."""
+"""Noise bandwidth of a second-order Butterworth low-pass filter, divided by its cut-off frequency."""
 _NOISES_UNEXPECTED: Final = 9.3
 """Bound on the norm of the difference of two samples, in standard deviations of one channel."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
@@ -38,7 +38,7 @@ _LETS_GO: Final = 4.0
 """Change of force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
 twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
 _GAIN_TIMES_LAG: Final = 0.7
-"""Gain of the force control times the arm's lag. Above 1 the control rings, and from pi / 2 it is unstable."""
+"""Gain of the force control times the arm's lag. Above 1 the control oscillates; from pi / 2 it is unstable."""
 JAMS_FROM: Final = 0.8
 """Jam number above which the pressing force of the insertion increases."""
 _OVER_JAM: Final = 1.3
@@ -61,24 +61,24 @@ class Constants:
     """Constants with a unit that do not depend on the job, with the reason for each.
 
     Attributes:
-        press_N: Pressing force of the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
+        press_N: Pressing force in the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
         most_press_N: Largest press; above it pegs stick and slip at a friction of 0.5.
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
-        stopped_kg: Mass of the arm that a wall stops: at 19 mm/s and 40 N/mm a wedged peg was loaded with up to 15 N.
+        stopped_kg: Mass of the arm that a wall stops; at 19 mm/s and 40 N/mm the load on a wedged peg was up to 15 N.
         most_capture_m: Largest capture half-width; above it one path covers most areas and a wider strip saves no time.
         capture_delay_s: Reduction of the capture half-width divided by the speed (1.5 to 2 ms).
         area_margin_m: Margin of the area around the farthest hole and start, for the last half step.
         search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
-        least_time_s: Time limit of exploration in the source paper.
+        least_time_s: Time limit for exploration in the source paper.
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
         least_rate_N_s: Rate limit that a soft gripper with the paper's press never reaches.
         least_torque_Nm: Torque limit that no light contact reaches with a short tool.
         ready_height_m: Height of the ready pose for a known plate and an untilted tool.
         height_margin_m: Remaining height in the worst case.
         period_s: Control period.
-        cutoff_Hz: Cut-off frequency of the perception's low-pass.
+        cutoff_Hz: Cut-off frequency of the low-pass filter in the perception.
         lateral_time_s: Time constant of the decay of lateral forces during the insertion.
     """
 

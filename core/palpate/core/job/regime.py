@@ -71,9 +71,9 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
 def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[float, float, float]:
     """Return the standard deviations of depth due to force noise, tilt and encoders.
 
-    The depth is the difference between two readings, at the floor and at the surface. The force passes through the
-    low-pass of the gripper's spring and damper with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta
-    moves the peg's edge by up to R theta relative to its centre, uniformly distributed.
+    The depth is the difference between two readings, at the floor and at the surface. The gripper's spring and damper
+    low-pass filter the force with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge
+    by up to R theta relative to its centre, uniformly distributed.
     """
     tau_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.axial_N_per_m)
     passed = sqrt(known.period_s / (known.period_s + 2.0 * tau_s))

@@ -13,7 +13,7 @@ from palpate.core.job.regime import Regime, regime_of
 from palpate.core.job.verification import ACROSS, FAIR, MOST_SAMPLES, PUSH_SHARE, Spring
 
 _STEP, _STEPS = 1.05, 48
-"""Factor between remedies, and number of factors down to a tenth and up to ten times the value."""
+"""Factor between successive remedies, and number of factors down to a tenth and up to ten times the value."""
 _NAMED: Final = 3
 """Maximum number of remedies in a message."""
 _BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
@@ -62,7 +62,7 @@ class Verification:
 
     @property
     def axis(self) -> str:
-        """Return the name of the tool's stiffness setting whose response is hidden."""
+        """Return the name of the tool's stiffness setting that has no detectable response."""
         return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:
@@ -84,7 +84,7 @@ class Verification:
         )
 
     def _remedies(self) -> Iterator[str]:
-        """Yield remedies in this order: other settings, another sensor, another gripper."""
+        """Yield remedies in this order: different settings, a different sensor, a different gripper."""
         job = self.job
 
         def of_job(name: str) -> Callable[[float], Verification]:

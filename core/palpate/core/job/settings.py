@@ -138,7 +138,7 @@ def _substeps(job: Job, found: Derived) -> int:
 
 
 def _cell(job: Job, found: Derived) -> dict[str, Any]:
-    """Return the simulated cell of a job, with its largest uncertainties."""
+    """Return the simulated cell for a job, with the largest uncertainties of that job."""
     part, tool, place = job.part, job.tool, job.place
     drawn = {"tilt_heading": "drawn", "grip_trials": 1} if place.tilt_uncertainty_mrad else {}
     substeps = _substeps(job, found)

@@ -1,4 +1,4 @@
-"""Tables of a job file: part, tool, place and limits."""
+"""Tables in a job file: part, tool, place and limits."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class PartConfig(Settings):
         return self.hole_depth_mm or self.depth_mm
 
     def describe(self) -> str:
-        """Return the sizes and the fit in one line, as on a drawing."""
+        """Return the sizes and the fit on one line, as in a drawing."""
         unit = "" if self.shape == ROUND else f"{self.shape} "
         return (
             f"{unit}peg {self.peg_mm:.3f} mm, hole {self.hole_mm:.3f} mm, radial clearance {self.clearance_mm:.3f} mm,"
@@ -139,7 +139,7 @@ class ToolConfig(Settings):
 
     @property
     def geometry(self) -> ToolGeometry:
-        """Return the poses of sensor and tip relative to the flange, in metres and radians."""
+        """Return the poses of the sensor and the tip relative to the flange, in metres and radians."""
         return ToolGeometry(
             _metres(self.sensor_mm), _radians(self.sensor_rpy_deg), _metres(self.tip_mm), _radians(self.tip_rpy_deg)
         )
@@ -230,7 +230,7 @@ class LimitsConfig(Settings):
 
 @dataclass(frozen=True)
 class Job(Settings):
-    """A job without its arm: the four tables."""
+    """A job without its arm, as four tables."""
 
     part: PartConfig = field(default_factory=PartConfig)
     tool: ToolConfig = field(default_factory=ToolConfig)

@@ -47,7 +47,7 @@ class Choice:
 
     @property
     def command(self) -> str:
-        """Return the command line of ``palpate train``, or of ``palpate run`` for a rule."""
+        """Return the ``palpate train`` command for a learner, or the ``palpate run`` command for a rule."""
         task = "" if self.task == PLAIN else f" --task {self.task}"
         named = f"run --policy {self.policy}" if self.policy else f"train --learner {self.learner}"
         return f"palpate {named}{task}"
@@ -200,7 +200,7 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
 
 
 def _wedge(job: Job, regime: Regime) -> str:
-    """Describe wedging by Whitney's condition: the line between the two contacts lies in both friction cones."""
+    """Describe wedging using Whitney's condition that the line between the two contacts lies in both friction cones."""
     tilt_mrad = job.place.tilt_uncertainty_mrad
     return f"a peg tilted by {tilt_mrad:g} mrad may wedge in the mouth of the hole (W = {regime.wedge_number:.1f})"
 

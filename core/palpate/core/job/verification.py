@@ -10,8 +10,8 @@ from typing import Final
 from palpate.core.ports import PERIOD_S
 
 HALF_PERIOD_TICKS: Final = (3, 8)
-"""Range of half-periods, without the upper bound. Servos smooth out shorter ones, and longer ones differ too little
-between trials."""
+"""Range of half-periods, excluding the upper bound. Servos smooth out shorter half-periods, and longer ones differ too
+little between trials."""
 HALF_PERIOD: Final = 0.5 * (HALF_PERIOD_TICKS[0] + HALF_PERIOD_TICKS[1] - 1)
 """Mean half-period in ticks."""
 PEAK: Final = 1.5
@@ -34,7 +34,7 @@ FAIR: Final = 0.5
 """Largest half-widths of the interval, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
 continue. Both distinguish half and twice the stiffness."""
 _FEWEST: Final = 18
-"""Number of samples in the shortest window, three dither periods. Two are matched by chance within a second."""
+"""Number of samples in the shortest window, three dither periods. Two periods are matched by chance within a second."""
 MOST_SAMPLES: Final = 56
 """Number of samples in the longest window, 0.4 s; a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
@@ -54,7 +54,7 @@ class Spring:
     Attributes:
         damping_s: Damping divided by stiffness.
         rigid_kg: Mass between sensor and spring.
-        lowest, highest: Bounds of the accepted measured stiffness, divided by the true stiffness.
+        lowest, highest: Bounds on the accepted measured stiffness, divided by the true stiffness.
     """
 
     stiffness_N_per_m: float

@@ -175,7 +175,7 @@ def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
 
 
 def arm_named(arm: str | ArmDescription) -> ArmDescription:
-    """Return the arm with a given name, from palpate or another package; a description is returned unchanged.
+    """Return the arm with a given name, from palpate or a different package; a description is returned unchanged.
 
     Raises:
         ConfigurationError: No arm has that name, or its package cannot be loaded.

@@ -17,12 +17,12 @@ class Controller(Protocol):
 
         Args:
             reference_m: Commanded tip position, (3,), task frame.
-            target_m: End of the action, (3,), task frame.
+            target_m: End position of the action, (3,), task frame.
             force_N: Force of the environment on the tool, tared but not low-pass filtered, (3,), task frame.
         """
 
     def reset(self) -> None:
-        """Clear the controller's state; called when an action with another controller begins."""
+        """Clear the controller's state; called when an action with a different controller begins."""
         # Most controllers have no state.
         return
 
@@ -38,7 +38,7 @@ def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
 
 
 class HybridControl(Controller):
-    """One controller across the tool axis (x and y) combined with another along it (z).
+    """A controller across the tool axis (x and y) combined with a controller along it (z).
 
     The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the insertion
     uses force control in x and y with damping control in z. The controllers act on orthogonal directions, so the

@@ -5,8 +5,8 @@ few microseconds, and the only inequality constraints are joint bounds (``docs/d
 compares it with pin-pink). The null space of a seventh joint moves towards the arm's posture, slowly enough not to
 delay the tip.
 
-Linear equations are solved with Eigen. LAPACK selects its kernels by processor; with Eigen, equal inputs give equal
-bytes on other machines (``docs/decisions/0015-equal-on-another-processor.md``).
+Linear equations are solved with Eigen. LAPACK selects its kernels by processor; with Eigen, identical inputs give
+identical bytes on all machines (``docs/decisions/0015-equal-on-another-processor.md``).
 """
 
 from collections.abc import Iterator
@@ -59,8 +59,8 @@ class InverseKinematics:
         direction.
 
         Returns:
-            New joint angles, (n,), and True if a limit or a singularity kept the tip from its target. An angle beyond
-            its limits can only move back towards them.
+            New joint angles, (n,), and True if a limit or a singularity prevented the tip from reaching its target. An
+            angle beyond its limits can only move back towards them.
         """
         jacobian = self._kinematics.tip_jacobian(q_rad)
         error = self._kinematics.tip_error(tip_target_in_base)

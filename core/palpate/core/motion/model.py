@@ -1,11 +1,11 @@
 """Kinematics and frames: forward kinematics and Jacobian with Pinocchio, and transforms between fixed frames.
 
-The transforms use plain floats, which for single vectors are faster than calls of Pinocchio.
+The transforms use plain floats, which are faster than calls to Pinocchio for single vectors.
 
 Frames: *base* is the arm's root; *sensor* is on the flange, z along the tool axis out of the tool; *tip* is the centre
 of the peg's end face, z along the peg. *Task* has its origin at the nominal goal (the assumed centre of the hole's
-mouth), z into the hole, x along the x of *base*. Motion into the hole is +z, and pressing on the plate gives a negative
-Fz.
+mouth), z into the hole, x along the x axis of *base*. Motion into the hole is +z, and pressing on the plate gives a
+negative Fz.
 """
 
 from collections.abc import Sequence
@@ -82,7 +82,7 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _LOCAL: Final = pin.ReferenceFrame.LOCAL
 FASTEST_RAD_S: Final = 6.9
-"""Velocity limit of joints that could move faster. A tick's step then stays below the supervisor's widest limit, 50
+"""Velocity limit for joints that could move faster. A tick's step then stays below the supervisor's widest limit, 50
 mrad for a jump of the command, and no task needs more."""
 
 
@@ -99,7 +99,7 @@ class Kinematics:
         tip_in_sensor: Placement of the tip frame in the sensor frame.
 
     Raises:
-        AssetError: The URDF is missing or cannot be read, has no such flange, or does not move it by six or seven
+        AssetError: The URDF is missing or cannot be read, has no such flange, or does not move it with six or seven
             revolute joints.
         ConfigurationError: Posture or limits do not match these joints.
     """
@@ -155,7 +155,7 @@ class Kinematics:
         return self._tip.copy()
 
     def tip_in(self, frame_in_base: pin.SE3) -> pin.SE3:
-        """Return the placement of the tip frame in another frame."""
+        """Return the placement of the tip frame in a given frame."""
         return frame_in_base.actInv(self._tip)
 
     @property
@@ -166,7 +166,7 @@ class Kinematics:
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
         """Return the tip's Jacobian, (6, n), from joint velocities to its twist (linear first), in the tip frame.
 
-        It also does the work of ``update``, and takes little longer.
+        This also performs ``update``, and takes only slightly longer.
         """
         self._q[:] = q_rad
         pin.computeJointJacobians(self.model, self._data, self._q)
@@ -229,7 +229,7 @@ class FixedFrame:
 
 
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
-    """Return the torque of a wrench about another point, (3,): tau - point x force, all in one frame.
+    """Return the torque of a wrench about a new reference point, (3,): tau - point x force, all in the same frame.
 
     Args:
         force_N: The force, (3,).

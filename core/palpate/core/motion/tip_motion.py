@@ -73,7 +73,7 @@ class AngularCompliance:
 FASTEST_TURN_RAD_S: Final = radians(20.0)
 """Highest turn rate of a reference; faster reactions to torque would oscillate between the walls of a hole."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
-"""Highest joint speed of a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
+"""Highest joint speed in a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
 
 
 _NOWHERE: Final = np.zeros(3)
@@ -161,10 +161,10 @@ class TipMotion:
         """Make the next :meth:`move` also turn the reference.
 
         Args:
-            rate_rad_s: Change of ``turn_rad``, (3,).
+            rate_rad_s: Rate of change of ``turn_rad``, (3,).
 
         Returns:
-            The turn rate, reduced to what the joints can follow.
+            The turn rate, limited to a rate that the joints can follow.
         """
         rate_rad_s = limited(rate_rad_s, self.fastest_turn_rad_s(rate_rad_s))
         self._rate_rad_s: Vector3 | None = rate_rad_s

@@ -21,13 +21,13 @@ _XACRO: Final = "no plain URDF: run xacro first, as in: xacro robot.urdf.xacro >
 _MOST_RAD: Final = 4.0 * pi
 """Largest angle of a joint, two turns from zero; 360 degrees read as radians are 57 turns."""
 _FARTHEST_M: Final = 10.0
-"""Largest total distance between an arm's joints; a small arm in millimetres exceeds it."""
+"""Largest total distance between an arm's joints; even a small arm specified in millimetres exceeds it."""
 _UNIT: Final = 1e-2
 """Error in the length of an axis caused by rounding to two digits."""
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""Largest shift of a joint by a calibration. Real ones shift joints by millimetres; a larger one is for another arm."""
+"""Largest shift of a joint by a calibration. Real calibrations shift joints by millimetres, not by more."""
 
 Refusal = Callable[[str], AssetError]
 
@@ -38,7 +38,7 @@ def prepared_urdf(
     """Return the URDF for Pinocchio, and the names of the joints that move the flange, base first.
 
     Args:
-        content: The file, in the encoding that it declares.
+        content: Content of the file, in the encoding that it declares.
         calibration: Origins of six joints in the format of Universal Robots' ROS 2 driver; empty keeps the URDF's.
 
     Raises:
@@ -218,6 +218,6 @@ def _number(text: str) -> float:
 
 
 def _numbers(element: Element | None, key: str, usual: str) -> list[float]:
-    """Return the three numbers of an attribute; NaN for each invalid word."""
+    """Return the three numbers in an attribute, with NaN for each invalid word."""
     words = (usual if element is None else element.get(key, usual)).split()
     return [_number(word) for word in words] if len(words) == 3 else [float("nan")] * 3

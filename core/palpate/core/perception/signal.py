@@ -95,11 +95,11 @@ _SIX = 6
 class SignalProcessor(Settings):
     """Signal processor that tares, scales and low-pass filters a wrench, sample by sample.
 
-    It computes ``(raw - tare) * scale``, then the normalisation if there is one, then a Butterworth low-pass. The
-    filter is the bilinear transform of the analogue one, pre-warped at the cut-off, and equals ``scipy.signal.butter``.
-    It is implemented as trapezoidal integrators whose contents are the state. In this form a constant passes unchanged
-    to the last bit with any rounding of the coefficients, and low cut-offs lose no precision. Plain floats are faster
-    for six channels than numpy, and avoid BLAS kernels whose last bits depend on the processor.
+    It computes ``(raw - tare) * scale``, applies the normalisation if there is one, then a Butterworth low-pass filter.
+    The filter is the bilinear transform of the analogue one, pre-warped at the cut-off, as in ``scipy.signal.butter``.
+    It is implemented as trapezoidal integrators whose contents are the state. In this form, rounded coefficients pass a
+    constant input unchanged to the last bit, and low cut-off frequencies lose no precision. Plain floats are faster for
+    six channels than numpy, and avoid BLAS kernels whose last bits depend on the processor.
 
     Attributes:
         cutoff_Hz: Frequency at which the gain is -3 dB; below half the rate.
@@ -187,7 +187,7 @@ class SignalProcessor(Settings):
         return y0, y1, y2, y3, y4, y5
 
     def get_state(self) -> list[float]:
-        """Return the tare, (6,), and the filter state (empty before the first reset), which a log records initially."""
+        """Return the tare, (6,), and the filter state, which is empty before the first reset."""
         return [*self._tare, *self._memory]
 
     def _conditioned(self, raw: Sequence[float]) -> Wrench:

@@ -14,7 +14,7 @@ two walls; the torque about the tool's axis that turns it."""
 
 @dataclass(frozen=True)
 class TaskFacts(Settings):
-    """Feature extractor that uses the values that the task appends to the channels, unchanged.
+    """Feature extractor that returns, unchanged, the values that the task appends to the channels.
 
     Attributes:
         facts: Names of the values, in the task's order.

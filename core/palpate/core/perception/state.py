@@ -107,9 +107,9 @@ BETWEEN = " > "
 
 @dataclass(frozen=True)
 class LastSymbols(Settings):
-    """State identifier that uses the last symbols, in order, as the state; there are fewer when a trial begins.
+    """State identifier that uses the last symbols, in order, as the state; there are fewer at the start of a trial.
 
-    All combinations are states, shorter ones first, even if they cannot occur: states need their numbers before any
+    All combinations are states, shorter ones first, even if they cannot occur, because states are numbered before any
     observation.
 
     Attributes:

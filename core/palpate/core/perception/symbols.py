@@ -115,7 +115,7 @@ class GatedThresholds(Settings):
     """Symboliser that uses the outer features, and the inner ones only if all outer ones are in their middle band.
 
     With x, y as outer and tx, ty as inner features and two thresholds each, these are the 8 + 9 = 17 symbols of the
-    paper (5.2): torque is used if the position is not distinctive. The outer symbols come first.
+    paper (5.2): the torque is used if the position is not distinctive. The outer symbols come first.
 
     Attributes:
         outer: Thresholds of the features that are checked first, an even number for each.

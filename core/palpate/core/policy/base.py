@@ -77,7 +77,7 @@ class Action:
 
     Attributes:
         displacement_m: Displacement of the tip in x and y during the action, (2,), in the task frame.
-        spatial: Further parameters in tasks of six degrees of freedom; None for a step in the plane.
+        spatial: Further parameters in tasks with six degrees of freedom; None for a step in the plane.
     """
 
     name: str
@@ -138,7 +138,7 @@ class Observation:
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
-        press_N: Pressing force of this trial. Torque divided by press is a lever arm, the same for any force limit.
+        press_N: Pressing force of this trial. The torque divided by it is a lever arm, independent of the force limit.
         limit_N: Force limit of this trial.
     """
 
@@ -181,8 +181,8 @@ class Transition:
     Attributes:
         reinforcement: Immediate reward, at most 0.
         next_state: State after the action; None for the goal, whose value is 0.
-        next_action_index: Action that another policy will take in ``next_state``; None if the learner itself chooses
-            there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
+        next_action_index: Action that a different policy will take in ``next_state``; None if the learner itself
+            chooses there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
     """
 
     state: int
@@ -266,7 +266,7 @@ class Policy(Protocol):
 
 
 class FixedPolicy(Policy):
-    """A policy that does not learn. It serves every state and uses no random numbers but those of its trial."""
+    """A policy that does not learn. It serves every state, and uses only the random numbers of its trial."""
 
     def __init__(self) -> None:
         self._rng: np.random.Generator | None = None

@@ -177,7 +177,7 @@ class LearnerEntry(Settings):
         """Create the learner with its stored state for a task.
 
         Raises:
-            ConfigurationError: The state belongs to another task, or is invalid.
+            ConfigurationError: The state belongs to a different task, or is invalid.
         """
         learner = new_learner(self.parameters, states, actions, bounds, frozen=frozen)
         begun = learner.get_state()
@@ -197,7 +197,7 @@ class LearnerEntry(Settings):
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """Action in one state, with its origin.
+    """The action in a state, with its origin.
 
     Attributes:
         source: Origin of the action: programmed, examples or learned.

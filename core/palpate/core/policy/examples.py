@@ -11,7 +11,7 @@ _FIELD = "policy.examples"
 
 
 class ExamplesPolicy(AssignedPolicy):
-    """Policy that takes the most frequent action of the examples for a state; in a tie, the first in the set.
+    """Policy that takes the most frequent action in the examples for a state; in a tie, the first in the set.
 
     The policy does not serve states without an example.
 

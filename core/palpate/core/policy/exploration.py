@@ -69,7 +69,7 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
 def boltzmann(values: Sequence[float], temperature: float, rng: np.random.Generator) -> int:
     """Draw the index of an action with :func:`boltzmann_probabilities`.
 
-    It always draws exactly one number from ``rng``, so that streams stay aligned.
+    It always draws exactly one number from ``rng``, so that random streams stay aligned.
     """
     draw = rng.random()
     probabilities = boltzmann_probabilities(values, temperature)

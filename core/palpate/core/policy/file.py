@@ -121,7 +121,7 @@ class PolicyDocument(Settings):
         return replace(self, learner=LearnerEntry.of(blank))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
-        """Refuse a task with other states or actions.
+        """Refuse a task with different states or actions.
 
         Raises:
             ConfigurationError: The message states the first difference.
@@ -208,11 +208,11 @@ def policy_from(
 
     Args:
         bounds: Task bounds for a belief.
-        check: True refuses other states or actions.
+        check: True refuses different states or actions.
 
     Raises:
-        ConfigurationError: The task has other states or actions, or the policy is a third-party one, whose code must be
-            loaded.
+        ConfigurationError: The states or actions differ from the task's, or the policy is a third-party one, whose code
+            must be loaded.
     """
     if check:
         document.check_matches(states, actions)

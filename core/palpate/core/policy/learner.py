@@ -1,4 +1,4 @@
-"""Base classes of learners, and of learners with a model, a belief and a planner."""
+"""Base classes for all learners, and for learners with a model, a belief and a planner."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -55,7 +55,7 @@ class Learner(Policy):
         """Restore the state that :meth:`get_state` returned.
 
         Raises:
-            ConfigurationError: The state belongs to a learner of another size; nothing is changed.
+            ConfigurationError: The state belongs to a learner of a different size; nothing is changed.
         """
 
 

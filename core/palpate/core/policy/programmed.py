@@ -105,9 +105,9 @@ class MixedPolicy(Policy):
 
     Every part receives every transition, regardless of which part chose the action. Q-learning is off-policy, and a
     learner needs the values of states in which others act, to judge the actions that lead there. In those states it
-    must not use the best of all actions: untried actions would keep their initial 0, and the state would look as good
-    as the goal. Therefore ``next_action_index`` of the transition names the action if the next state belongs to a part
-    with a fixed action.
+    must not use the best of all actions: untried actions would keep their initial value of 0, and the state would look
+    as good as the goal. Therefore ``next_action_index`` of the transition names the action if the next state belongs to
+    a part with a fixed action.
 
     Args:
         parts: Policies over these states and one action set, in order of priority.
@@ -144,7 +144,7 @@ class MixedPolicy(Policy):
         return any(part.serves(state) for part in self.parts)
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Begin the trial in every part; they share ``rng``."""
+        """Begin the trial in every part; all parts share ``rng``."""
         for part in self.parts:
             part.begin_trial(trial, rng)
 

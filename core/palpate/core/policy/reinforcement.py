@@ -44,7 +44,7 @@ class Reinforcement(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ActionPenalty(Settings, Reinforcement):
-    """A constant penalty per action, so that the fewest actions are best (paper, section 5.5)."""
+    """A constant penalty per action, which favours using the fewest actions (paper, section 5.5)."""
 
     TABLE: ClassVar[str] = "reinforcement"
 

@@ -1,6 +1,6 @@
 """Tabular Sarsa(lambda) with replacing traces.
 
-If different places look like one state, one-step Q-learning may not find even the best policy without memory.
+If different places look like the same state, one-step Q-learning may miss even the best memoryless policy.
 Sarsa(lambda) often finds it (Loch and Singh 1998), so it is the baseline for policies with memory.
 """
 
@@ -26,7 +26,7 @@ class SarsaParameters(QParameters):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OptionParameters(SarsaParameters):
-    """Settings of a learner of options, which uses Sarsa so that the end of a trial rewards all its options."""
+    """Settings for learning with options, which uses Sarsa so that the end of a trial rewards all its options."""
 
 
 class Sarsa(TabularLearner):
@@ -58,7 +58,7 @@ class Sarsa(TabularLearner):
         self._next: tuple[int, int] | None = None
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Begin a trial like any tabular learner, with empty traces."""
+        """Begin a trial as for any tabular learner, and clear the traces."""
         super().begin_trial(trial, rng)
         self._traces, self._next = {}, None
 

@@ -17,7 +17,7 @@ from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Set
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QParameters(Settings):
-    """Settings of a tabular learner.
+    """Settings for a tabular learner.
 
     The learning rate of a state-action pair after n visits is ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; if
     ``alpha_visits`` is 0, it is ``alpha``.

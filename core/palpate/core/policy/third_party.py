@@ -24,7 +24,7 @@ _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 @dataclass(frozen=True, slots=True)
 class PolicyContext:
-    """Facts about the task for the constructor of a policy.
+    """Information about the task for a policy's constructor.
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.

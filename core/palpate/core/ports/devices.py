@@ -121,7 +121,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """The four ports of a run, which look the same for a simulator, hardware and a recorded trial."""
+    """The four ports of a run, which are the same for a simulator, hardware and a recorded trial."""
 
     clock: Clock
     force_sensor: ForceSensor

@@ -1,4 +1,4 @@
-"""Strict JSON for declared tables, with one-line errors that name the place."""
+"""Strict JSON for declared tables, with one-line errors that state the location."""
 
 import json
 from typing import Any, NoReturn
@@ -9,7 +9,7 @@ from palpate.core.errors import ConfigurationError
 def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
     """Parse an object from strict JSON: no NaN, no infinity, no duplicate keys.
 
-    Its ``schema`` must equal the argument. This is checked first, as a file with another schema may have other keys.
+    Its ``schema`` must equal the argument. This is checked first, because keys depend on the schema.
 
     Raises:
         ConfigurationError: The text is not such an object.

@@ -26,7 +26,7 @@ class Acknowledgement:
 
 
 class FaultLatch:
-    """The fault latch of an open rig, shared by all supervisors on it.
+    """The fault latch of an open rig, shared by all supervisors of that rig.
 
     Attributes:
         cause: The trip or fault; empty if there is none.

@@ -13,7 +13,7 @@ from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
-"""Table of a rig file that contains the facts about the force sensor."""
+"""Name of the table with the facts about the force sensor in a rig file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def axis_of(turn_rad: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 SIMULATOR: Final = "simulator"
-"""Kind of the world of a simulated rig."""
+"""Kind of world that a simulated rig has."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Rig(Protocol):
         """Return the ground truth, for scoring and baselines only; None if unknown."""
 
     def move(self, config: Any, ready: Any) -> None:
-        """Move to another place from the next :meth:`prepare` on.
+        """Move to a different place at the next :meth:`prepare`.
 
         Args:
             config: Configuration of the next trials.
@@ -149,7 +149,7 @@ class Rig(Protocol):
         raise ConfigurationError("place.further_mm", "further places", "left out: this rig has one place")
 
     def stopped_by(self) -> str:
-        """Return the outside cause of a stop since the last :meth:`prepare`; empty if there is none."""
+        """Return the external cause of a stop since the last :meth:`prepare`; empty if there is none."""
         return ""
 
     def device_behind(self, sample: str) -> str:

@@ -32,8 +32,8 @@ class SupervisionConfig(Settings):
 
     max_force_N: Annotated[float, _FINITE_FORCE, Limit(1.0, 1000.0, "N")] = 30.0
     """Force on the tool; before taring, its change since the trial's first sample. By default it equals
-    task.max_force_N, so that a trial ended by its force limit latches. With a larger value, the rig stays free after
-    such an end."""
+    task.max_force_N, so that a trial ended by its force limit latches. With a larger value, such an end does not latch
+    the rig."""
     max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0

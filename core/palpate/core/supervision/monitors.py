@@ -1,4 +1,4 @@
-"""Monitors of force, joints, samples and workspace. They use unfiltered forces, as a filter lags by half an action."""
+"""Monitors of force, joints, samples and workspace. Forces are unfiltered, because a filter lags by half an action."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -229,7 +229,7 @@ class SampleMonitor:
     """Monitor of the validity, age and progress of both sensors' samples, and of the time between ticks.
 
     Args:
-        sensor: Facts about the sensor. All wrenches must have its frame. With noise, equal samples mean it is frozen.
+        sensor: Facts about the sensor. All wrenches use its frame. If it has noise, equal samples mean it is frozen.
     """
 
     def __init__(self, config: SupervisionConfig, sensor: SensorFacts) -> None:
@@ -306,10 +306,10 @@ class SampleMonitor:
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Refuse a wrench of another kind or frame before anything moves.
+    """Refuse a wrench of a different kind or frame before anything moves.
 
     Raises:
-        DeviceError: The wrench has another kind or frame.
+        DeviceError: The wrench has a different kind or frame.
     """
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task requires raw wrenches in {frame!r}")

@@ -22,7 +22,7 @@ CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
 _DIGITS: Final = 6
-"""Number of decimals of the ratio, because a gain rounds each sample. Equal ratios occur by chance about once in
+"""Number of decimals of the ratio, because a gain rounds each sample. Identical ratios occur by chance about once in
 several thousand."""
 
 

@@ -96,7 +96,7 @@ class Supervisor:
         """Reset the state for a trial; the next :meth:`check` is its first tick.
 
         Raises:
-            FaultLatchedError: A trip, even of another supervisor of the same rig, has not been acknowledged.
+            FaultLatchedError: A trip, even by a different supervisor of the same rig, has not been acknowledged.
         """
         self.latch.require_free()
         # An exception may have ended a retraction early.

@@ -31,7 +31,7 @@ class GoalConfig(Settings):
 
 @dataclass(frozen=True)
 class TaskConfig(Settings):
-    """One trial of a task. Settings of peg, hole, exploration and actions apply to insertions only."""
+    """Settings for a trial of a task. Those for the peg, the hole, exploration and actions apply only to insertions."""
 
     TABLE: ClassVar[str] = "task"
 

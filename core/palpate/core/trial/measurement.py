@@ -20,7 +20,7 @@ History: TypeAlias = deque[tuple[int, float]]
 
 
 class Measurement:
-    """The first stage of every tick. Attributes hold the latest tick in SI units and the task frame.
+    """The first stage of every tick. The attributes describe the latest tick in SI units and the task frame.
 
     Args:
         signal: Processor that tares, scales and filters the six wrench channels.

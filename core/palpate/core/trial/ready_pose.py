@@ -1,4 +1,4 @@
-"""The initial pose of trials above the hole, and the largest distance of a trial from it."""
+"""The initial pose of trials above the hole, and the largest distance from it during a trial."""
 
 from dataclasses import dataclass
 from math import radians, sqrt

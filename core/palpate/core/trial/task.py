@@ -52,7 +52,7 @@ class Task(Protocol):
     def interrupt(self) -> None:
         """End the trial as soon as possible, and any later trial immediately. A signal handler may call this.
 
-        The first tick that detects it records an event :data:`~palpate.core.trial.report.INTERRUPT`, at which a replay
+        The first tick that detects it records the :data:`~palpate.core.trial.report.INTERRUPT` event, at which a replay
         interrupts the trial.
         """
 

@@ -1,4 +1,4 @@
-"""Training data for the contact model: the contacts of a trial that ended in the hole, and the hole's position."""
+"""Training data for the contact model: the contacts in a trial that ended in the hole, and the hole's position."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MAX_CONTACTS: Final = 120
-"""Maximum number of contacts stored per trial, the latest ones, because a blind search has many similar contacts."""
+"""Maximum number of contacts stored per trial, the latest ones. A blind search has many similar contacts."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
@@ -99,7 +99,7 @@ class ContactTrial:
         return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(contacts[-_MAX_CONTACTS:]))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON integers; a contact consists of x and y of position and torque, and the pressing force."""
+        """Return plain JSON integers; a contact holds position and torque, x and y each, and the pressing force."""
         contacts = [[*contact.place, *contact.torque, contact.press] for contact in self.contacts]
         return {"hole": list(self.hole), "contacts": contacts}
 
@@ -141,7 +141,7 @@ def _within(row: object, greatest: Sequence[int]) -> TypeGuard[list[int]]:
 
 @dataclass(frozen=True, slots=True)
 class Examples:
-    """The contacts of several trials as arrays, each with the displacement from the tip to the hole.
+    """The contacts from several trials as arrays, each with the displacement from the tip to the hole.
 
     Attributes:
         torque_Nm: Torque about the tip, (n, 2).

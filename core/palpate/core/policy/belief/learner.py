@@ -54,7 +54,7 @@ class BeliefParameters(Settings):
     regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
     """Prior probability that the tilt of the tool differs from earlier trials."""
     other_tool: bool = False
-    """Accept a policy file with another peg's contact model as the start; otherwise it is refused."""
+    """Start from a policy file even if its contact model is for a different peg; otherwise such a file is refused."""
 
     @override
     def check(self) -> None:

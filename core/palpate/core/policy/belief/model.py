@@ -6,8 +6,8 @@
              + (1 + load * gain(distance)) times the tilt's torque, along and across that heading
 
 The load is the pressing force divided by 4.9 N. No relation between torque and direction is built in: the cue is
-learned and shared over all headings, as for a round peg; the residual contains what breaks that symmetry. All
-quantities are given at a few rings of distance and interpolated linearly.
+learned and shared over all headings, as for a round peg; the residual contains deviations from that. All quantities are
+given at a few rings of distance and interpolated linearly.
 
 A tool tilted in its grip makes contact with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
@@ -79,13 +79,13 @@ class Directions:
         return at
 
     def turned(self, vectors: Floats) -> Floats:
-        """Rotate vectors from components along and across the heading, (n, 2), to x and y components."""
+        """Convert components along and across the heading, (n, 2), to x and y components."""
         c, s = self.unit[:, 0], self.unit[:, 1]
         along, across = vectors[:, 0], vectors[:, 1]
         return np.stack((along * c - across * s, along * s + across * c), axis=1)
 
     def turned_back(self, vectors: Floats) -> Floats:
-        """Rotate vectors from x and y components, (n, 2), to components along and across the heading."""
+        """Convert x and y components, (n, 2), to components along and across the heading."""
         c, s = self.unit[:, 0], self.unit[:, 1]
         x, y = vectors[:, 0], vectors[:, 1]
         return np.stack((x * c + y * s, y * c - x * s), axis=1)

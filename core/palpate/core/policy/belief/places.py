@@ -46,7 +46,7 @@ class Places:
         self._half = half
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """Return row and column (x and y) of the nearest point of the grid continued beyond its edge."""
+        """Return the row and column (x and y) of the nearest point on the grid, which is extended beyond its edge."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
     def likeliest_m(self, belief: Floats) -> tuple[float, float]:

@@ -69,11 +69,11 @@ class RecordedTrial:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """A batch of trials, the longest first; equal trials form one row with a higher weight.
+    """A batch of trials, the longest first; identical trials form one row with a higher weight.
 
     Attributes:
         symbols: Readings, (trials, longest); 0 after the end of a trial.
-        weights: Number of equal trials in each row, (trials,).
+        weights: Number of identical trials in each row, (trials,).
         lengths: Number of readings of each trial, (trials,).
         reached: True for each trial that ended at the goal, (trials,).
         running: Number of trials with a reading at each time, (longest,); these trials are the first rows.

@@ -37,7 +37,7 @@ _ROUND: Final = 5 * GREEDY_ACTIONS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HmmParameters(Settings):
-    """Settings of the learner whose hidden states are offsets from the goal, in steps."""
+    """Settings for the learner whose hidden states are offsets from the goal, in steps."""
 
     TABLE: ClassVar[str] = "learning.hmm"
 
@@ -123,7 +123,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         self._belief: StateBelief | None = None
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the action of lowest cost under the plan, or a random action."""
+        """Return the action with the lowest cost under the plan, or a random action."""
         self._take_in(observation.state)
         index, share = self._planned(), self._random_share()
         if index is None or share > 0.0:
@@ -134,7 +134,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         return Decision(self.actions[index], index, LEARNED)
 
     def _planned(self) -> int | None:
-        """Return the action of lowest cost under the plan; None if there is no plan yet."""
+        """Return the action with the lowest cost under the plan; None if there is no plan yet."""
         if self._plan is None or self._belief is None:
             return None
         return int(self._plan.costs(self._belief.probabilities).argmin())

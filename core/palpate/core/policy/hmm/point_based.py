@@ -1,4 +1,4 @@
-"""Planning over beliefs by QMDP, which assumes full observability after one step, or Perseus, which does not.
+"""Planning over beliefs with QMDP, which assumes full observability after one step, or Perseus, which does not.
 
 Perseus (Spaan and Vlassis, 2005) improves a set of vectors at beliefs sampled by simulating the model. Each vector
 holds the cost of one plan from every hidden state; the cost of a belief is the minimum over the vectors. Costs, beliefs

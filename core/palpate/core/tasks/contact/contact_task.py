@@ -1,4 +1,4 @@
-"""Base class of tasks with contact, with path to the start, taring, force limit, and early termination."""
+"""Base class of contact tasks, with the path to the start, taring, the force limit, and early termination."""
 
 from abc import abstractmethod
 from enum import Enum

@@ -39,7 +39,7 @@ _PULL_SHARE: Final = 0.5
 _SAMPLES: Final = 4
 """Number of consecutive samples of an implausible wrench; an impact is shorter."""
 _TILT_RAD: Final = 6e-3
-"""Orientation error of arm and grip, which no job states; servos sag by up to 8 mrad and start from there."""
+"""Orientation error of the arm and the grip, which no job specifies; servos sag by up to 8 mrad at the start."""
 _NOISES_TORQUE: Final = 3.0
 """Number of standard deviations of a torque about the tip that four samples in a row exceed once in 70 million."""
 PAST_PLATE_M: Final = 1e-3

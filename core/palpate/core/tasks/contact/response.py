@@ -14,13 +14,13 @@ from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS,
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S
 
 TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
-"""Stationary ticks until the force must respond, more than two of the longest windows of a moving tool."""
+"""Number of stationary ticks until the force must respond, more than two of the longest windows of a moving tool."""
 _OUTLIER: Final = 1.5
 """Standard deviations above which a residual has less weight (Huber's constant), because of stick-slip."""
 _NORMAL: Final = 1.48
 """Standard deviation divided by median deviation, for a normal distribution."""
 _LAGS: Final = 5
-"""Largest lag of the force behind its time stamp, in ticks."""
+"""Largest lag of the force behind its timestamp, in ticks."""
 _DECIDED: Final = 7e-3
 """Relative likelihood, exp(-5), below which a lag is excluded."""
 _EVERY: Final = 2
@@ -46,12 +46,12 @@ class Response:
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Args:
-        longest: Samples to which the window of a stationary tool may grow.
+        longest: Largest number of samples in the window of a stationary tool.
 
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None without a window.
         half_width: Half-width of the confidence interval of ``share``.
-        lag: Number of ticks by which the force is older than its time stamp; None until the responses determine it.
+        lag: Number of ticks by which the force is older than its timestamp; None until the responses determine it.
         window: Number of samples in a window.
         stationary_ticks: Number of ticks since the tool began to wait. The window grows with it, because a sliding
             window would eventually be verified by chance.

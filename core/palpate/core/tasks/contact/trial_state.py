@@ -14,7 +14,7 @@ class TrialState:
     """State that the phases of a trial share.
 
     Attributes:
-        phase: The current phase; a task may define its own phases in another enumeration.
+        phase: The current phase; a task may define its own phases in a separate enumeration.
         noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
         observation: Observation for the choice of an action at the current tick; None at ticks without a choice.
     """
@@ -35,7 +35,7 @@ class TrialState:
         self.constraints = PhaseConstraints(contact=True)
 
     def enter(self, phase: Enum, constraints: PhaseConstraints) -> None:
-        """Enter another phase."""
+        """Enter a different phase."""
         self.phase, self.constraints = phase, constraints
         self.event("phase", phase.value)
 

@@ -35,7 +35,7 @@ _ASIDE_M: Final = 1e-3
 
 @dataclass(frozen=True)
 class NoOptions(Settings):
-    """Empty options of an insertion, which the table ``task`` configures."""
+    """Empty options of an insertion, which is configured in the ``task`` table."""
 
     TABLE: ClassVar[str] = "task.options"
 

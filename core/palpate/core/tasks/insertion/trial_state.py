@@ -42,7 +42,7 @@ class InsertionState(TrialState):
 
     @property
     def exploration_s(self) -> float:
-        """Return the time from the first contact to the hole, or to the present tick."""
+        """Return the time from the first contact until the hole was found, or until the current tick."""
         end = self.tick if self.hole_tick is None else self.hole_tick
         return (end - self.explore_start) * PERIOD_S
 

@@ -30,7 +30,7 @@ _LEAD_SHARE: Final = 1.0 / 60.0
 """Advance per action divided by the inside distance, while the force on each wall is below the friction limit."""
 _LONGEST_PUSH: Final = 30
 _SLOWEST_M: Final = 0.5e-3
-"""Number of actions of the longest push in place, and distance per action towards that place."""
+"""Number of actions in the longest push in place, and distance per action towards that place."""
 _WALL_SHARE: Final = 0.5
 """Force on a loaded wall, divided by the push."""
 _QUIET_SHARE: Final = 0.2
@@ -57,7 +57,7 @@ class Corner:
     Attributes:
         half_rad: Half the angle between two corners.
         tilted: Number of tilting actions so far.
-        longest_push: Number of actions of a push without contact.
+        longest_push: Number of actions in a push without contact.
         lead_m: Advance of the tool in the next push, (2,), task frame.
     """
 

@@ -59,7 +59,7 @@ _BY_RULE: Final = {
     ("corner seated", _PUSH): _STAND, ("corner seated", _DRIVE): _STAND, ("corner wedged", _PUSH): _DRIVE,
     ("corner turning", _DRIVE): _PUSH, ("upright in the hole", _INSERT): _WITHDRAW,
 }  # fmt: skip
-"""Next option of the policy corner-first in special cases, by situation and previous option."""
+"""Next option of the corner-first policy in special cases, by situation and previous option."""
 
 
 def can_start(option: str, state: str) -> bool:

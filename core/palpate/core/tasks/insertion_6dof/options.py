@@ -27,7 +27,7 @@ class SpatialOptions(Settings):
     tilt_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
     """Tilt that brings one corner down first."""
     down_share: Annotated[float, Range(0.1, 1.0)] = 0.9
-    """Depth to which a tilted corner or flat is lowered into the hole, over the height of its neighbours or the tip."""
+    """Depth to which a tilted corner or flat is lowered in the hole, divided by the height of its neighbours or tip."""
     inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5
     """Distance inside the nominal corner of the hole, along its diagonal, at which the peg's corner comes down."""
     push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
