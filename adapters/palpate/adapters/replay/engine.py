@@ -30,7 +30,6 @@ from palpate.adapters.replay.trial import ReplayedTrial
 from palpate.core.errors import LogError
 from palpate.core.policy import PolicyDocument, ThirdPartyPolicy
 from palpate.core.ports import Ports, WorldRecord
-from palpate.core.trial import TrialReport
 
 
 class Verdict(enum.Enum):
@@ -107,13 +106,13 @@ def replay(
         compare_latch(tape, rebuilt.supervisor.latch.cause, error)
         if tape.stops.left:
             differences.add(tape.tick, "/call", "port call", "arm.stop", None)
-    report = rebuilt.task.report
+    outcome = outcome_of(rebuilt.task.report)
     return Replay(
         path=log.path,
         verdict=_verdict(differences, log),
         ticks=tape.tick + 1,
         recorded_outcome=log.outcome or ("" if log.end is None else log.end.error),
-        replayed_outcome=_words(report),
+        replayed_outcome="" if outcome is None else outcome.value,
         first=differences.first,
         differences=differences.count,
         causes=_known_causes(log, rebuilt) if differences.count else (),
@@ -154,18 +153,13 @@ def run_over(trial: ReplayedTrial) -> Exception | None:
 def _continued(log: TrialLog, scored: ScoredTrial) -> str:
     """Return the outcome of a trial that was continued in the simulator, and the recorded one."""
     report, end = scored.report, log.end
-    text = f"in the simulator: {_words(report)} after {report.exploration_time_s:.2f} s of exploration"
+    text = f"in the simulator: {scored.outcome} after {report.exploration_time_s:.2f} s of exploration"
     text += "" if scored.truth is None else f", true peak {scored.truth.peak_force_N:.1f} N"
     if end is not None:
         text += f" (recorded: {log.outcome} after {end.exploration_time_s:.2f} s"
         text += "" if end.true_peak_force_N is None else f", {end.true_peak_force_N:.1f} N"
         text += ")"
     return text
-
-
-def _words(report: TrialReport) -> str:
-    outcome = outcome_of(report)
-    return "" if outcome is None else outcome.value
 
 
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:

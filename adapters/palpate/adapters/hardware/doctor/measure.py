@@ -115,7 +115,7 @@ def report_samples(
     facts = SensorFacts(*(noise[:2] if noise else (1e-9, 1e-9)), frame=frame)
     trip = _first_trip(series, facts)
     text = f"{len(series.reads)} reads, {counts}{f'; a run would end, because {trip.text}' if trip else ''}"
-    fresh = Series([read for read in series.reads if not _is_old(*read)])
+    fresh = Series([read for read in series.reads if read[1].validity is not Validity.STALE])
     if trip and len(fresh.reads) >= (1.0 - _RARE_SHARE) * len(series.reads) and _first_trip(fresh, facts) is None:
         remedy = f"{_BUSY}, and examine the rig for longer (--seconds 60)"
         report.add(Level.NOTE, Topic.SAMPLES, text, remedy)
@@ -124,12 +124,6 @@ def report_samples(
     if any(finding.topic is Topic.RATE and finding.level is Level.WRONG for finding in report.findings):
         remedy = "correct the rate first"
     report.judge(Topic.SAMPLES, trip is None, text, remedy)
-
-
-def _is_old(now_ns: int, sample: WrenchSample | JointSample) -> bool:
-    """Return whether a sample is older than a run accepts, or is marked as old by its adapter."""
-    limit_ms = _LIMITS.max_force_age_ms if isinstance(sample, WrenchSample) else _LIMITS.max_joint_age_ms
-    return sample.validity is Validity.STALE or now_ns - sample.source_time_ns > limit_ms * 1e6
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
