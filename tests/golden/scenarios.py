@@ -57,7 +57,7 @@ INSERTIONS = {
         "wedged",
         settings={
             **_shallow(10.0, 10.0, **SOON),
-            "cell": {"tilt_mrad": 6.0, "peg": {"friction": 0.6, "clearance_mm": 0.02}},
+            "cell": {"tilt_mrad": 8.0, "peg": {"friction": 0.6, "clearance_mm": 0.02}},
         },
     ),
     "arm-stuck": FaultScenario(

@@ -44,7 +44,8 @@ _RELEASE_SHARE: Final = 0.8
 that not even the harder press moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _HALF_TICKS: Final = MOST_SAMPLES // 2
-"""Time for vibrations and friction to settle without motion, and time for each of two means of the force."""
+_MOST_HALVES: Final = 4
+"""Time for vibrations and friction to settle without motion, time for each mean of the force, and number of means."""
 _LIGHT_SHARE: Final = 0.5
 """Force of a light contact divided by the press; the dither interrupts a lighter one."""
 _DEVIATIONS: Final = 3.3
@@ -332,18 +333,21 @@ class Insert(RunningPhase):
         # Without a dither a response would be chance.
         self._monitor.push(None)
         self._monitor.axial.restart()
-        if self._ticks == _SETTLE_TICKS + 2 * _HALF_TICKS:
+        halves, rest = divmod(self._ticks - _SETTLE_TICKS, _HALF_TICKS)
+        if halves >= 2 and not rest:
             first_N, second_N = self._held_N[-2 * _HALF_TICKS : -_HALF_TICKS], self._held_N[-_HALF_TICKS:]
             drift_N = (sum(second_N) - sum(first_N)) / _HALF_TICKS
             chance_N = _DEVIATIONS * sqrt(2.0 / _HALF_TICKS) * self._state.noise[2]
-            if drift_N > max(self._drift_N, chance_N):
+            if drift_N <= max(self._drift_N, chance_N):
+                self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
+                if self._found:
+                    self._begin_look()
+                else:
+                    self._begin(Stage.SINK)
+            elif halves == _MOST_HALVES:
+                # The force of a peg that slips until it is relieved also decreases, but not for so long.
                 rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
                 self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool is stationary")
-            self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
-            if self._found:
-                self._begin_look()
-            else:
-                self._begin(Stage.SINK)
         # The walls are relieved before the force is compared.
         vx, vy, _ = self._pressing(push=False)
         return (vx, vy, 0.0) if self._ticks < _SETTLE_TICKS else ZERO_VELOCITY
