@@ -65,7 +65,7 @@ def test_violation_says_what_was_seen_and_what_is_wanted():
 
 def test_missing_knob_is_not_a_pass():
     suite = FORCE.trying(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
-    with pytest.raises(ClauseNotApplicable, match="no go_silent: Makes the device stop sending without an error"):
+    with pytest.raises(ClauseNotApplicable, match=r"no go_silent: .* the device stop sending without an error"):
         suite.test_silence_is_marked()
     assert failed(suite) == {}
 
