@@ -186,7 +186,8 @@ def supervisor(form: Form) -> list[Row]:
             task.begin(trial_setup(CONFIG, number))
             began = time.perf_counter_ns()
             for snapshot, *_ in calls:
-                task.step(snapshot)
+                task.sense(snapshot)
+                task.act()
             stepping_ns += time.perf_counter_ns() - began
         checks_us.append(checking_ns * 1e-3 / ticks)
         steps_us.append(stepping_ns * 1e-3 / ticks)

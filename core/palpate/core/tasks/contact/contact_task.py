@@ -78,15 +78,6 @@ class ContactTask(Task):
         self._interrupt_noted = False
         self._clamped_tick = -2
 
-    def step(self, snapshot: Snapshot) -> JointCommand:
-        """Run one control tick, in which a snapshot is processed, and return the command.
-
-        Raises:
-            DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
-        """
-        self.sense(snapshot)
-        return self.act()
-
     def sense(self, snapshot: Snapshot) -> Observation | None:
         """Process a snapshot, in the first half of a tick; :meth:`act` is the second half.
 
