@@ -5,7 +5,7 @@
 
 The emulated robot, its joints at their set-points, is a thread of this process; it looks for commands every 2 ms. The
 arm's process is killed by SIGKILL while it moves a joint at 0.5 rad/s. What counts is when the robot gets the command
-that holds it, or velocities of zero, from this process.
+that holds it, or zero velocities, from this process.
 """
 
 from __future__ import annotations

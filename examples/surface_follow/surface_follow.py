@@ -112,7 +112,7 @@ def _press(task: TaskConfig, control: ControlConfig, measurement: Measurement, s
 
 
 class ContourApproach(RunningPhase):
-    """Phase that moves straight down to the first contact."""
+    """Phase that moves the tool straight down to the first contact."""
 
     def __init__(
         self,

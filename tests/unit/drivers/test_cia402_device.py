@@ -261,9 +261,9 @@ CASES = {
     "late answers": (
         lambda b: Delay(b.network, b.drives[1], 5_000_000),
         SilentError,
-        "drive 2: left 3 SYNCs in a row unanswered in time.*end other work here",
+        "drive 2: 3 SYNCs in a row were not answered in time.*end other work here",
     ),
-    "host away": (lambda b: b.network.sleep(0.15), LateError, r"has not heard this computer for \d+ ms"),
+    "host away": (lambda b: b.network.sleep(0.15), LateError, r"has not heard from this computer for \d+ ms"),
     "bus error": (
         lambda b: setattr(b.network.notifier, "exception", ValueError("non-hexadecimal number found")),
         SilentError,

@@ -68,7 +68,7 @@ class OperatorTable(Settings):
 
 
 RIG_FORMAT: Final = 2
-"""Format of rig files, which the key ``format`` may state."""
+"""Format of rig files, which the ``format`` key may state."""
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class ThisProcess(Workers):
     """Worker that runs calls sequentially in this process."""
 
     def count(self) -> int:
-        """Return 1."""
+        """Return 1, because the calls run sequentially."""
         return 1
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:

@@ -228,7 +228,7 @@ def third_party_document(code: str, config: RunConfig, perception: Perception) -
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
     """Return the perception stored in a policy file, after comparing it with that of the run.
 
-    If ``configured`` is None, the run's perception would have to be fitted, so that of the file is used.
+    If ``configured`` is None, the run's perception would have to be fitted, so the one from the file is used instead.
 
     Raises:
         ConfigurationError: The two differ.

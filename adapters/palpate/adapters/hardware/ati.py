@@ -1,4 +1,4 @@
-"""Force sensor adapter for the driver of ATI's Net F/T: connection and sample validity."""
+"""Force sensor adapter for ATI's Net F/T driver: connection and sample validity."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

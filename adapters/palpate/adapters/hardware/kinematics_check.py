@@ -54,7 +54,7 @@ def disagreement(arm: ArmDescription, reported: ReportedPose) -> tuple[float, fl
 
 
 def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
-    """Return a line about the agreement of the model and the controller.
+    """Return a line stating whether the model and the controller agree.
 
     Raises:
         ConfigurationError: They do not agree, or the model is nominal and no person has accepted it.
@@ -75,7 +75,7 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
 
 
 def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) -> str:
-    """Return a line about the agreement of the tool and the controller.
+    """Return a line stating whether the tool and the controller agree.
 
     Raises:
         ConfigurationError: The controller has a different tool centre point or payload.

@@ -75,7 +75,7 @@ def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink]
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:
-    """Return lines about the agreement of the model and the tool with an open arm.
+    """Return lines stating whether the model and the tool agree with an open arm.
 
     Raises:
         ConfigurationError: They do not agree.

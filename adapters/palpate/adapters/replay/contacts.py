@@ -66,7 +66,7 @@ class ContactCollector(Policy):
 
 @dataclass(frozen=True)
 class FoundContacts:
-    """Contacts in recorded trials, with the first trial's settings and the policy file of a belief learned from all."""
+    """Contacts in recorded trials, the settings of the first, and the policy file of a belief learned from them all."""
 
     config: RunConfig
     document: PolicyDocument

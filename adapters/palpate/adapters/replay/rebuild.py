@@ -160,7 +160,7 @@ class Rebuilder:
         return self._changes.any
 
     def rebuild(self, log: TrialLog) -> Rebuilt:
-        """Return the core at the beginning of the trial of this log.
+        """Return the core at the beginning of the trial recorded in this log.
 
         Raises:
             LogError: The log lacks required data.

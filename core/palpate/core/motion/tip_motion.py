@@ -41,7 +41,7 @@ def _yawed(tilt: Rows, yaw_rad: float) -> Rows:
 
 
 def turn_of(rotation: Rows) -> Vector3:
-    """Return the tilt and yaw of a rotation, (3, 3), row by row, from the upright to the turned tool, task frame."""
+    """Return the tilt and yaw of the rotation, (3, 3), row by row, that turned the tool from upright, task frame."""
     (a, _, e), (f, _, h), (i, _, k) = rotation
     share = atan2(hypot(e, h), k) / max(hypot(e, h), 1e-300)
     x, y = -h * share, e * share

@@ -143,7 +143,7 @@ class Settings:
             where: Dotted name of the object; empty for a whole file.
 
         Raises:
-            ConfigurationError: Keys are missing or unknown, or a value is refused; the message states its place.
+            ConfigurationError: Keys are missing or unknown, or a value is refused; the message says where.
         """
         kinds, prefix = kinds_of(cls), f"{where}." if where else ""
         given = fitted(where or cls.TABLE, raw, Mapping[str, Any])

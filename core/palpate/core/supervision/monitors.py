@@ -306,10 +306,10 @@ class SampleMonitor:
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Refuse a wrench of a different kind or frame before anything moves.
+    """Refuse a wrench that is of a different kind or in a different frame, before anything moves.
 
     Raises:
-        DeviceError: The wrench has a different kind or frame.
+        DeviceError: The wrench is of a different kind or in a different frame.
     """
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task requires raw wrenches in {frame!r}")

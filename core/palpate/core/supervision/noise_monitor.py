@@ -31,7 +31,7 @@ class NoiseMonitor:
 
     Flat lines: a channel that stays within :data:`BAND` of its noise for the number of samples in the settings is dead,
     even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
-    that of the sensor's facts, or that measured during taring if it is smaller.
+    the value given in the sensor's facts, or the value measured during taring if that is smaller.
 
     Noise: nothing moves during taring, so noise far above the declared value indicates a wrong scale or a broken wire.
 

@@ -57,7 +57,7 @@ class UdpWire:
 
 
 class NetFt(PolledSensor):
-    """Driver of a streaming box; ``errors`` counts lost, old and malformed records."""
+    """Driver for a streaming box; ``errors`` counts lost, old and malformed records."""
 
     def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__(NAME, "check its power, cable and network, and that no other program has its stream")

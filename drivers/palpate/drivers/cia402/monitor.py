@@ -79,7 +79,7 @@ def _reports(view: AxisView, joint: JointDrive, settings: ArmSettings, _now_ns: 
     if view.box.active:
         worst = view.box.active[0]
         if worst.code == _HOST_UNHEARD:
-            problem = f"has not heard this computer for {settings.host_watchdog_ms} ms (EMCY 0x{worst.code:04X})"
+            problem = f"has not heard from this computer for {settings.host_watchdog_ms} ms (EMCY 0x{worst.code:04X})"
             yield LateError(f"drive {joint.node}", problem, f"check the bus cable, or {_KEEP_TIME}")
         problem = (
             f"reports EMCY 0x{worst.code:04X} (register 0x{worst.register:02X}, maker's bytes {worst.vendor.hex()})"
@@ -93,7 +93,7 @@ def _silent(view: AxisView, joint: JointDrive, settings: ArmSettings, now_ns: in
         problem = f"no heartbeat for {silence_ms:.0f} ms (limit {settings.heartbeat_timeout_ms})"
         yield SilentError(f"drive {joint.node}", problem, "check its power and cable, then acknowledge")
     elif view.missed_in_a_row >= settings.missed_cycles:
-        problem = f"left {view.missed_in_a_row} SYNCs in a row unanswered in time"
+        problem = f"{view.missed_in_a_row} SYNCs in a row were not answered in time"
         remedy = f"check its power, its cable and the bus load; on a busy computer {_KEEP_TIME}"
         yield SilentError(f"drive {joint.node}", problem, remedy)
 

@@ -83,14 +83,14 @@ class ArmState(enum.Enum):
 
 
 class ArmDriver(Protocol):
-    """Driver of an arm, for use by a single thread.
+    """Driver for an arm, for use by a single thread.
 
     An error while the arm is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
     Raises:
         StateError: From any request that is made in the wrong state, or with a joint outside its limits.
         RefusedError: From ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
-        SettingError, WiringError: From ``open``: the device is missing, differs from the configuration, or has other
+        SettingError, WiringError: From ``open``: the device is missing, differs from the configuration or has different
             settings.
         SilentError, GarbledError: The bus, or a device on it, is silent or sends invalid data.
         DeviceFaultError: A device reports a fault, or a pose is not allowed.

@@ -40,7 +40,7 @@ def listed(counts: Mapping[str, int]) -> str:
 
 
 class PolledSensor(ABC):
-    """Driver of a force sensor; ``remedy`` is the advice in the error for a silent sensor.
+    """Driver for a force sensor; ``remedy`` is the advice in the error for a silent sensor.
 
     Attributes:
         failure: Error after which no more samples are accepted, or None if there is none.

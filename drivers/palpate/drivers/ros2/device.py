@@ -1,7 +1,7 @@
-"""Driver of the arm. It reads joint angles, sends commands, and makes the arm hold its position on any error.
+"""Driver for the arm. It reads joint angles, sends commands, and makes the arm hold its position on any error.
 
 A forward_command_controller holds its last command without a time limit. Therefore each commanded position is at most
-one period ahead of the arm, and each stop sends that position again, or velocities of zero.
+one period ahead of the arm, and each stop sends that position again, or zero velocities.
 """
 
 from collections.abc import Callable, Sequence
@@ -96,7 +96,7 @@ class Ros2Arm(LatchingArm):
         return super().diagnostics() | link_diagnostics(self._link, self._stamps)
 
     def stop(self) -> None:
-        """Hold the arm, or send velocities of zero. May be called at any time and repeatedly; never raises."""
+        """Hold the arm, or send zero velocities. May be called at any time and repeatedly; never raises."""
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
         elif self._state not in (ArmState.STOPPED, ArmState.FAULTED):

@@ -1,4 +1,4 @@
-"""Driver of the arm, which checks it on opening, commands it in every cycle, and stops it on any error.
+"""Driver for the arm. It checks the arm on opening, commands it in every cycle, and stops it on any error.
 
 A stop brakes with servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
 control program, which also brakes the arm.

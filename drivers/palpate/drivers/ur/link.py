@@ -1,4 +1,4 @@
-"""Connection to the process that runs ur_rtde. All waits are limited."""
+"""Connection to the process that runs ur_rtde. All waits are bounded."""
 
 import json
 import select

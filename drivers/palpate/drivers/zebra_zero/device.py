@@ -1,4 +1,4 @@
-"""Driver of the Zebra Zero. It finds, enables, moves and stops the arm in the caller's loop, without threads."""
+"""Driver for the Zebra Zero. It finds, enables, moves and stops the arm in the caller's loop, without threads."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress

@@ -28,11 +28,11 @@ class HiddenValues:
     Attributes:
         gripper_kg: Mass between the force sensor and the springs, in addition to the configured mass.
         centre_of_mass_m: Centre of that mass, (3,), frame of the tool.
-        mounting_deg: Turn of the sensor about the tool's axis, from x towards y.
+        mounting_deg: Rotation of the sensor about the tool's axis, from x towards y.
         plate_mm: Height of the plate above its nominal height.
         hole_mm: Largest distance of the hole from the nominal goal.
-        axial_share: Axial stiffness of the gripper, relative to the configured one.
-        springs_share: Stiffness of all springs of the gripper, relative to the configured one.
+        axial_share: Axial stiffness of the gripper, relative to the configured value.
+        springs_share: Stiffness of all springs of the gripper, relative to the configured value.
         friction: Friction between the peg and the plate, or None for the configured value.
         latency_ms: Latency of wrench measurements.
     """
@@ -78,11 +78,11 @@ class HiddenValues:
         )
 
     def measured(self, wrench: list[float], down_in_tool: Any) -> list[float]:
-        """Return a wrench, (6,), as the turned sensor measures it, including the gripper's weight.
+        """Return a wrench, (6,), as the rotated sensor measures it, including the gripper's weight.
 
         Args:
             wrench: Wrench in the configured cell, (6,), frame of the tool.
-            down_in_tool: Unit vector down, (3,), frame of the tool. Accelerations are small compared with gravity.
+            down_in_tool: Unit vector pointing down, (3,), frame of the tool. Accelerations are well below gravity.
         """
         weight_N = self.gripper_kg * _GRAVITY_M_S2
         gx, gy, gz = (weight_N * float(each) for each in down_in_tool)

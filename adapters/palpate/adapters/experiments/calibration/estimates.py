@@ -117,7 +117,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
         direction: +1 while pressing, -1 while releasing, (n,); friction and delay cause the difference between them.
 
     Raises:
-        UndeterminedError: There are too few samples, or the force does not increase with depth as for a spring.
+        UndeterminedError: There are too few samples, or force does not increase with depth as it would with a spring.
     """
     if len(depth_m) < _LEAST_SAMPLES or np.ptp(depth_m) == 0.0:
         raise UndeterminedError("stiffness", f"{len(depth_m)} samples under load", "a press that is slower or deeper")

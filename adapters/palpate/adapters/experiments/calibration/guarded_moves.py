@@ -15,9 +15,9 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Life, Rig
 from palpate.core.supervision import SampleMonitor, SupervisionConfig
 
 SPEED_M_S: Final = 0.005
-"""Highest speed of tip and sensor."""
+"""Highest speed of the tip and the sensor."""
 FORCE_N: Final = 10.0
-"""Change of the force, since the start of a motion, above which the arm is stopped."""
+"""Change in force since the start of a motion above which the arm is stopped."""
 _TURN_RAD_S: Final = 0.1
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4

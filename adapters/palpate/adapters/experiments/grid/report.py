@@ -87,7 +87,7 @@ _WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel of the figure."""
+    """A panel of the figure."""
 
     title: str
     curves: tuple[tuple[int, ...], ...]

@@ -55,7 +55,7 @@ class StudyFolder:
                 self._clear()
 
     def write_table(self, study: Study, conditions: Sequence[Condition]) -> int:
-        """Write ``summary.csv`` with one line per finished condition in the order of the study; return their number."""
+        """Write ``summary.csv``, a line per finished condition in the order of the study; return the number of them."""
         rows = []
         for condition in conditions:
             if summary := RunFolder(self.conditions / condition.name).summary():

@@ -66,7 +66,7 @@ class DeviceReport:
             self.add(Level.WRONG, Topic.OPEN, describe(error), "see the adapter's own documentation")
 
     def include(self, diagnostics: Mapping[str, str]) -> None:
-        """Add the diagnostics of a driver; their entry ``fault`` becomes a finding."""
+        """Add the diagnostics of a driver; the ``fault`` entry becomes a finding."""
         found = dict(diagnostics)
         fault = found.pop("fault", "")
         self.facts |= found

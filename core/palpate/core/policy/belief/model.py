@@ -1,4 +1,4 @@
-"""The contact model, which predicts the torque at a distance and direction from the hole.
+"""The contact model, which predicts the torque at a given distance and direction from the hole.
 
 ::
 
@@ -6,8 +6,8 @@
              + (1 + load * gain(distance)) times the tilt's torque, along and across that heading
 
 The load is the pressing force divided by 4.9 N. No relation between torque and direction is built in: the cue is
-learned and shared over all headings, as for a round peg; the residual contains deviations from that. All quantities are
-given at a few rings of distance and interpolated linearly.
+learned and shared across all headings, as for a round peg; the residual contains deviations from that. All quantities
+are given at a few rings of distance and interpolated linearly.
 
 A tool tilted in its grip makes contact with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by

@@ -110,7 +110,7 @@ class DisplacementHmm:
         """Take one step of Baum-Welch.
 
         Returns:
-            The improved model, the expected number of visits of each offset, (offsets,), and the log-likelihood of the
+            The improved model, the expected number of visits to each offset, (offsets,), and the log-likelihood of the
             trials under the previous model.
         """
         found = expected_counts(batch, Shifts(self.targets(), self.blocked, self.start, self.emissions))

@@ -35,7 +35,7 @@ class RunningPhase(Protocol):
 
 
 class Lift(RunningPhase):
-    """Phase that moves straight up to the ready height."""
+    """Phase that moves the tool straight up to the ready height."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller) -> None:
         self._motion, self._controller = motion, controller
@@ -49,7 +49,7 @@ class Lift(RunningPhase):
 
 
 class Transfer(RunningPhase):
-    """Phase that moves at the ready height to the start of the trial, and turns a turned tool upright."""
+    """Phase that moves the tool at the ready height to the start of the trial, and rotates it upright if necessary."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller, state: TrialState) -> None:
         self._motion, self._controller, self._state = motion, controller, state

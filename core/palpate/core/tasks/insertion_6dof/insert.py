@@ -28,7 +28,7 @@ _SUNK_M: Final = 1e-4
 
 
 class SpatialInsert(Insert):
-    """Phase that sinks and complies with all torques; with a stuck peg, exploration resumes and the trial does not end.
+    """Phase that lowers the peg and complies with all torques; if it sticks, exploration resumes and the trial goes on.
 
     Args:
         options: Options for the compliance of the tool.

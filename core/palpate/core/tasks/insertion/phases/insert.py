@@ -64,7 +64,7 @@ class Stage(Enum):
 
 
 class Insert(RunningPhase):
-    """Phase that sinks until the peg is inserted, on an edge, or wedged; an edge does not end the trial."""
+    """Phase that lowers the peg until it is inserted, on an edge, or wedged; an edge does not end the trial."""
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
