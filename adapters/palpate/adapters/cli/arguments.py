@@ -140,7 +140,8 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     if facts.get("command") == command:
         # A run.toml also holds how many trials the same command ran, and with which policy.
         given_flags = {word.partition("=")[0] for word in words}
-        known = {name: _frozen(facts[name]) for name in ("trials", "policy") if name in facts}
+        known = {name: facts[name] for name in ("trials", "policy") if name in facts}
+        known = {name: tuple(value) if isinstance(value, list) else value for name, value in known.items()}
         own = replace(own, **{name: value for name, value in known.items() if f"--{name}" not in given_flags})
     if command == "run" and (ignored := sorted({*given.get("learning", {})} - {*_EARNED})):
         problem = f"--learning.{ignored[0].replace('_', '-')} changes nothing: palpate run does not learn"
@@ -215,10 +216,6 @@ def _resumed(own: RunSettings) -> str:
     path = Path(getattr(own, "out", "") or f"runs/{own.scenario or 'paper'}") / "run.toml"
     # Not Path.exists, which raises an error if access is denied.
     return str(path) if os.path.exists(path) else ""
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
 
 
 def _one_line(boxed: str) -> str:

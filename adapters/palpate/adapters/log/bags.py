@@ -94,7 +94,9 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
     stream = BytesIO()
     log = LogFile(stream, {"schema": SCHEMA, "command": "import", "arm": str(config.arm)})
     log.add(
-        RawMessage(BY_RECORD[type(each)].id, _time_ns(each), encode(each), number)
+        RawMessage(
+            BY_RECORD[type(each)].id, max(getattr(each, "tick", 0), 0) * _NS // CONTROL_RATE_HZ, encode(each), number
+        )
         for number, each in enumerate(records)
     )
     log.finish()
@@ -239,10 +241,6 @@ def _store() -> Any:
     except ImportError:
         raise UsageError("bags need rosbags: pip install 'palpate[ros2]'") from None
     return get_typestore(Stores.ROS2_JAZZY)
-
-
-def _time_ns(record: Any) -> int:
-    return max(getattr(record, "tick", 0), 0) * _NS // CONTROL_RATE_HZ
 
 
 def _start(config: RunConfig, ready: ReadyPose, perception: Perception, bag: Path) -> StartRecord:

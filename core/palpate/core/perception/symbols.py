@@ -80,7 +80,10 @@ class Thresholds(Settings):
     @cached_property
     def symbols(self) -> tuple[str, ...]:
         """Return the names of the combinations."""
-        bands = [_band_names(name, len(cuts)) for name, cuts in zip(self.features, self.thresholds, strict=True)]
+        bands = [
+            [f"{name}{sign}" for sign in "-0+"] if len(cuts) == 2 else [f"{name}:{i}" for i in range(len(cuts) + 1)]
+            for name, cuts in zip(self.features, self.thresholds, strict=True)
+        ]
         return tuple(" ".join(one) for one in product(*bands))
 
     @cached_property
@@ -163,12 +166,6 @@ class GatedThresholds(Settings):
         if region == self._middle:
             return len(self.outer.symbols) - 1 + self.inner.symbol(features[count:])
         return region - (region > self._middle)
-
-
-def _band_names(feature: str, thresholds: int) -> list[str]:
-    if thresholds == 2:
-        return [f"{feature}{sign}" for sign in "-0+"]
-    return [f"{feature}:{i}" for i in range(thresholds + 1)]
 
 
 @dataclass(frozen=True)

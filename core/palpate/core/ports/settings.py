@@ -260,16 +260,13 @@ def fitted(name: str, value: Any, kind: Any) -> Any:
         value = {str(key): fitted(f"{name}.{_shown(str(key))}", item, items[1]) for key, item in value.items()}
     for mark in marks:
         if not mark.holds(value):
-            raise ConfigurationError(name, value, mark.words(base) + _suggestion(value, mark))
+            suggestion = did_you_mean(value, list(map(str, mark.values))) if isinstance(mark, OneOf) else ""
+            raise ConfigurationError(name, value, mark.words(base) + suggestion)
     return value
 
 
 def _shown(key: str) -> str:
     return key if key.isprintable() else repr(key)
-
-
-def _suggestion(value: Any, mark: Mark) -> str:
-    return did_you_mean(value, list(map(str, mark.values))) if isinstance(mark, OneOf) else ""
 
 
 def _is_a(value: Any, origin: Any, items: tuple[Any, ...]) -> bool:

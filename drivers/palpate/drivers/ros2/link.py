@@ -111,7 +111,8 @@ class Ros2Link:
         alive = [
             each for each in found if each.sample_info.instance_state == _ALIVE and each.topic_name == _wire(topic)
         ]
-        return [(_ros_name(each.type_name), _qos_text(each.qos)) for each in alive]
+        names = (each.type_name.replace("::dds_::", "::").replace("::", "/").removesuffix("_") for each in alive)
+        return list(zip(names, (_qos_text(each.qos) for each in alive), strict=True))
 
     def wall_ns(self) -> int:
         """Return the time of day, which ROS 2 uses for timestamps."""
@@ -170,10 +171,6 @@ def _configuration(network: Ros2Network) -> str:
 
 def _wire(topic: str) -> str:
     return f"rt/{topic.removeprefix('/')}"
-
-
-def _ros_name(wire: str) -> str:
-    return wire.replace("::dds_::", "::").replace("::", "/").removesuffix("_")
 
 
 def _qos_text(qos: Any) -> str:

@@ -73,16 +73,14 @@ class Tracking:
         if is_driven and last_ns is not None:
             reach = self._jump_counts_per_s[index] * (now_ns - last_ns) * 1e-9
             jump = abs(counts - self._counts[index]) - reach
-            if jump > self._slack_counts or (jump > 0.0 and self._is_another_s(index, counts, reach)):
+            others = (place for other, place in enumerate(self._counts) if other != index)
+            is_other = jump > 0.0 and any(abs(counts - place) <= reach for place in others)
+            if is_other or jump > self._slack_counts:
                 return self._mismatch(index)
         self._counts[index], self._time_ns[index] = counts, now_ns
         self._status[index], self._aux[index] = reply.status, reply.aux
         self._misses[index] = 0
         return 0
-
-    def _is_another_s(self, index: int, counts: int, reach: float) -> bool:
-        others = (place for other, place in enumerate(self._counts) if other != index)
-        return any(abs(counts - place) <= reach for place in others)
 
     def _mismatch(self, index: int) -> int:
         self._misses[index] += 1

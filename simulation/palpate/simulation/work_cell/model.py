@@ -31,6 +31,7 @@ from palpate.simulation.work_cell.contact_shapes import (
 from palpate.simulation.work_cell.contour import FLAT, add_ball, add_contour
 
 GRAVITY_M_S2: Final = 9.81
+_FULL_INERTIA: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 _RIGID_GYRATION_M2: Final = 4e-4
 _SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
 _PEG: Final = 1  # collision groups: only peg against plate
@@ -118,7 +119,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             quat=quaternion(placement.rotation),
             mass=inertia.mass,
             ipos=inertia.lever,
-            fullinertia=_full_inertia(inertia.inertia),
+            fullinertia=[float(inertia.inertia[at]) for at in _FULL_INERTIA],
             explicitinertial=True,
             gravcomp=1.0,
         )
@@ -388,8 +389,3 @@ def _turned(kinematics: Kinematics, tilt: tuple[float, float, float, float]) -> 
         return tilt
     w, x, y, z = tilt
     return quaternion(kinematics.tip_in_sensor.rotation @ pin.Quaternion(w, x, y, z).toRotationMatrix())
-
-
-def _full_inertia(inertia: np.ndarray) -> tuple[float, ...]:
-    i = inertia
-    return tuple(float(v) for v in (i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]))

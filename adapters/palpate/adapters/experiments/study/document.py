@@ -226,7 +226,10 @@ class Study:
         sets = [dict(zip(grid, values, strict=True)) for grid in self.grids for values in product(*grid.values())]
         for fields, policy in product(sets, self.policies):
             config = self._config(fields, policy)
-            words = [policy, *(f"{short[name]}={_word(value)}" for name, value in fields.items())]
+            texts = (
+                each if isinstance(each, str) else json.dumps(each, ensure_ascii=False) for each in fields.values()
+            )
+            words = [policy, *(f"{short[name]}={text}" for name, text in zip(fields, texts, strict=True))]
             for seed in self.seeds:
                 name = ",".join(quote(word, safe="=+") for word in (*words, f"seed={seed}"))
                 if name in seen:
@@ -293,7 +296,3 @@ def _plain(value: Any) -> Any:
 
 def _absolute(path: str) -> str:
     return os.path.abspath(path) if path else ""
-
-
-def _word(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

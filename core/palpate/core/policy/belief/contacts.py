@@ -120,14 +120,10 @@ class ContactTrial:
         if (
             not isinstance(contacts, Sequence)
             or not _within(hole, _GREATEST[:2])
-            or not all(map(_is_contact, contacts))
+            or not all(_within(row, _GREATEST) and row[4] > 0 for row in contacts)
         ):
             raise ConfigurationError(where, data, accepted)
         return cls((hole[0], hole[1]), tuple(ContactObservation((a, b), (c, d), e) for a, b, c, d, e in contacts))
-
-
-def _is_contact(row: object) -> bool:
-    return _within(row, _GREATEST) and row[4] > 0
 
 
 def _within(row: object, greatest: Sequence[int]) -> TypeGuard[list[int]]:

@@ -102,7 +102,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._search_step_m = min(search * bounds.action_s, bounds.longest_m)
         step_m = min(speed * bounds.action_s, bounds.longest_m)
         self._planner = Planner(self._places, capture_m, step_m)
-        self._actions = {move: Action(_name(*move), move) for move in self._planner.moves}
+        self._actions = {(x, y): Action(f"{x * 1e3:+.2f}{y * 1e3:+.2f}mm", (x, y)) for x, y in self._planner.moves}
 
     @property
     def model(self) -> ContactModel | None:
@@ -122,18 +122,14 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._search, self._steps = None, 0
 
     def _fit(self) -> None:
-        self._expect_place()
+        prior = place_prior([trial.hole_m for trial in self._trials], self._places)
+        self._log_prior, self._centre_m = logarithm(prior).astype(SINGLE), self._places.mean_m(prior)
         self._model = self._table = None
         if sum(len(trial.contacts) for trial in self._trials) < MIN_CONTACTS:
             return
         self._model = fit_contact_model(self._trials)
         self._table = ContactTable(self._model, self._places, self.parameters.regrip_share)
         self._lag = self._model.lag
-
-    def _expect_place(self) -> None:
-        """Compute the prior over positions and its centre from earlier holes."""
-        prior = place_prior([trial.hole_m for trial in self._trials], self._places)
-        self._log_prior, self._centre_m = logarithm(prior).astype(SINGLE), self._places.mean_m(prior)
 
     def choose(self, observation: Observation) -> Decision:
         """Return the step that minimises the expected time to the hole."""
@@ -195,8 +191,3 @@ class BeliefLearner(ModelLearner[ContactTrial]):
 
     def _trial_from(self, where: str, data: object) -> ContactTrial:
         return ContactTrial.from_dict(where, data)
-
-
-def _name(dx_m: float, dy_m: float) -> str:
-    """Return the name of a step, such as ``+0.28-0.28mm``."""
-    return f"{dx_m * 1e3:+.2f}{dy_m * 1e3:+.2f}mm"

@@ -65,6 +65,7 @@ class Monitor:
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
         budget_N: Largest bend without verification.
         play_m: Lateral distance that does not bend the gripper.
+        waited_ticks: Number of ticks for which the tool has waited since the last verification.
         timeout_ticks: Number of stationary ticks before a mismatch is reported.
         pull_N: Pull that the tool itself causes.
         axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
@@ -144,7 +145,7 @@ class Monitor:
         self._from_m: Vector3 | None = None
         # There is no play towards a wall that has just responded.
         self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
-        self.spent_N, self.spent, self._waited_ticks, self._aimed = 0.0, False, 0, False
+        self.spent_N, self.spent, self.waited_ticks, self._aimed = 0.0, False, 0, False
         self._spent_at_N = 0.0
         for response in self._unloaded:
             response.stationary_ticks = 0
@@ -318,11 +319,6 @@ class Monitor:
         """Return True if the response along the axis does not match the gripper's stiffness."""
         return self.axial.verdict() is Verdict.CONTRADICTED
 
-    @property
-    def waited_share(self) -> float:
-        """Return the elapsed fraction of ``timeout_ticks``."""
-        return self._waited_ticks / self.timeout_ticks
-
     def moves_on(self) -> None:
         """Restart responses that require a stationary tool, because it now follows the force."""
         self.across.restart()
@@ -337,8 +333,8 @@ class Monitor:
         """
         if self._state.tick > self._waited_tick:
             self._waited_tick = self._state.tick
-            self._waited_ticks += 1
-        still_ticks = min(self._waited_ticks, self._stationary_ticks)
+            self.waited_ticks += 1
+        still_ticks = min(self.waited_ticks, self._stationary_ticks)
         self.axial.widen(still_ticks)
         self.across.widen(still_ticks)
         for response in self._unloaded:
@@ -346,7 +342,7 @@ class Monitor:
         if self.verified:
             self.free()
         contradicted = supported and self.contradicted and still_ticks > self.axial.window + 2
-        if contradicted or self._waited_ticks > self.timeout_ticks:
+        if contradicted or self.waited_ticks > self.timeout_ticks:
             self.mismatch(f"the force does not respond {where}")
 
     def mismatch(self, text: str) -> None:

@@ -112,11 +112,6 @@ class SpatialExplore(Explore):
         self._path_m2_s2 += vx * vx + vy * vy + vz * vz
         self._give = min(self._swift_s * self._path_m2_s2 / max(self._behind_m2_s, 1e-12), 1.0)
 
-    @property
-    def _waits(self) -> bool:
-        """Return True if the tool may have bent the gripper by the whole budget."""
-        return self._monitor.spent
-
     @override
     def step(self) -> Vector3:
         controller = self._spatial.controller
@@ -134,7 +129,7 @@ class SpatialExplore(Explore):
             self._state.event("sunk below the surface")
             self.over = True
             return ZERO_VELOCITY
-        if not self._waits:
+        if not self._monitor.spent:
             self.countdown -= 1
         if self.countdown <= 0:
             self._perceive()
@@ -180,7 +175,7 @@ class SpatialExplore(Explore):
         spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
         give, self._path_m_s = self._give, None
         if spatial.controller is ControllerKind.STEP:
-            velocity = self._wait() if self._waits and not self._upright else super()._advance()
+            velocity = self._wait() if self._monitor.spent and not self._upright else super()._advance()
             rate = self._rate_rad_s
         elif spatial.controller is ControllerKind.LIFT:
             ticks = self._task.ticks_per_action
@@ -218,7 +213,7 @@ class SpatialExplore(Explore):
             velocity, rate = (vx, vy, self._pulled_m_s()), (a, b, give * w + c)
         else:
             velocity = rate = ZERO_VELOCITY
-        if self._waits:
+        if self._monitor.spent:
             rate = ZERO_VELOCITY
         if rate != ZERO_VELOCITY:
             velocity = self._about_pivot(velocity, self._motion.turn(rate))
@@ -239,7 +234,7 @@ class SpatialExplore(Explore):
             monitor.wait("while the tool pushes")
             vx, vy, vz = 0.0, 0.0, min(vz, 0.0)
             # Intermittent contact responds to neither dither; slightly higher and off the wall, the tool is free.
-            late = monitor.waited_share - _RAISED_AFTER
+            late = monitor.waited_ticks / monitor.timeout_ticks - _RAISED_AFTER
             if late > 0.0:
                 rises = late < _RAISED_M / (_WITHDRAW_M_S * PERIOD_S * monitor.timeout_ticks)
                 back, up = (_WITHDRAW_M_S, -_WITHDRAW_M_S) if rises else (0.0, vz)

@@ -39,7 +39,8 @@ class SlcanAdapter:
     def advance(self, now_ns: int) -> bytes:
         """Advance the time of the bus and return the frames that the host receives."""
         frames = self.bus.advance(now_ns)
-        return b"".join(map(_frame_line, frames)) if self._on_bus() else b""
+        lines = (b"t%03X%d%s" % (f.arbitration_id, len(f.data), f.data.hex().upper().encode()) + _DONE for f in frames)
+        return b"".join(lines) if self._on_bus() else b""
 
     def _execute(self, line: bytes) -> bytes:
         if self.is_open and (found := _FRAME.fullmatch(line)) and len(found[3]) == 2 * int(found[2]):
@@ -56,7 +57,3 @@ class SlcanAdapter:
 
     def _on_bus(self) -> bool:
         return self.is_open and self.bit_rate_Hz == self.bus.bit_rate_Hz
-
-
-def _frame_line(frame: BusFrame) -> bytes:
-    return b"t%03X%d" % (frame.arbitration_id, len(frame.data)) + frame.data.hex().upper().encode() + _DONE

@@ -90,6 +90,7 @@ class Insert(RunningPhase):
         # A slower drift stays below half the budget until the descent must end.
         self._drift_N = _DUE_SHARE * budget_N * _HALF_TICKS / self._limit_ticks
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
+        self._stages = dict(zip(list(Stage)[2:], (self._seat, self._release, self._hold, self._let_go), strict=True))
         pull = (0.0, 0.0, self._pull_N)
         self._pull, self._free = (
             DampingControl(damping, force_N, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
@@ -121,14 +122,8 @@ class Insert(RunningPhase):
         self._last_m = reference_m
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
-        if self._stage is Stage.SEAT:
-            return self._seat()
-        if self._stage is Stage.RELEASE:
-            return self._release()
-        if self._stage is Stage.HOLD:
-            return self._hold()
-        if self._stage is Stage.LET_GO:
-            return self._let_go()
+        if (stage := self._stages.get(self._stage)) is not None:
+            return stage()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
         # A tool that must not press further cannot detect a floor: it searches for a wall until one responds.
         rests = self._pressed and not self._monitor.spent and depth_m >= self._full_m - unsure_m
