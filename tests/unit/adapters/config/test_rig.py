@@ -54,7 +54,7 @@ def test_arm_is_named_in_the_file_or_by_the_caller_and_not_by_both(path):
     ("text", "refused"),
     [
         ("format = 1\n" + RIG, "format must be 2, which this version reads"),
-        (RIG + URDF.replace("flange", "flansch"), "missing flange"),
+        (RIG + URDF.replace("flange", "flansch"), "flange is missing"),
     ],
 )
 def test_rig_file_that_is_wrong_is_refused(path, text, refused):
