@@ -83,14 +83,13 @@ class Insert(RunningPhase):
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
         # A peg that drops releases the bend of the gripper under the press, and falls on without contact.
-        self._drop_m, self._held_m = (
-            press_N / monitor.axial_N_per_m,
-            _DUE_SHARE * budget_N / monitor.axial_N_per_m,
-        )
+        self._drop_m = press_N / monitor.axial_N_per_m
+        self._held_m = _DUE_SHARE * budget_N / monitor.axial_N_per_m
         # A slower drift stays below half the budget until the descent must end.
         self._drift_N = _DUE_SHARE * budget_N * _HALF_TICKS / self._limit_ticks
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
-        self._stages = dict(zip(list(Stage)[2:], (self._seat, self._release, self._hold, self._let_go), strict=True))
+        self._stages = {Stage.SEAT: self._seat, Stage.RELEASE: self._release, Stage.HOLD: self._hold}
+        self._stages[Stage.LET_GO] = self._let_go
         pull = (0.0, 0.0, self._pull_N)
         self._pull, self._free = (
             DampingControl(damping, force_N, task.travel_speed_mm_s * 1e-3, monitor.axial_N_per_m, PERIOD_S)
