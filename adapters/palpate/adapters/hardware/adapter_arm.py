@@ -1,4 +1,4 @@
-"""A third-party arm adapter, with its own ports and life cycles, served by the arm's process."""
+"""A third-party arm adapter with its own ports and life cycles, which runs in the arm process."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,7 +11,7 @@ from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample
 
 
 class AdapterArm(ServedArm):
-    """Encoders and servos, possibly two objects, with a common life cycle."""
+    """Encoders and servos with a common life cycle; they may be separate objects."""
 
     answers = True
 
@@ -96,5 +96,5 @@ class AdapterArm(ServedArm):
 
 
 def served(made: ArmAdapter | ServedArm, context: RigContext) -> ServedArm:
-    """Return the result of an adapter's function in the form that the arm's process serves."""
+    """Wrap a third-party adapter so that the arm process can serve it; return a palpate driver unchanged."""
     return made if isinstance(made, ServedArm) else AdapterArm(made, context)

@@ -1,4 +1,4 @@
-"""Approach of a real arm to the ready pose from any pose."""
+"""Motion of a real arm from any pose to the ready pose."""
 
 from dataclasses import dataclass
 from math import copysign, pi, tau
@@ -16,20 +16,20 @@ from palpate.core.supervision import WITHDRAWAL_SHARE, SampleMonitor
 from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
-"""Speed for withdrawing a peg that was left in its hole, equal to that of free motion near the plate."""
+"""Speed for withdrawing a peg that was left in its hole, the same as for free motion near the plate."""
 _ALONG: Final = 0.98
-"""Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
+"""Cosine of the maximum angle between the tool and the hole at which the peg can be in the hole."""
 _THERE_RAD: Final = 2e-3
-"""Tolerance of each joint at a pose, which must hold in several consecutive samples."""
+"""Position tolerance of each joint at a pose. Several consecutive samples must be within it."""
 _STAYS_SAMPLES: Final = 5
-"""Number of samples required at a pose. An arm that is catching up may pass it at up to 5 mrad per sample."""
+"""Number of consecutive samples required at a pose. An arm that is catching up may pass it at 5 mrad per sample."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
-"""Number of ticks (one second) in which the set-point accelerates to full speed, and decelerates to rest.
+"""Number of ticks (one second) for the set-point to accelerate from rest to full speed, or to decelerate to rest.
 
-An arm that is delayed by 0.2 s near the end of the path then has little to catch up, with the plate 3 mm away.
+Near the end of the path, 3 mm above the plate, an arm that lags by 0.2 s then has little to catch up.
 """
 _TIMEOUT_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""Longest time for the arm to catch up with its set-point."""
+"""Maximum time for the arm to catch up with its set-point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +51,13 @@ class ReadyPosePath:
 def move_to_ready(
     approach: ReadyPosePath, ports: Ports, speed_rad_s: float, limit_N: float, monitor: SampleMonitor
 ) -> None:
-    """Withdraw the tool straight from a hole that it may be in, then move through the poses of an approach.
+    """Withdraw the tool straight out of the hole if it is in one, then move through the poses of an approach.
 
     At the end, and after any error, the arm holds its last set-point or is stopped.
 
     Args:
-        limit_N: Change of force, relative to the start or the end of the withdrawal, that stops the arm; doubled during
-            the withdrawal, because an arm that was left pressing releases that force.
+        limit_N: Force change, relative to the start or the end of the withdrawal, that stops the arm. It is doubled
+            during the withdrawal, because an arm that was left pressing on something releases that force.
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or touches something, or a
@@ -83,7 +83,7 @@ def move_to_ready(
 
 
 def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
-    """Refuse a joint more than half a turn from the ready pose if its true angle may be one turn closer."""
+    """Reject a joint more than half a turn from the ready pose if its true angle may be one turn closer."""
     limits = Kinematics(approach.arm, approach.tool)
     joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
     for number, (q, ready, low, high) in enumerate(joints, start=1):
@@ -95,9 +95,9 @@ def require_right_turn(approach: ReadyPosePath, begin_rad: JointVector) -> None:
 
 
 def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVector]:
-    """Return joint poses, tick by tick, that withdraw a tool along its axis until it is clear of the plate.
+    """Return the joint poses, one per tick, that withdraw a tool along its axis until it is clear of the plate.
 
-    There are no poses if the tip is already clear, or if the tool is not aligned with the hole.
+    The list is empty if the tip is already clear, or if the tool is not aligned with the hole.
 
     Raises:
         DeviceError: The arm cannot withdraw the tool from its current pose.
@@ -121,9 +121,9 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
 
 
 def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
-    """Return a straight line in joint space from rest to rest, on which all joints arrive together.
+    """Return a straight path in joint space that starts and ends stationary, with all joints arriving together.
 
-    Acceleration, speed and deceleration are constant, because a constant speed is averaged over :data:`_RAMP_TICKS`.
+    A moving average of a constant speed over :data:`_RAMP_TICKS` gives constant acceleration and deceleration.
     """
     begin, path_rad = np.array(begin_rad), np.subtract(target_rad, begin_rad)
     ticks = max(1, round(float(np.abs(path_rad).max()) / speed_rad_s * CONTROL_RATE_HZ))
@@ -132,7 +132,7 @@ def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: fl
 
 
 def _follow(ticks: GuardedTicks, path: list[JointVector]) -> None:
-    """Command one pose per tick and wait until the arm rests at the last one."""
+    """Command one pose per tick and wait until the arm is stationary at the last one."""
     near, sequence, away = 0, -1, 0.0
     for pose in path:
         ticks.tick(pose)

@@ -1,4 +1,4 @@
-"""The two arm ports for an arm that another process owns."""
+"""The two ports of an arm that runs in a separate process."""
 
 import sys
 from collections.abc import Callable
@@ -33,20 +33,20 @@ from palpate.core.ports import (
 
 _NS: Final = 1_000_000_000
 _ANSWER_NS: Final = 2_000_000
-"""Longest wait of the loop for a third-party arm's answer to a set-point."""
+"""Maximum time for which the loop waits for a third-party arm to answer a set-point."""
 _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
-"""Time of inactivity, beyond the set-point time-out, after which a process counts as hanging. A cycle on a line that
-does not answer takes time."""
+"""Time of inactivity, beyond the set-point time-out, after which a process counts as hanging. A cycle takes time on a
+line that does not answer."""
 _LATE_NS: Final = 40_000_000
-"""Time of inactivity after which a process counts as late or dead; an arm without its own stop is then held."""
+"""Time of inactivity after which a process counts as late or dead. An arm without its own stop is then held."""
 _LEFT: Final = "only the drives' own time-outs stop the arm now; switch it off if it moves"
 
 
 class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
-    """Encoders and servos of an arm that another process owns; ``notify`` receives its messages when it is opened.
+    """Encoders and servos of an arm in a separate process; ``notify`` receives its messages when it is opened.
 
     Attributes:
         listens: Whether only angles are read, without power or commands. Set it before :meth:`activate`.
@@ -101,7 +101,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return sample
 
     def diagnostics(self) -> dict[str, str]:
-        """Return the diagnostics of the arm; empty while it is not open."""
+        """Return the diagnostics of the arm, or an empty mapping while it is not open."""
         found: dict[str, str] = {} if self._host is None else self._request("diagnostics")
         return found
 
@@ -116,7 +116,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return self._arm.listens_unpowered
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a set-point, limited here for palpate's drivers. A third-party arm reports the applied set-point."""
+        """Send a set-point, limited here for a palpate driver. A third-party arm reports the applied set-point."""
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
@@ -141,7 +141,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return self._stopped
 
     def _answered(self, deadline_ns: int) -> AppliedCommand:
-        """Return the applied command of the latest set-point; if it is not known in time, the previous one."""
+        """Return the latest set-point's applied command, or the previous one if it is not known by the deadline."""
         while self._status.taken < self._sent and self._clock.now_ns() < deadline_ns:
             self._clock.sleep_until(self._clock.now_ns() + PACE_NS // 5)
             self._look()
@@ -159,7 +159,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return () if self._status.joints is None else self._status.joints.position_rad
 
     def stop(self) -> None:
-        """Stop the arm, and return when it has received the stop or after a time-out. Signal handlers may call this."""
+        """Stop the arm, and wait for the confirmation or a time-out. Signal handlers may call this."""
         self._stopped = True
         host, requested_ns = self._host, self._clock.now_ns()
         if host is None or self._life is Life.CONSTRUCTED:
@@ -255,7 +255,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return found
 
     def _look(self) -> None:
-        """Read the notes from the other process without waiting."""
+        """Read the state published by the other process without waiting."""
         host = self._host
         if host is None:
             return
@@ -284,7 +284,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._latch(self._last_words)
 
     def _hold(self) -> None:
-        """Hold a moving arm whose controller continues without commands."""
+        """Hold a moving arm if its controller would continue without commands."""
         if self._stand_by is not None and self._life is Life.ACTIVE and not self._stopped and not self.listens:
             with suppress(DeviceError):
                 self._stand_by.hold(self._where())
@@ -296,13 +296,13 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
 
 def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeConfig, timeout_ns: int) -> ArmClient:
-    """Return the arm of a rig file in a separate process, which starts with ``configure``.
+    """Return an arm from a rig file, which runs in a separate process that ``configure`` starts.
 
     Args:
         timeout_ns: Time without a set-point after which the process brings the arm to rest.
 
     Raises:
-        ConfigurationError: There is no such adapter, or it refuses its settings.
+        ConfigurationError: There is no such adapter, or it rejects its settings.
     """
     clock = context.clock
     if not isinstance(clock, MonotonicClock):

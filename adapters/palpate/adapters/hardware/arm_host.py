@@ -1,4 +1,4 @@
-"""Client side of the process that runs an arm's loop."""
+"""Client side of the arm process."""
 
 import mmap
 import multiprocessing
@@ -14,7 +14,7 @@ from palpate.adapters.hardware.arm_process import Assignment
 from palpate.core.errors import DeviceError
 
 _END_S: Final = 12.0
-"""Longest wait for the process to end: twice the time it takes to stop and close an arm on a dead line."""
+"""Maximum time to wait for the process to end: twice the time needed to stop and close an arm on a dead line."""
 
 
 class ArmProcess:
@@ -42,11 +42,11 @@ class ArmProcess:
             self.line.send(assignment)
 
     def is_alive(self) -> bool:
-        """Return whether the process is running."""
+        """Return True if the process is running."""
         return self._process.poll() is None
 
     def end(self) -> None:
-        """End the process, after a short wait for it to end by itself."""
+        """End the process; it first gets a short time to end by itself."""
         self.line.close()
         try:
             self._process.wait(_END_S)
@@ -54,7 +54,7 @@ class ArmProcess:
             self.kill()
 
     def kill(self) -> str:
-        """Kill the process, and return a description of its end for a message."""
+        """Kill the process, and return a description of how it ended for use in a message."""
         self.line.close()
         with suppress(subprocess.TimeoutExpired):
             # A process that has closed its line is about to end.

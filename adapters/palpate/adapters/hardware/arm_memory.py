@@ -1,4 +1,4 @@
-"""Memory shared by loop and arm process, with set-points in one direction, and joints and faults in the other."""
+"""Memory shared by the loop and the arm process. Set-points go to the arm; joint samples and faults come back."""
 
 import mmap
 import pickle
@@ -9,7 +9,7 @@ from typing import Any, Final, Generic, NamedTuple, TypeVar
 from palpate.core.ports import AppliedCommand, JointSample, JointVector
 
 _HEAD: Final = struct.Struct("<QII")
-"""Number, length and checksum of the note that follows."""
+"""Number, length and checksum of the following note."""
 _SLOT_BYTES: Final = 1 << 14
 _WORDS_BYTES: Final = 64
 NoteT = TypeVar("NoteT")
@@ -69,7 +69,7 @@ class SharedState(Generic[NoteT]):
 
 
 class _Word:
-    """A time in ns. The processor reads and writes it in one step; ``struct`` would first write a 0."""
+    """A time in ns, which the processor reads and writes in one step; ``struct`` would first write a 0."""
 
     def __init__(self, index: int) -> None:
         self._index = index

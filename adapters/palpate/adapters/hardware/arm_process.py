@@ -1,4 +1,4 @@
-"""Process that owns an arm. It reads the latest set-point, cycles the arm, and stops it when set-points cease."""
+"""Process that owns an arm. It reads the latest set-point, cycles the arm, and stops it if set-points cease."""
 
 import mmap
 import os
@@ -22,22 +22,22 @@ from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample
 
 PACE_NS: Final = 1_000_000
-"""Period of checks for a stop, for a set-point, and for a live loop."""
+"""Interval at which the process checks for a stop, for a set-point, and that the loop is alive."""
 _NS: Final = 1_000_000_000
 _FIRST_NS: Final = 3 * _NS
-"""Longest wait for the first sample."""
+"""Maximum time to wait for the first sample."""
 _SWING_NS: Final = _NS // 2
-"""Longest time for which an arm swings after a stop at full speed."""
+"""Maximum time for which an arm oscillates after a stop from full speed."""
 _SWITCH_S: Final = 0.0001
 _LONGEST: Final = 2000
-"""Maximum length of a message; a note has a fixed size."""
+"""Maximum length of a message, because a note has a fixed size."""
 
 
 _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Server for one loop, until the loop closes the arm or ends. It stops the arm if set-points are overdue."""
+    """Server for one loop, until the loop closes the arm or ends. It stops the arm if a set-point is overdue."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class ArmLoop:
         self._start_ns = self._slot = 0
 
     def serve(self) -> bool:
-        """Serve until the loop closes the arm or ends; return True if the loop ended without closing the arm."""
+        """Serve until the loop closes the arm or ends. Return True if the loop ended without closing the arm."""
         try:
             # On a clock on which threads take turns, this thread waits for its turn.
             self._clock.now_ns()
@@ -83,7 +83,7 @@ class ArmLoop:
         return False
 
     def _wait(self) -> None:
-        """Cycle the arm if a cycle is due, and sleep until the next event."""
+        """Cycle the arm if a cycle is due, then sleep until the next event."""
         until_ns = self._clock.now_ns() + PACE_NS
         if self._cycles:
             if self._arm.answers or self._clock.now_ns() >= self._due_ns:
@@ -151,7 +151,7 @@ class ArmLoop:
         self._memory.heartbeat_ns = self._clock.now_ns()
 
     def _stop(self) -> None:
-        """Stop the arm once, until it is activated again."""
+        """Stop the arm once; it stays stopped until it is activated again."""
         if not self._stopped:
             self._stopped = True
             try:
@@ -244,7 +244,7 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """Assignment of the process, which is the first message on its line; ``path`` is the loop's module search path."""
+    """Task of the process, sent as the first message on its line; ``path`` is the loop's module search path."""
 
     entry: DeviceEntry
     context: RigContext
@@ -255,13 +255,13 @@ class Assignment(NamedTuple):
 
 
 def _set_priority(real_time: RealTimeConfig) -> None:
-    """Give this thread a higher real-time priority than the loop, if the run uses real-time priorities."""
+    """If the run uses real-time priorities, give this thread a higher one than the loop."""
     if real_time.scheduling and not take_real_time(min(real_time.priority + 1, 99)).granted:
         take_real_time(real_time.priority)
 
 
 def main() -> None:
-    """Run the arm's process; the arguments are the file descriptors of the line and the memory."""
+    """Run the arm process; the arguments are the file descriptors of the line and the memory."""
     # A termination request is for the loop, which ends this process by closing its line.
     ignore_ending_signals()
     line, file = Connection(int(sys.argv[1])), int(sys.argv[2])

@@ -28,7 +28,7 @@ class NetFtTable(SensorTable):
 
 
 class NetFtForceSensor(PolledForceSensor[NetFt]):
-    """A wrist sensor connected to a Net F/T box; its frame is that of the box."""
+    """A wrist sensor connected to a Net F/T box. Its frame is that of the box."""
 
     REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
 
@@ -44,7 +44,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         return round(1e9 / self.opened().box.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the rated ranges and the rate reported by the box, which does not report its noise."""
+        """Return the rated ranges and the rate that the box reports. It does not report its noise."""
         box = self.opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 

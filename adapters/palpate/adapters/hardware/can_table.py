@@ -13,7 +13,7 @@ _BitRate: TypeAlias = Annotated[int, Range(1, 1_000_000)]
 
 @dataclass(frozen=True)
 class CanBusTable(Settings):
-    """Common settings of devices on CAN."""
+    """Settings that all CAN devices share."""
 
     interface: str = "socketcan"
     """Kind of CAN interface, by its name in python-can."""

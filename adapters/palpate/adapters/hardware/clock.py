@@ -1,4 +1,4 @@
-"""Clock of a run on a real arm: the computer's monotonic clock, from the start of the run."""
+"""Clock of a run on a real arm: the computer's monotonic clock, with time 0 at the start of the run."""
 
 import time
 from collections.abc import Callable
@@ -9,11 +9,11 @@ from palpate.core.ports import Clock
 
 
 class MonotonicClock(Clock):
-    """Real-time clock. It sleeps until absolute deadlines, so that delays do not accumulate.
+    """Real-time clock that sleeps until absolute deadlines, so that delays do not accumulate.
 
     Args:
-        origin_ns: Reading of the system's monotonic clock at time 0 of this clock, or None for the current time.
-        real_time_factor: Seconds of this clock per real second; below 1 for emulated devices with the same slow clock.
+        origin_ns: Monotonic system time at which this clock reads 0, or None for now.
+        real_time_factor: Seconds of this clock per real second; below 1 to match slow emulated devices.
     """
 
     def __init__(self, origin_ns: int | None = None, real_time_factor: float = 1.0) -> None:

@@ -21,15 +21,15 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 _NS: Final = 1_000_000_000
 _INSERTED_M: Final = 5e-5
 _HUM: Final = (0.01,) * 3 + (0.0004,) * 3
-"""Standard deviations of the noise added to each reading, N and N m; a sensor's noise also varies within a tick."""
+"""Standard deviations of the noise, N and N m, that is added to each reading, as sensor noise varies within a tick."""
 _SHARED: Final = "  # emulated devices share this computer with the loop; leave this out for real ones"
 
 
 class EmulatedCell:
-    """Simulated work cell with emulated devices; as a context manager, it serves the devices.
+    """Simulated work cell with emulated devices. As a context manager, it serves the devices.
 
-    The Zebra starts in its home pose, and any other arm starts in the ready pose. Drives start as after power-up; a
-    Universal Robots controller is switched on and in remote control.
+    A Zebra Zero starts in its home pose, any other arm in the ready pose. Drives start in the state after power-up; a
+    Universal Robots controller is on and in remote control.
 
     Args:
         config: The simulated cell; trial 0 of its seed determines the hole and the sensor errors.
@@ -80,14 +80,14 @@ class EmulatedCell:
         self._servers.close()
 
     def job_toml(self) -> str:
-        """Return the job file of the cell, without values that only the simulator has."""
+        """Return the job file for the cell, without values that only the simulator has."""
         stated, arm = self.config, self.config.arm
         named = f'name = "{arm}"\n' if isinstance(arm, str) else to_toml(arm)
         job = to_toml(Job(stated.part, stated.tool, stated.place, stated.limits))
         return f"{job.lstrip()}\n[arm]\n{named}"
 
     def rig_toml(self, job: str = "") -> str:
-        """Return the rig file for these devices, which must be served, with the name of the job file next to it."""
+        """Return a rig file for these devices, which refers to the job file next to it. The devices must be served."""
         name = f"emulated {self.config.arm} by {self.emulation.wires} and {self.emulation.force}"
         lines = [f'format = {RIG_FORMAT}\n\n[rig]\nname = "{name}"\nemulated = true\n']
         if (factor := self.emulation.real_time_factor) != 1.0:
@@ -107,12 +107,12 @@ class EmulatedCell:
         return "".join(lines)
 
     def targets_rad(self) -> JointVector:
-        """Return the set-points of all joints that the motors hold at one moment."""
+        """Return the set-points that the motors of all joints hold at a single moment."""
         with self.arm.hold():
             return self.arm.motors.targets_rad()
 
     def tick(self, now_ns: int) -> tuple[JointVector, JointVector]:
-        """Simulate one control tick; return the set-points and angles of the joints, (n,) rad each."""
+        """Simulate one control tick; return the set-points and the angles of the joints, (n,) rad each."""
         targets = self.targets_rad()
         self.cell.command(targets)
         self.cell.advance()
@@ -130,7 +130,7 @@ class EmulatedCell:
         notify: Callable[[GroundTruth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
-        """Run the cell in real time until ``ended``; report the ground truth of each insertion, and each event."""
+        """Run the cell in real time until ``ended``; report each event and the ground truth of each insertion."""
         clock = self._clock
         begun_ns = deadline_ns = start_ns = clock.now_ns()
         moved_ns = tick = 0
@@ -164,7 +164,7 @@ class EmulatedCell:
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
-        """Return the wrench at a time, extrapolated from the last tick by half a tick back to half a tick ahead.
+        """Return the wrench at a time, extrapolated from the last tick by at most half a tick in either direction.
 
         A value held for the whole tick would have the same mean age, but its age would depend on the phase of the
         reading.

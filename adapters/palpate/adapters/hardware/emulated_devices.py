@@ -1,4 +1,4 @@
-"""Emulated devices of the simulated cell: their servers, entries in the rig file, and faults."""
+"""Emulated devices of the simulated cell, with their servers, their entries in the rig file, and their faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -27,9 +27,9 @@ ClockNs: TypeAlias = Callable[[], int]
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _BEHIND_FILTER: Final = 0.77
-"""Measured fraction of the cell's noise that passes the board's 50 Hz filter; the noise is new in each control tick."""
+"""Measured fraction of the cell's noise that passes the board's 50 Hz filter. The noise changes every control tick."""
 _NO_VOLTAGE: Final = 0x3220
-"""EMCY code of CiA 402 for a DC link without voltage, as after an emergency stop."""
+"""CiA 402 EMCY code for a DC link without voltage, as after an emergency stop."""
 _NO_TRANSDUCER: Final = 1 << 31 | 1 << 4
 """Status word of a Net F/T box whose transducer is unplugged."""
 
@@ -49,9 +49,9 @@ class EmulatedDevice:
     """An emulated device with its server.
 
     Attributes:
-        entries: Function that returns the device's entries in the rig file; call it while the device is served, because
-            the address is known only then.
-        faults: Functions that trigger faults, by name of the event.
+        entries: Function that returns the device's entries in the rig file. Call it only while the device is served,
+            because the address is not known earlier.
+        faults: Functions that trigger faults, by event name.
     """
 
     server: AbstractContextManager[Any]
@@ -66,7 +66,7 @@ class EmulatedArm(EmulatedDevice):
 
     Attributes:
         hold: Context in which the server's thread does not access the motors.
-        lag_ms: Measured delay from a command to the motion of the joints, including communication.
+        lag_ms: Measured delay between a command and the joint motion, including communication.
         in_flange: Force sensor in the flange of the arm.
     """
 
@@ -208,13 +208,13 @@ def emulated_sensor(
 
 
 def _noise(config: RunConfig, share: float = 1.0) -> dict[str, Any]:
-    """Return the noise of the simulated cell after the sensor's filter; the sensor does not report it."""
+    """Return the noise of the simulated cell after the sensor's filter, which the sensor does not report."""
     noise = config.cell.sensor
     return {"noise_N": round(share * noise.force_noise_N, 6), "noise_Nm": round(share * noise.torque_noise_Nm, 6)}
 
 
 def _entered(config: RunConfig, start: JointVector) -> dict[str, Any]:
-    """Return the pendant settings for the tool of the job, in the axes of the flange."""
+    """Return the pendant settings for the job's tool, in the axes of the flange."""
     tool, frames = config.tool, Kinematics(arm_named(config.arm), config.tool.geometry)
     frames.update(start)
     flange = controller_frames(frames.arm, start)[1]

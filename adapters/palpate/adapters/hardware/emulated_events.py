@@ -1,4 +1,4 @@
-"""Faults of emulated devices at set times, for practising the response to them."""
+"""Faults of emulated devices at set times, for practising how to respond to them."""
 
 import re
 from collections.abc import Iterable
@@ -15,14 +15,14 @@ EVENTS: Final = {
     "sensor-silent": "the force sensor stops sending",
     "sensor-cable": "the cable between the force sensor and its electronics is pulled",
 }
-"""All events; a rig supports those that its devices can produce."""
+"""All events. A rig supports those that its devices can produce."""
 _EVENT: Final = re.compile(r"(start\+)?(\d+(?:\.\d+)?)s:([a-z-]+)")
 _NS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True)
 class PlannedEvent:
-    """A planned event, timed from the start of the devices or from the arm's first motion."""
+    """A planned event, timed from the start of the devices or from the first motion of the arm."""
 
     name: str
     after_s: float
@@ -46,6 +46,6 @@ class PlannedEvent:
         return cls(found[3], float(found[2]), bool(found[1]))
 
     def due(self, now_ns: int, begun_ns: int, moved_ns: int) -> bool:
-        """Return whether the event is due; ``moved_ns`` is the time of the arm's first motion, or 0 before it."""
+        """Return True if the event is due; ``moved_ns`` is the time of the arm's first motion, or 0 before it."""
         from_ns = begun_ns if self.from_start else moved_ns
         return bool(from_ns) and now_ns >= from_ns + self.after_s * _NS

@@ -1,4 +1,4 @@
-"""Translation of driver errors to errors of the core, with the same content."""
+"""Translation of driver errors into core errors with the same content."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ def message_of(error: DriverError, device: str = "") -> str:
 
 
 def translated(error: DriverError, device: str) -> PalpateError:
-    """Return the core's error for a driver error."""
+    """Return the core error for a driver error."""
     if isinstance(error, SettingError):
         return ConfigurationError(device, error.problem, error.remedy)
     if isinstance(error, RefusedError):
@@ -26,7 +26,7 @@ def translated(error: DriverError, device: str) -> PalpateError:
 
 @contextmanager
 def translating(device: str) -> Iterator[None]:
-    """Translate driver errors raised in the context to errors of the core."""
+    """Translate driver errors raised in the context into core errors."""
     try:
         yield
     except DriverError as error:

@@ -19,17 +19,17 @@ from palpate.core.ports import (
 from palpate.core.supervision import SampleMonitor, require_raw
 
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
-"""Time for which the arm waits at its position for new samples, which may be too old after a pause."""
+"""Time for which the arm waits in place for new samples, because the samples may be too old after a pause."""
 _TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 
 
 class GuardedTicks:
-    """Control ticks of an arm that moves while samples are valid and the force stays near a reference.
+    """Control ticks for an arm that moves only while its samples are valid and the force stays near a reference.
 
     Args:
-        monitor: Check of the samples, as in a run.
-        limit_N: Accepted difference from the force at the last :meth:`mark`.
-        motion: Name of the motion in errors.
+        monitor: Monitor that checks the samples as in a run.
+        limit_N: Maximum deviation from the force at the last :meth:`mark`.
+        motion: Name of the motion for error messages.
         stopped_by: Function that returns the cause of a stop; empty if unknown.
     """
 
@@ -44,14 +44,14 @@ class GuardedTicks:
         self.mark()
 
     def mark(self) -> None:
-        """Set the current force as the reference for later ones."""
+        """Use the current force as the new reference."""
         self._first_N = recent_force_N(self._ports)
 
     def tick(self, q_rad: JointVector) -> Snapshot:
-        """Command joint angles, (n,), and return the samples; until they are valid, the arm holds its pose.
+        """Command joint angles, (n,), and return the samples; the arm holds its pose until the samples are valid.
 
         Raises:
-            DeviceError: The samples stay invalid, the force differs, or the arm is held back.
+            DeviceError: The samples stay invalid, the force deviates too much, or the arm is held back.
         """
         clock, ports = self._ports.clock, self._ports
         for _ in range(_BLIND_TICKS + 1):
@@ -84,7 +84,7 @@ def recent_force_N(ports: Ports) -> Vector3:
     """Return a recent force, (3,) N, of a sensor that does not compensate for its load.
 
     Raises:
-        DeviceError: There is no valid force, or it has a different frame or kind.
+        DeviceError: There is no valid force, or it has the wrong frame or kind.
     """
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()

@@ -1,4 +1,4 @@
-"""Force sensor adapter for the JR3 driver: connection and validity marks."""
+"""Force sensor adapter for the JR3 driver: connection and sample validity."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
@@ -16,9 +16,9 @@ from palpate.drivers.jr3 import LEFT_HANDED, RIGHT_HANDED, Jr3, shut_down, start
 
 _NAME: Final = "JR3"
 _LEAVE_S: Final = 5.0
-"""Longest wait for a board to stop its stream."""
+"""Maximum time to wait for a board to stop its stream."""
 _DEAD_S: Final = 0.2
-"""Time limit for a failed board, which may not answer the request."""
+"""The same limit for a failed board, which may not answer the request."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Jr3CanTable(CanBusTable, SensorTable):
     node: Annotated[int, Range(1, 127)] = 1
     """Node number of the board."""
     canopen_nodes: tuple[int, ...] = ()
-    """CANopen nodes on the same bus."""
+    """CANopen nodes of the drives on the same bus."""
     cutoff_Hz: Annotated[float, Range(0.0, 655.35)] = 50.0
     """Cut-off of the board's filter, in steps of 0.01; 0 disables the filter."""
     period_us: Annotated[int, Range(540, 1_000_000)] = 5000
@@ -60,7 +60,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         return self._table.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the full scales and the rate reported by the board, which does not report its noise."""
+        """Return the full scales and the rate that the board reports. It does not report its noise."""
         scales = self.opened().full_scales
         x, y, z = scales.force_N
         tx, ty, tz = scales.moment_dNm

@@ -1,6 +1,6 @@
-"""Comparison of an arm's model and tool with the tool pose and the settings that its controller reports.
+"""Comparison of the model of an arm and its tool with the tool pose and the settings reported by the controller.
 
-A wrong or uncalibrated model moves the arm to wrong poses.
+With a wrong or uncalibrated model, the arm moves to wrong poses.
 """
 
 from collections.abc import Sequence
@@ -18,23 +18,23 @@ from palpate.core.motion import ArmDescription, Kinematics, controller_frames
 
 _CALIBRATED_MM, _CALIBRATED_MRAD = 1.0, 5.0
 _NOMINAL_MM: Final = 10.0
-"""Accepted deviation: nominal lengths deviate by some millimetres, a different arm by centimetres."""
+"""Accepted deviation. Nominal lengths deviate by some millimetres; a different arm deviates by centimetres."""
 _NOMINAL_MRAD: Final = 50.0
-"""Rotation that moves a tip 0.2 m beyond the flange by the same 10 mm."""
+"""Rotation that moves a tip 0.2 m from the flange by the same 10 mm."""
 _TIP_MM: Final = 1.0
 _LIGHTER_KG, _HEAVIER_KG = 0.1, 2.0
-"""Payload margins: the payload is the tool with the force sensor, which weighs up to 2 kg with its plates."""
+"""Payload margins. The payload is the tool with the force sensor, which weighs up to 2 kg with its plates."""
 _CENTRE_MM: Final = 30.0
-"""The sensor's centre of mass is taken to be half-way between the flange and the sensor frame."""
+"""Accepted deviation of the centre of mass, assumed to be half-way between the flange and the sensor frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReportedPose:
-    """A controller's report on the arm and the tool; poses are positions in m and rotation vectors, (6,).
+    """Arm and tool data reported by a controller; poses are positions in m and rotation vectors, (6,).
 
     Attributes:
         tool_in_base: Tool centre point in the controller's base, at these joint angles.
-        tool_on_flange: Offset entered for the tool centre point.
+        tool_on_flange: Tool centre point configured in the controller.
         payload_centre_m: Centre of mass of the payload relative to the flange, (3,).
     """
 
@@ -54,10 +54,10 @@ def disagreement(arm: ArmDescription, reported: ReportedPose) -> tuple[float, fl
 
 
 def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
-    """Return a line stating whether the model and the controller agree.
+    """Return a line that says whether the model and the controller agree.
 
     Raises:
-        ConfigurationError: They do not agree, or the model is nominal and no person has accepted it.
+        ConfigurationError: They do not agree, or the model is nominal and has not been accepted by a person.
     """
     arm = context.arm
     mm, mrad = disagreement(arm, reported)
@@ -75,7 +75,7 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
 
 
 def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) -> str:
-    """Return a line stating whether the tool and the controller agree.
+    """Return a line that says whether the tool and the controller agree.
 
     Raises:
         ConfigurationError: The controller has a different tool centre point or payload.

@@ -1,4 +1,4 @@
-"""Operator stop, by a key in the terminal or SIGUSR1; the arm stays stopped until it is acknowledged."""
+"""Operator stop by a key in the terminal or by SIGUSR1. The arm stays stopped until the stop is acknowledged."""
 
 import os
 import select
@@ -21,11 +21,11 @@ _WAKE: Final = b"\0"
 
 
 class OperatorStop:
-    """The operator's stop, which latches until it is acknowledged.
+    """The operator's stop, which stays latched until it is acknowledged.
 
-    It is a context manager for the main thread, because of the signal. While the main thread is busy in C code, the
-    signal waits; an arm that gets no set-points in the meantime is stopped by its own process. The signal handler also
-    stops the arm, and reports the cause once.
+    The context must be entered in the main thread, which receives the signal. While the main thread is busy in C code,
+    the signal is delayed, but the arm process stops an arm that gets no set-points. The signal handler also stops the
+    arm, and reports the cause once.
     """
 
     def __init__(
@@ -42,11 +42,11 @@ class OperatorStop:
 
     @property
     def tripped(self) -> str:
-        """First cause of a stop since the last acknowledgement, or an empty string if there is none."""
+        """Cause of the first stop since the last acknowledgement, or an empty string if there was no stop."""
         return next(iter(self._tripped), "")
 
     def stop(self, cause: str = "program: requested") -> None:
-        """Stop and latch. This uses no lock, so any thread and signal handlers may call it."""
+        """Stop the arm and latch the stop. This uses no lock, so any thread or signal handler may call it."""
         problem = stop_surely(self._arm)
         was_tripped = bool(self._tripped)
         self._tripped.append(cause + problem)
@@ -108,7 +108,7 @@ class OperatorStop:
 
 
 def _is_ours(fd: int) -> bool:
-    """Return whether this process is in the terminal's foreground; a background process would stop on changing it."""
+    """Return True if this process is in the terminal's foreground. Changing it would stop a background process."""
     if not os.isatty(fd):
         return False
     try:
@@ -125,7 +125,7 @@ def _restore(fd: int, before: list[Any]) -> None:
 
 
 class GuardedArm(DeviceDecorator, ArmCommand):
-    """Arm that refuses to be activated or moved until the operator's stop is acknowledged."""
+    """Arm that rejects activation and motion until the operator's stop is acknowledged."""
 
     def __init__(self, arm: ArmCommand, operator: OperatorStop) -> None:
         super().__init__(arm)
@@ -139,7 +139,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         super().activate()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a command; while a stop is latched, the arm stays stopped and reports this."""
+        """Send a command. While a stop is latched, the arm stays stopped, and the result says so."""
         if self._operator.tripped:
             # It may have been activated from elsewhere since it was stopped.
             stop_surely(self._arm)
@@ -151,7 +151,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
 
 
 def stop_surely(arm: ArmCommand) -> str:
-    """Stop an arm that may be disconnected; return why it could not be commanded, or an empty string."""
+    """Stop an arm that may be disconnected. Return the reason why it could not be commanded, or an empty string."""
     try:
         arm.stop()
     except Exception as error:

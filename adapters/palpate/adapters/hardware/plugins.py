@@ -1,7 +1,7 @@
-"""Adapters by name, both palpate's own and third-party ones, from the entry points in the group ``palpate.adapters``.
+"""Look-up of palpate's own and third-party adapters by name, from entry points in the group ``palpate.adapters``.
 
 An entry is called ``arm.NAME`` or ``force.NAME`` and refers to a function that makes an adapter from the settings in a
-rig file; ``package.module:function`` needs no entry. The function opens nothing; the life cycle does.
+rig file; ``package.module:function`` needs no entry. The function opens no device, because the life cycle does so.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ def _to_stderr(line: str) -> None:
 
 @dataclass(frozen=True)
 class RigContext:
-    """Context of an adapter, in addition to its settings.
+    """Data that an adapter receives in addition to its settings.
 
     Attributes:
         tool: Tool on the flange according to the job, or None without a job.
-        accept_kinematics: Whether a person has accepted a nominal model of the arm, or the rig is emulated.
-        set_priority: Function that sets the real-time class and the CPU that the run requests; each thread that runs
-            the arm's cycles calls it first.
-        notify: Function that receives the messages of an adapter when it opens its device.
+        accept_kinematics: True if a person has accepted a nominal model of the arm, or if the rig is emulated.
+        set_priority: Function that sets the real-time class and the CPU requested by the run. Each thread that runs
+            cycles of the arm must call it first.
+        notify: Function for messages from an adapter while it opens its device.
     """
 
     clock: Clock
@@ -66,7 +66,7 @@ class RigContext:
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:
-        """Return the context of an arm, given as an object or by name, with the limits of its kinematic model."""
+        """Return the context for an arm, given as an object or by name, with the limits of its kinematic model."""
         description = arm_named(arm)
         kinematics = Kinematics(description, ToolGeometry())
         lower, upper, velocity = (
@@ -77,12 +77,12 @@ class RigContext:
 
     @property
     def limiter(self) -> CommandLimiter:
-        """Return a limiter that keeps commands within the limits of the arm's joints."""
+        """Return a limiter that keeps commands within the joint limits of the arm."""
         return CommandLimiter(self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, CONTROL_RATE_HZ)
 
     @property
     def real_time_factor(self) -> float:
-        """Rig seconds per real second, or 1 for real devices."""
+        """Seconds of rig time per real second, or 1 for real devices."""
         return self.clock.real_time_factor if isinstance(self.clock, MonotonicClock) else 1.0
 
     def portable(self) -> RigContext:
@@ -93,21 +93,21 @@ class RigContext:
 
 @dataclass(frozen=True)
 class ArmAdapter:
-    """Encoders and servos of an arm, which may be a single object."""
+    """Encoders and servos of an arm, which may be the same object."""
 
     encoder: JointEncoder
     arm: ArmCommand
 
 
 DeviceSettings: TypeAlias = Mapping[str, Any]
-"""Settings of a device in a rig file, without its adapter."""
+"""Settings of a device in a rig file, without the name of its adapter."""
 Host: TypeAlias = Annotated[str, Holds(lambda host: bool(host.strip()) and host.isprintable(), "an address")]
 ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter | ServedArm]
 ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor]
 
 
 def arm_maker(name: str) -> ArmMaker:
-    """Return the function that makes the named arm adapter; raises the errors of :func:`force_sensor_maker`."""
+    """Return the function that makes the named arm adapter. It raises the same errors as :func:`force_sensor_maker`."""
     kinds: Any = ArmAdapter | ServedArm
     return partial(_made, "arm.adapter", name, kinds, load_maker("arm", name))
 
@@ -143,7 +143,7 @@ def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSett
 
 
 def settings_table(maker: Callable[..., Any]) -> type[Settings] | None:
-    """Return the type of a maker's first parameter, if it declares settings, or None if it takes a mapping."""
+    """Return the type of a maker's first parameter if it declares settings, or None if it accepts any mapping."""
     try:
         first = next(iter(get_type_hints(maker).values()), None)
     except (TypeError, NameError):

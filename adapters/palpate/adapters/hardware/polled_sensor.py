@@ -1,4 +1,4 @@
-"""Common force sensor adapter for polled drivers: reading, age of samples, faults and closing."""
+"""Base class of force sensor adapters with polled drivers: reading, sample age, faults and closing."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -15,11 +15,11 @@ from palpate.drivers.errors import DriverError, SilentError
 
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
-"""Delay of the line and the system, beyond the sensor's period, after which a reading counts as missing."""
+"""Delay of the line and the system, in addition to the sensor's period, after which a reading counts as missing."""
 
 
 _DRAIN_NS: Final = 1_000_000_000
-"""Longest time to clear a line of waiting data."""
+"""Maximum time for discarding buffered data."""
 
 
 @dataclass(frozen=True)
@@ -31,18 +31,18 @@ class SensorTable(Settings):
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample is marked as stale."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
-    """Longest wait for the first reading."""
+    """Maximum time to wait for the first reading."""
 
 
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     """A wrist sensor with a polled driver. Samples are raw, because the adapter never tares by itself.
 
-    The protocols carry no time of measurement: source and receive time are both that of the poll that found the
-    reading, which is older by the delays of the sensor's filter, the line, and the wait for the poll.
+    The protocols do not transmit the time of measurement. Source and receive time are both the time of the poll. The
+    reading is older because of the sensor's filter, the line, and the wait for the poll.
     """
 
     REMEDY: ClassVar[str] = "look at it"
-    """Remedy for a connected sensor that sends nothing."""
+    """Remedy if the sensor is connected but sends nothing."""
 
     def __init__(self, name: str, clock: Clock, table: SensorTable) -> None:
         super().__init__(name)
@@ -61,13 +61,13 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     @abstractmethod
     def _connect(self) -> None:
-        """Open the line, and set ``device`` and ``_close_wire`` when there is something to close."""
+        """Open the line, and set ``device``. Set ``_close_wire`` if there is something to close."""
 
     def _leave(self, device: DriverT) -> None:
-        """End the activity of the device before the line is closed; by default there is none."""
+        """End the activity of the device before the line is closed. By default, do nothing."""
 
     def _surprise(self, device: DriverT) -> str | None:
-        """Return an event of the device that ends a run, or None."""
+        """Return an unexpected event of the device that must end the run, or None."""
         return None
 
     def read(self) -> WrenchSample:
@@ -94,11 +94,11 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return message_of(device.silence(now_ns), self.name)
 
     def diagnostics(self) -> dict[str, str]:
-        """Return the diagnostics of the driver; empty before ``configure``."""
+        """Return the diagnostics of the driver, or an empty mapping before ``configure``."""
         return {} if self.device is None else self.device.diagnostics()
 
     def opened(self) -> DriverT:
-        """The driver; raises DeviceError before ``configure``."""
+        """The driver. Raises DeviceError before ``configure``."""
         if self.device is None:
             raise DeviceError(self.name, "is not open")
         return self.device
@@ -123,7 +123,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return device
 
     def _look_for_news(self, device: DriverT) -> None:
-        """After a long pause, discard waiting data, which may be as old as the pause, and await a new reading."""
+        """After a long pause, discard buffered data, which may be as old as the pause, and wait for a new reading."""
         deadline_ns = self._clock.now_ns() + 3 * self.period_ns + _LINE_NS
         # A poll reads a limited amount.
         while device.poll(self._clock.now_ns()) and self._clock.now_ns() < deadline_ns:
@@ -165,7 +165,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             raise
 
     def _on_activate(self) -> None:
-        """Wait for a new, settled reading, because a filter settles after a start. Earlier silence is not a fault."""
+        """Wait for a new, settled reading, because the filter settles after a start. Earlier silence is not a fault."""
         device, begin_ns = self.opened(), self._clock.now_ns()
         deadline_ns = begin_ns + round(self._start_timeout_s * 1e9)
         # Data waiting in the line may be old, and a poll takes only part; a slow computer finds new data each time.
@@ -203,7 +203,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
                     close_wire()
 
     def _is_sound(self, device: DriverT) -> bool:
-        """Return whether the device can be expected to answer."""
+        """Return True if the device can be expected to answer."""
         device.poll(self._clock.now_ns())
         try:
             device.check()

@@ -39,7 +39,7 @@ from palpate.core.trial import ReadyPose
 
 
 class TurnedForceSensor(DeviceDecorator, ForceSensor):
-    """Sensor turned about the tool's axis, from x towards y, with wrenches converted to the frame of the tool."""
+    """Sensor turned about the tool axis, from x towards y. Its wrenches are converted to the tool frame."""
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
         super().__init__(sensor)
@@ -47,7 +47,7 @@ class TurnedForceSensor(DeviceDecorator, ForceSensor):
         self._cos, self._sin = cos(radians(mounting_deg)), sin(radians(mounting_deg))
 
     def read(self) -> WrenchSample:
-        """Return the latest sample, converted to the frame of the tool."""
+        """Return the latest sample, converted to the tool frame."""
         sample = self._sensor.read()
         c, s = self._cos, self._sin
         (fx, fy, fz), (tx, ty, tz) = sample.force_N, sample.torque_Nm
@@ -57,7 +57,7 @@ class TurnedForceSensor(DeviceDecorator, ForceSensor):
 
 
 class DeviceRig(Rig):
-    """Devices known only from the rig file and their own reports."""
+    """Rig of devices that are known only from the rig file and their own reports."""
 
     def __init__(self, file: RigFile, sensor: ForceSensor, arm: ArmClient) -> None:
         turn_deg = file.calibration.mounting_deg
@@ -67,7 +67,7 @@ class DeviceRig(Rig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        """Properties of the force sensor from the rig file and from the sensor, read when the rig was entered."""
+        """Properties of the force sensor from the rig file and from the sensor, as read when the rig was entered."""
         if self._facts is None:
             raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
         return self._facts
@@ -115,10 +115,10 @@ class DeviceRig(Rig):
 
 
 class HardwareRig(DeviceRig):
-    """Real devices behind the ports. On exit of its context, the arm is stopped and every device is closed.
+    """Real devices behind the ports. When the context ends, the arm is stopped and every device is closed.
 
     Args:
-        latch: Latch that outlasts the program, or None for a latch that ends with it.
+        latch: Latch that persists after the program ends, or None for a temporary latch.
 
     Attributes:
         latch: Latch that a trip, an operator's stop or a device fault sets; while it is set, nothing moves.
@@ -144,7 +144,7 @@ class HardwareRig(DeviceRig):
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
 
     def prepare(self, trial: int) -> None:
-        """Release the arm from its last stop; before the first trial, move it to the ready pose."""
+        """Release the arm from its last stop. Before the first trial, also move it to the ready pose."""
         self._free()
         if not self._at_ready:
             try:
@@ -171,12 +171,12 @@ class HardwareRig(DeviceRig):
         self._approach, self._at_ready = find_approach(config, ready), False
 
     def stopped_by(self) -> str:
-        """Operator stop or fault of the arm since the last :meth:`prepare`, or an empty string if there is none."""
+        """Operator stop or arm fault since the last :meth:`prepare`, or an empty string if there was none."""
         fault = self.ports.arm.fault
         return self.operator.tripped or (f"fault of the arm: {fault}" if fault else "")
 
     def _reported(self) -> str:
-        """Return the fault that a device reports, or an empty string if there is none."""
+        """Return the fault reported by a device, or an empty string if there is none."""
         devices = (self._sensor, self._arm)
         return next((f"{getattr(one, 'name', 'device')}: {one.fault}" for one in devices if one.fault), "")
 
@@ -217,10 +217,10 @@ class NoArm(ManagedDevice, ArmCommand):
 
 
 class DryRig(DeviceRig):
-    """Sensors and encoders of a rig; commands go to :class:`NoArm`. ``is_on``: True if the arm had to be activated.
+    """Sensors and encoders of a rig; commands go to :class:`NoArm`. ``is_on`` is True if the arm had to be activated.
 
-    The arm gets no power, unless a third-party adapter has encoders and servos in one object, which must be activated
-    to report angles.
+    The arm gets no power, except with a third-party adapter whose encoders and servos are one object, which must be
+    activated to report angles.
     """
 
     def __init__(self, file: RigFile, config: RunConfig) -> None:
@@ -235,7 +235,7 @@ class DryRig(DeviceRig):
         self.latch = FaultLatch()
 
     def prepare(self, trial: int) -> None:
-        """Read waiting data without any motion."""
+        """Discard buffered data without any motion."""
         self.ports.force_sensor.read()
 
 

@@ -1,4 +1,4 @@
-"""Adapters for an arm and a force sensor that use ROS 2: connection and validity marks."""
+"""Adapters for an arm and a force sensor that use ROS 2: connection and sample validity."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ _NAME: Final = "ROS 2 arm"
 
 @dataclass(frozen=True)
 class Ros2Table(Settings):
-    """Common network settings of the arm and the force sensor."""
+    """Network settings that the arm and the force sensor share."""
 
     domain: Annotated[int, Range(0, 232)] = 0
     """ROS_DOMAIN_ID of the robot."""
@@ -53,19 +53,19 @@ class Ros2ArmTable(Ros2Table, ArmTable):
     """The ``[arm]`` table of a rig file."""
 
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = Ros2ArmSettings.start_s
-    """Longest wait for the publisher and its first message."""
+    """Maximum time to wait for the publisher and its first message."""
 
     joint_states: str = "/joint_states"
     """Topic of the joint angles, sensor_msgs/msg/JointState."""
     commands: str = "/forward_position_controller/commands"
-    """Topic of the commands, std_msgs/msg/Float64MultiArray, of a forward_command_controller. Its joints have the order
-    of the model, base first."""
+    """Topic of the commands, std_msgs/msg/Float64MultiArray, of a forward_command_controller. Its joints are in the
+    order of the model, base first."""
     joints: tuple[str, ...] = ()
     """Names of the joints in the messages, base first. Default: the names in the model."""
     mode: Annotated[str, OneOf(_POSITIONS, _VELOCITIES)] = _POSITIONS
     """Kind of command."""
     stops_without_commands: bool = False
-    """The robot's driver stops the arm by itself when commands end. Required for velocities."""
+    """The robot's driver stops the arm by itself when commands cease. Required for velocities."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +75,15 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
     topic: str = "/force_torque_sensor_broadcaster/wrench"
     """Topic of the wrenches, geometry_msgs/msg/WrenchStamped."""
     frame: str = "tool0"
-    """frame_id of the messages. A different one ends the run."""
+    """frame_id of the messages. A different frame_id ends the run."""
     sign: Annotated[int, OneOf(1, -1)] = 1
-    """-1 if the messages contain the wrench that the tool exerts on its environment."""
+    """Use -1 if the messages contain the wrench that the tool exerts on its environment."""
     rate_Hz: Annotated[float, Range(1.0, 10_000.0)] = 500.0
     """Rate of the messages."""
 
 
 class Ros2DriverArm(DriverArm):
-    """An arm that its controller does not stop by itself; therefore, both processes connect to it."""
+    """An arm whose controller does not stop it by itself; therefore both processes connect to it."""
 
     def __init__(
         self, table: Ros2ArmTable, settings: Ros2ArmSettings, link: Callable[[], Ros2Link], context: RigContext
@@ -117,7 +117,7 @@ class Ros2DriverArm(DriverArm):
 
 
 def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link] | None = None) -> DriverArm:
-    """Return an arm with a ROS 2 forward_command_controller, over a link of its own or a given one."""
+    """Return an arm with a ROS 2 forward_command_controller, with a new link or a given one."""
     reach = link or partial(Ros2Link, table.network(), (table.joint_states, JOINT_STATE), table.commands)
     joints = table.joints or tuple(Kinematics(context.arm, ToolGeometry()).model.names)[1:]
     if len(set(joints)) != len(context.lower_rad):
@@ -136,7 +136,7 @@ def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], R
 
 
 class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
-    """Force sensor whose wrenches, measured or estimated, are published over ROS 2."""
+    """Force sensor whose measured or estimated wrenches are published over ROS 2."""
 
     REMEDY = "check that the robot's driver publishes, and that its clock and this computer's are synchronised"
 
@@ -150,7 +150,7 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
         return round(1e9 / self._table.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the stated rate; messages contain neither range nor noise."""
+        """Return the configured rate. Messages contain neither range nor noise."""
         return SensorFactsTable(rate_Hz=self._table.rate_Hz, frame="sensor")
 
     def _connect(self) -> None:
@@ -162,5 +162,5 @@ class Ros2ForceSensor(PolledForceSensor[Ros2Wrench]):
 
 
 def make_ros2_wrench(table: Ros2WrenchTable, context: RigContext) -> Ros2ForceSensor:
-    """Return a force sensor that reads the wrenches of a topic."""
+    """Return a force sensor that reads wrenches from a topic."""
     return Ros2ForceSensor(lambda: Ros2Link(table.network(), (table.topic, WRENCH)), context.clock, table)

@@ -11,7 +11,7 @@ from palpate.core.ports import SensorFacts, Vector3
 
 _REMEDY: Final = "palpate rig doctor --rig FILE measures the noise and shows the line to write below [force_sensor]"
 _SAME_RATE: Final = 0.01
-"""Accepted relative difference between the stated and the reported rate. The stated rate may have been measured."""
+"""Accepted relative difference between the reported rate and the rate in the rig file, which may have been measured."""
 
 
 @runtime_checkable
@@ -24,12 +24,12 @@ class ReportsFacts(Protocol):
 
 
 def reported_by(sensor: object) -> SensorFactsTable:
-    """Return the properties that a configured sensor reports; empty if it reports none."""
+    """Return the properties that a configured sensor reports, or an empty mapping if it reports none."""
     return sensor.reported_facts() if isinstance(sensor, ReportsFacts) else SensorFactsTable()
 
 
 def missing_facts(stated: SensorFactsTable, reported: SensorFactsTable) -> tuple[str, ...]:
-    """Return the names of properties that neither source states."""
+    """Return the names of the properties that neither source provides."""
     known = _known(reported) | _known(stated)
     return tuple(name for name in asdict(stated) if name != "frame" and name not in known)
 

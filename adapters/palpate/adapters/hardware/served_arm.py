@@ -1,4 +1,4 @@
-"""An arm served by its process: one of palpate's drivers, or a third-party adapter."""
+"""An arm that runs in the arm process: one of palpate's drivers, or a third-party adapter."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -16,10 +16,10 @@ from palpate.drivers.errors import DriverError
 
 @dataclass(frozen=True, slots=True)
 class StandBy:
-    """Access of the loop's process to an arm whose controller continues without commands.
+    """Access from the loop's process to an arm whose controller continues without commands.
 
     Attributes:
-        hold: Function that holds the arm at its last known pose, (n,) rad, after its own process has ended.
+        hold: Function that holds the arm at its last known pose, (n,) rad, after the arm process has ended.
         close: Function that releases the resources of this access.
     """
 
@@ -31,9 +31,9 @@ class ServedArm(ABC):
     """An arm for use by one thread. Its constructor opens nothing.
 
     Attributes:
-        limiter: Limiter of commands before they reach the arm's process.
+        limiter: Limiter that commands pass through before they reach the arm process.
         max_age_ns: Age above which a sample of the joints is stale, or 0 if the arm marks stale samples itself.
-        answers: Whether the applied command of a set-point is known only from its cycle.
+        answers: Whether the applied command of a set-point is known only after its cycle.
         listens_unpowered: Whether the arm reports angles without power.
     """
 
@@ -51,7 +51,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def open(self) -> Sequence[str]:
-        """Find the arm without switching power on, and return lines for the operator."""
+        """Connect to the arm without switching its power on, and return lines for the operator."""
 
     @abstractmethod
     def enable(self) -> None:
@@ -59,44 +59,44 @@ class ServedArm(ABC):
 
     @abstractmethod
     def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
-        """Send a set-point, or None to hold; return joint angles, and the applied command if the arm ``answers``."""
+        """Send a set-point, or None to hold. Return joint angles, and the applied command if the arm ``answers``."""
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring the arm to rest; may be called at any time."""
+        """Bring the arm to rest. May be called at any time."""
 
     @abstractmethod
     def disable(self) -> None:
-        """Revert ``enable``."""
+        """Undo ``enable``."""
 
     @abstractmethod
     def acknowledge(self) -> None:
-        """Clear the arm's own fault. Only a person may decide to do this."""
+        """Clear a fault of the arm itself. Only a person may decide to do this."""
 
     @abstractmethod
     def close(self) -> None:
         """Stop the arm and release its line."""
 
     def listen(self) -> bool:
-        """Start reading angles, without power if possible; return True if ``disable`` must end it."""
+        """Start reading angles, without power if possible. Return True if ``disable`` must end it."""
         return False
 
     def run_out(self) -> float | None:
-        """Move slowly, end the commands, and return the time in s until the arm stopped, or None if it did not stop."""
+        """Move slowly, then cease commands. Return the time in s until the arm stopped, or None if it did not stop."""
         return None
 
     def stand_by(self) -> StandBy | None:
-        """Let the loop's process hold the arm if the other process has ended; return None if this is not necessary."""
+        """Let the loop's process hold the arm if the arm process has ended. Return None if this is not necessary."""
         return None
 
     def diagnostics(self) -> Mapping[str, str]:
-        """Return the diagnostics of the arm; empty while it is not open."""
+        """Return the diagnostics of the arm, or an empty mapping while it is not open."""
         return {}
 
 
 @dataclass(frozen=True, slots=True)
 class OpenArm:
-    """A driver on an open bus, with a function that closes the bus after the driver."""
+    """A driver on an open bus, and a function that closes the bus once the driver is closed."""
 
     driver: ArmDriver
     close: Callable[[], None]
@@ -104,7 +104,7 @@ class OpenArm:
 
 @dataclass(frozen=True)
 class ArmTable(Settings):
-    """Common settings in the ``[arm]`` tables of palpate's drivers."""
+    """Settings that the ``[arm]`` tables of all palpate drivers share."""
 
     TABLE: ClassVar[str] = "arm"
 
@@ -113,11 +113,11 @@ class ArmTable(Settings):
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample of the joints is marked as stale."""
     timeout_scale: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor applied to every time-out of the arm and of this computer, such as 3 for a slow computer."""
+    """Factor for every time-out of the arm and of this computer, such as 3 for a slow computer."""
 
 
 class DriverArm(ServedArm):
-    """An arm with a palpate driver, at a fraction of the control rate; ``judge`` may refuse it before it gets power."""
+    """An arm with a palpate driver at a fraction of the control rate. ``judge`` may reject it before power-up."""
 
     def __init__(
         self,

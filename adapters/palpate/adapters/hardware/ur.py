@@ -29,7 +29,7 @@ _OPEN_S: Final = 3.0
 
 @dataclass(frozen=True)
 class UrController(Settings):
-    """Common settings of an arm and of the sensor in its flange."""
+    """Settings that an arm and the sensor in its flange share."""
 
     host: Host = "192.168.1.100"
     """Address of the controller."""
@@ -42,9 +42,9 @@ class UrTable(UrController, ArmTable):
     """The ``[arm]`` table of a rig file."""
 
     force_stop_N: Annotated[float, Range(0.0, 500.0)] = UrSettings.force_stop_N
-    """Change of the tool force at which the arm stops, even with a different sensor; 0 disables the check."""
+    """Tool force change at which the arm stops, even with a different sensor; 0 disables the check."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = UrSettings.lookahead_s
-    """Look-ahead time of servoj, which smooths the motion and delays the arm."""
+    """Look-ahead time of servoj. It smooths the motion and delays the arm."""
     gain: Annotated[float, Range(100.0, 2000.0)] = UrSettings.gain
     """Gain of servoj."""
 
@@ -75,7 +75,7 @@ def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink]
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:
-    """Return lines stating whether the model and the tool agree with an open arm.
+    """Return lines that say whether the model and the tool agree with an open arm.
 
     Raises:
         ConfigurationError: They do not agree.
@@ -103,7 +103,7 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
         return round(1e9 / self._rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the rated ranges from the data sheet, and the rate."""
+        """Return the rate, and the rated ranges from the data sheet."""
         return SensorFactsTable(range_N=RANGE_N, range_Nm=RANGE_NM, rate_Hz=self._rate_Hz, frame="sensor")
 
     def _connect(self) -> None:

@@ -26,7 +26,7 @@ from palpate.drivers.zebra_zero import CountsStore, JointLimits, SixCounts, Tran
 _NAME: Final = "Zebra Zero"
 _JOINTS: Final = 6
 _OTHERS: Final = ("ur3", "ur5", "ur10", "z1")
-"""Six-joint arms from other makers that ship with palpate."""
+"""Six-joint arms from other manufacturers that are included in palpate."""
 
 
 @dataclass(frozen=True)
@@ -64,21 +64,21 @@ class ZebraTable(ArmTable):
     """Latency timer of the USB adapter."""
     divider: Annotated[int, Range(1, 14)] = ZebraZeroSettings.divider
     at_home: bool = False
-    """Confirmation that the arm is in its home pose whenever its controller is switched on."""
+    """Confirmation that the arm is always in its home pose when its controller is switched on."""
     counts_file: str = ""
-    """File that keeps the counters between runs; empty disables it."""
+    """File that stores the counters between runs; empty disables it."""
     joint1_sign: Annotated[int, OneOf(1, -1)] = Transmission.joint_1_sign
-    """Direction in which joint 1 counts."""
+    """Counting direction of joint 1."""
     wrist_factor: Annotated[float, Range(0.1, 10.0)] = Transmission.wrist_factor
-    """Factor applied to the wrist's counts: 1.38488 (24:17.33) with the other gears."""
+    """Factor for the wrist's counts: 1.38488 (24:17.33) with the other gears."""
     require_power: bool = ZebraZeroSettings.require_power
-    """Treat a missing report of the motor supply as a fault. Use false for amplifiers that never report it."""
+    """Treat a missing motor supply report as a fault. Use false for amplifiers that never report it."""
     use_limit_inputs: bool = ZebraZeroSettings.use_limit_inputs
     """Treat an active limit input as a fault. Use false if no switch is wired to it."""
     velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = JointLimits.velocity_rad_per_s
     """Limit of each joint's velocity."""
     acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = JointLimits.acceleration_rad_per_s2
-    """Limit of each joint's acceleration, enforced by firmware that runs trapezoids."""
+    """Limit of each joint's acceleration, enforced by firmware with trapezoidal profiles."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
     reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = BusSettings.reset_wait_s * 1e3
     """Time for the modules to restart after a reset."""

@@ -1,4 +1,4 @@
-"""Examination of the devices of a rig by ``palpate rig doctor``, which recommends remedies."""
+"""Checks of a rig's devices by ``palpate rig doctor``, which recommends remedies."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Examination of a rig, device by device. Each device is always closed."""
+"""Checks of a rig, device by device. Each device is always closed afterwards."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ T = TypeVar("T")
 
 
 class Examination:
-    """Examination of one rig.
+    """Check of one rig.
 
     Args:
         seconds: Duration of the measurement of each device.
         person: Person who pushes the tool; None skips this check.
         move: Whether joints are moved.
-        before_move: Function called before the first motion, which it may refuse by raising an error.
+        before_move: Function called before the first motion, which it can prevent by raising an error.
 
     Raises:
-        ConfigurationError: The rig file cannot be used. Settings that only a driver refuses are findings instead.
+        ConfigurationError: The rig file cannot be used. Settings that only a driver rejects are findings instead.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Examination:
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._of_sensor)
 
     def reports(self) -> Iterator[DeviceReport]:
-        """Yield the report on each device when its examination is complete."""
+        """Yield the report on each device when its check is complete."""
         of_rig = DeviceReport(f"rig: {self._file.name}")
         report_clock(self._context.clock, of_rig)
         yield of_rig
@@ -119,7 +119,7 @@ class Examination:
         report_moves(arm, arm, clock, self._context.upper_rad, report)
 
     def _await_stop(self, entry: DeviceEntry, opened: ExitStack) -> None:
-        """Test the claim that the robot stops by itself, without the process that would stop it."""
+        """Check whether the robot stops by itself, as its settings claim, without the process that would stop it."""
         arm = served(arm_maker(entry.adapter)(entry.settings, self._context), self._context)
         opened.callback(arm.close)
         arm.open()
@@ -144,7 +144,7 @@ def _examined(device: T | None, examine: Callable[[T, ExitStack], None], report:
 
 
 def _made(make: Callable[[], T], report: DeviceReport) -> T | None:
-    """Return the adapter; if a driver refuses its settings, add a finding and return None."""
+    """Return the adapter. If a driver rejects its settings, add a finding and return None."""
     try:
         return make()
     except ConfigurationError as error:

@@ -1,4 +1,4 @@
-"""Results of an examination: facts and assessments of each device."""
+"""Results of a check: facts and findings for each device."""
 
 import enum
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ class Topic(enum.Enum):
 
 
 class Finding(NamedTuple):
-    """An assessment in one sentence, which ends with a remedy unless no problem was found."""
+    """A finding in one sentence, which ends with a remedy unless everything is in order."""
 
     level: Level
     topic: Topic
@@ -43,7 +43,7 @@ class Finding(NamedTuple):
 
 
 class DeviceReport:
-    """Facts and assessments of one device; earlier results are kept after a failure."""
+    """Facts and findings for one device. Earlier results are kept after a failure."""
 
     def __init__(self, title: str) -> None:
         self.title = title
@@ -55,18 +55,18 @@ class DeviceReport:
         self.findings.append(Finding(level, topic, f"{text}: {remedy}" if remedy else text))
 
     def judge(self, topic: Topic, good: bool, text: str, remedy: str, ill: Level = Level.WRONG) -> None:
-        """Add an ok finding if ``good``, otherwise one of level ``ill`` with its remedy."""
+        """Add an OK finding if ``good`` is true; otherwise add a finding of level ``ill`` with its remedy."""
         self.add(Level.OK if good else ill, topic, text, "" if good else remedy)
 
     def error(self, error: Exception) -> None:
-        """Add an error. palpate's errors state accepted values; a third-party adapter may raise any error."""
+        """Add an error. palpate's errors name the accepted values; a third-party adapter may raise any error."""
         if isinstance(error, PalpateError):
             self.add(Level.WRONG, Topic.OPEN, str(error))
         else:
             self.add(Level.WRONG, Topic.OPEN, describe(error), "see the adapter's own documentation")
 
     def include(self, diagnostics: Mapping[str, str]) -> None:
-        """Add the diagnostics of a driver; the ``fault`` entry becomes a finding."""
+        """Add the diagnostics of a driver. A ``fault`` entry becomes a finding."""
         found = dict(diagnostics)
         fault = found.pop("fault", "")
         self.facts |= found
@@ -78,7 +78,7 @@ class DeviceReport:
         return sum(finding.level is level for finding in self.findings)
 
     def text(self) -> str:
-        """Return the title, a line for each fact and one for each finding."""
+        """Return the title, one line per fact and one line per finding."""
         wide = max(map(len, self.facts), default=0)
         facts = (f"  {name:{wide}}  {value}" for name, value in self.facts.items())
         findings = (f"  {level.value:5}  {topic.value:7}  {text}" for level, topic, text in self.findings)
@@ -86,6 +86,6 @@ class DeviceReport:
 
 
 def summary_text(reports: Sequence[DeviceReport]) -> str:
-    """Return the last line with the number of problems."""
+    """Return the final line, which gives the number of problems."""
     wrong, notes = (sum(report.count(level) for report in reports) for level in (Level.WRONG, Level.NOTE))
     return f"problems: {wrong}, notes: {notes}\n"

@@ -1,4 +1,4 @@
-"""Measurements of a device through its port (rate, age, marks, noise), and of the computer's wake-up delays."""
+"""Measurements of a device through its port (rate, age, marks, noise) and of the computer's wake-up delays."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -31,11 +31,11 @@ _STILL_N: Final = 1.0
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
-"""Wake-up delay that, if exceeded in more than 1 % of ticks, makes a computer too slow for ticks of 7 ms."""
+"""Wake-up delay limit. If more than 1 % of ticks exceed it, the computer is too slow for ticks of 7 ms."""
 _RARE_SHARE: Final = 0.01
-"""Share of old samples up to which the computer is the more likely cause."""
+"""Maximum share of old samples for which the computer is the more likely cause."""
 _LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
-"""Limits of a run, except the limit on the time between ticks, which :func:`report_clock` judges."""
+"""Limits used in a run, except the limit on the time between ticks, which :func:`report_clock` checks."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
@@ -61,7 +61,7 @@ class Series(NamedTuple, Generic[SampleT]):
 
 
 class MeasuredNoise(NamedTuple):
-    """Noise of an unloaded, stationary sensor in the worst channel of each kind, and the sensor's rate."""
+    """Noise of an unloaded, stationary sensor in the worst force and torque channels, and the sensor's rate."""
 
     force_N: float
     torque_Nm: float
@@ -69,7 +69,7 @@ class MeasuredNoise(NamedTuple):
 
 
 def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[SampleT]:
-    """Read for a number of seconds, more often than any loop."""
+    """Read samples for a number of seconds, more often than any loop does."""
     reads: list[tuple[int, SampleT]] = []
     end_ns = clock.now_ns() + round(seconds * 1e9)
     while (now_ns := clock.now_ns()) < end_ns:
@@ -82,7 +82,7 @@ def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[
 def report_pace(
     series: Series[SampleT], expected_Hz: float | None, report: DeviceReport, least_Hz: float = 0.0
 ) -> None:
-    """Judge the rate of samples.
+    """Check the rate of the samples.
 
     Args:
         expected_Hz: The configured rate; None if unknown.
@@ -108,7 +108,7 @@ def report_pace(
 def report_samples(
     series: Series[SampleT], report: DeviceReport, noise: MeasuredNoise | None = None, frame: str = SENSOR_FRAME
 ) -> None:
-    """Judge the samples as the supervisor does in a run; ``frame`` is that of a force sensor."""
+    """Check the samples as the supervisor does in a run; ``frame`` is the frame of a force sensor."""
     marks = Counter(sample.validity for _, sample in series.reads)
     counts = ", ".join(f"{marks[mark]} {mark.value}" for mark in Validity if mark is not Validity.VALID)
     # A sensor that shows no noise at all is also judged.
@@ -127,7 +127,7 @@ def report_samples(
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
-    """Return the first trip in a run with these samples and valid samples from the other device."""
+    """Return the first trip in a run with these samples and with valid samples from the other device."""
     samples, noise = SampleMonitor(_LIMITS, facts), NoiseMonitor(_LIMITS, TaskConfig(), facts)
     samples.begin()
     noise.begin()
@@ -170,7 +170,7 @@ def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> Measure
 def report_facts(
     stated: SensorFactsTable, reported: SensorFactsTable, measured: MeasuredNoise, report: DeviceReport
 ) -> None:
-    """Judge whether the known properties of the sensor suffice for a run and agree with the measurement."""
+    """Check that the known properties of the sensor suffice for a run and agree with the measurement."""
     missing = missing_facts(stated, reported)
     values = dict(zip(("noise_N", "noise_Nm", "rate_Hz"), (f"{value:.3g}" for value in measured), strict=True))
     lines = [f"{name} = {values.get(name, '[x, y, z]')}" for name in missing or ("noise_N", "noise_Nm")]
@@ -194,7 +194,7 @@ def report_facts(
 
 
 def report_clock(clock: Clock, report: DeviceReport) -> None:
-    """Judge the wake-up delays of this computer."""
+    """Check the wake-up delays of this computer."""
     late_ns, due_ns = [], clock.now_ns()
     for _ in range(_NAPS):
         due_ns += _NAP_NS

@@ -1,4 +1,4 @@
-"""Motion of each joint by a milliradian and back, to check that the encoders follow."""
+"""Motion of each joint by one milliradian and back, to check that its encoder follows."""
 
 from typing import Final
 
@@ -20,13 +20,13 @@ STEP_RAD: Final = 1e-3
 _RAMP_TICKS: Final = CONTROL_RATE_HZ // 2
 _WAIT_TICKS: Final = CONTROL_RATE_HZ // 2
 _GOOD_RAD: Final = 0.25 * STEP_RAD
-"""Accepted error of a stationary arm. Friction and the servo's dead band leave an error of a few counts."""
+"""Accepted error of a stationary arm. Friction and the servo's dead band cause errors of a few counts."""
 
 
 def report_moves(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Move the joints, from last to first, until one does not follow; always stop the arm at the end."""
+    """Move the joints one by one, starting with the last, until one does not follow. Always stop the arm at the end."""
     behind_rad = 0.0
     try:
         for joint in reversed(range(len(upper_rad))):
@@ -42,7 +42,7 @@ def report_moves(
 
 
 def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str, float]:
-    """Return the motion of a joint, a remedy if the joint does not follow, and the joint's largest lag."""
+    """Return the motion of a joint, a remedy if the joint does not follow, and the maximum lag of the joint."""
     start = encoder.read().position_rad
     step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
     there, lag = _go(arm, encoder, clock, start, joint, (0.0, step))
@@ -65,7 +65,7 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
 def _go(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, way: tuple[float, float]
 ) -> tuple[JointVector, float]:
-    """Return the final pose of the arm, and the largest distance between a set-point and its joint in the motion."""
+    """Return the final pose of the arm, and the maximum distance between set-point and joint during the motion."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)
@@ -83,7 +83,7 @@ def _go(
 def report_pose(
     position_rad: JointVector, lower_rad: JointVector, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Judge whether joint angles fit the model of the arm."""
+    """Check whether joint angles fit the model of the arm."""
     report.facts["joints"] = f"{', '.join(f'{angle:+.4f}' for angle in position_rad)} rad"
     fits = len(position_rad) == len(lower_rad)
     text = f"{len(position_rad)} joint angles, the model of the arm has {len(lower_rad)}"

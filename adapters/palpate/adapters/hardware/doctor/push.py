@@ -10,9 +10,9 @@ from palpate.adapters.hardware.doctor.measure import listen
 from palpate.core.ports import Clock, ForceSensor
 
 PUSH_N: Final = 3.0
-"""Change of force that counts as a push."""
+"""Force change that counts as a push."""
 TIMEOUT_S: Final = 20.0
-"""Longest wait for a push."""
+"""Maximum time to wait for a push."""
 _HELD_S: Final = 0.3
 _MEAN_S: Final = 0.7
 _READ_NS: Final = 5_000_000
@@ -24,21 +24,21 @@ class Person(Protocol):
     """A person at a terminal."""
 
     def ask(self, question: str) -> str | None:
-        """Return the answer, or None if there is no person."""
+        """Ask a question and return the answer, or None if there is no person."""
 
     def notify(self, text: str) -> None:
         """Print a line for the person."""
 
 
 class PushCheck:
-    """Check that asks a person to push the tool, and judges the measured forces."""
+    """Check in which a person is asked to push the tool, and the measured forces are evaluated."""
 
     def __init__(self, sensor: ForceSensor, clock: Clock, person: Person, report: DeviceReport) -> None:
         self._sensor, self._clock, self._person, self._report = sensor, clock, person, report
         self._rest: tuple[float, ...] = (0.0,) * 6
 
     def run(self) -> None:
-        """Ask for pushes, measure the forces, and judge them."""
+        """Ask for pushes, measure the forces, and evaluate them."""
         if self._person.ask("Let the tool hang free, pointing straight down, and press Enter: ") is None:
             self._report.add(Level.WRONG, Topic.PUSH, "no one answered, the signs are not checked", "use a terminal")
             return

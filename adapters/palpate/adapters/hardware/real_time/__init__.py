@@ -1,4 +1,4 @@
-"""Real-time scheduling and punctuality of the control loop."""
+"""Real-time scheduling and timing of the control loop."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Requests for real-time scheduling to the operating system, their results, and the restoration of all settings."""
+"""Requests to the operating system for real-time scheduling, their results, and the restoration of all settings."""
 
 import ctypes
 import gc
@@ -14,7 +14,7 @@ from palpate.adapters.config import RealTimeConfig
 
 _Taking: TypeAlias = Callable[[], AbstractContextManager[None]]
 _SWITCH_S: Final = 0.0001
-"""Time after which the loop asks another thread for the interpreter; Python's default is 5 ms."""
+"""Time after which the loop requests the interpreter from another thread. Python's default is 5 ms."""
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _SCHEDULING_REMEDY: Final = (
     "add a line '@realtime - rtprio 51' to /etc/security/limits.d and log in again; a container needs"
@@ -29,14 +29,14 @@ _MEMORY_REMEDY: Final = (
 
 
 class RealTimeResult(NamedTuple):
-    """Result of a request. A refusal has a reason and is not an error."""
+    """Result of a request. A denied request has a reason and is not an error."""
 
     wish: str
     reason: str = ""
 
     @property
     def granted(self) -> bool:
-        """True if the system has granted the request."""
+        """True if the system granted the request."""
         return not self.reason
 
     def __str__(self) -> str:
@@ -44,11 +44,11 @@ class RealTimeResult(NamedTuple):
 
 
 class RealTime:
-    """Real-time resources of a run, as a context manager around the run; :meth:`loop` is the context of each trial.
+    """Real-time resources of a run. Use it as a context manager around the run, and :meth:`loop` around each trial.
 
     Locked memory and frozen objects belong to the process and last as long as the run. Priority and CPU belong to the
-    loop's thread and last as long as :meth:`loop`: a process started outside it inherits neither. A thread
-    of a bus requests both with :func:`join_loop`.
+    loop's thread and last as long as :meth:`loop`, so a process started outside it inherits neither. A bus thread
+    requests both with :func:`join_loop`.
     """
 
     def __init__(self, config: RealTimeConfig) -> None:
@@ -85,9 +85,9 @@ class RealTime:
 
     @contextmanager
     def loop(self) -> Iterator[None]:
-        """Set the priority and the CPU of the trial's thread, as granted, within the context.
+        """Set the priority and the CPU of the trial's thread within the context, if they were granted.
 
-        Other threads release the interpreter sooner, because priority does not help a loop that waits for it.
+        Other threads release the interpreter sooner, because priority does not help a loop that is waiting for it.
         """
         with ExitStack() as opened:
             opened.callback(sys.setswitchinterval, sys.getswitchinterval())
@@ -97,22 +97,22 @@ class RealTime:
             yield
 
     def _try(self, take: _Taking) -> None:
-        """Take a resource and give it back; :meth:`loop` takes those that were granted."""
+        """Test a request by taking the resource and giving it back. :meth:`loop` takes those that were granted."""
         with take():
             self._of_loop.append(take)
 
 
 def take_real_time(priority: int) -> RealTimeResult:
-    """Put this thread, and all threads that it starts, permanently into the real-time class, at priority 1 to 99."""
+    """Put this thread and all threads that it starts permanently into the real-time class, at priority 1 to 99."""
     take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
 
 
 def join_loop(config: RealTimeConfig) -> None:
-    """Set the loop's CPU and real-time class for this thread, permanently, if the run requests them.
+    """Give this thread permanently the loop's CPU and real-time class, if the run requests them.
 
-    The loop may wait for such a thread, which on another CPU could hold the interpreter without running. A refusal is
-    reported for the loop.
+    The loop may wait for such a thread, which on another CPU could hold the interpreter without running. If the request
+    is denied, this is reported for the loop.
     """
     if config.cpu >= 0:
         with suppress(OSError, AttributeError):

@@ -17,17 +17,17 @@ _EDGES_ms: Final = np.array([0.0, *np.geomspace(1e-3, 1e3, 181)])
 
 
 def _ends(section: str) -> Any:
-    """Return an observer's method that is to be called at the end of a section of a tick."""
+    """Return an observer method that is called at the end of a section of a tick."""
     return lambda timer, *_: timer.end(section)
 
 
 class LoopTimer(LoopObserver):
-    """Observer that records the longest duration of each section of a tick, and a histogram of the ticks' delays.
+    """Observer that records the longest duration of each section of a tick, and a histogram of how late ticks are.
 
-    It must be the first observer, because the time of the others counts towards the next section.
+    It must be the first observer, because the time taken by other observers counts towards the next section.
 
     Attributes:
-        longest_ns: Longest time of each section, by name.
+        longest_ns: Maximum duration of each section, by name.
     """
 
     def __init__(self) -> None:
@@ -75,13 +75,13 @@ class LoopTimer(LoopObserver):
         return int(self._counts.sum())
 
     def late_ms(self) -> dict[str, float]:
-        """Return the median, 99th percentile and maximum of the ticks' delays in ms."""
+        """Return the median, the 99th percentile and the maximum of the ticks' delays in ms."""
         below = np.cumsum(self._counts)
         median, p99 = (float(_EDGES_ms[np.searchsorted(below, share * self.ticks) + 1]) for share in (0.5, 0.99))
         return {"median": round(median, 4), "p99": round(p99, 4), "max": round(self._worst_ns * 1e-6, 4)}
 
     def end(self, section: str) -> None:
-        """Record the duration of the section that ends."""
+        """Record the duration of the section that is ending."""
         now_ns = perf_counter_ns()
         took_ns, self._then_ns = now_ns - self._then_ns, now_ns
         if took_ns > self.longest_ns[section]:
@@ -96,7 +96,7 @@ class RealTimeSession(RealTime):
         self.timer = LoopTimer()
 
     def report_json(self) -> str:
-        """Return the timing of the run so far as JSON, for the end of a log."""
+        """Return the timing of the run so far as JSON, to be stored at the end of a log."""
         timer = self.timer
         fields: dict[str, Any] = {"ticks": timer.ticks, "skipped_slots": timer.skipped_slots}
         return dump_json({**fields, "late_ms": timer.late_ms(), "longest_ns": timer.longest_ns})
