@@ -40,7 +40,7 @@ from palpate.core.ports import kinds_of, optional_of, parts_of
 
 
 def _flags() -> dict[str, tuple[Described, bool]]:
-    """Map each flag to its setting and, for a switch, its value; the value is meaningless for other settings."""
+    """Map each flag to its setting and to the value that it gives to a switch; other settings ignore that value."""
     found: dict[str, tuple[Described, bool]] = {}
     for setting in described(RunConfig):
         table, _, last = setting.name.replace("_", "-").rpartition(".")
@@ -57,7 +57,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings on the command line as nested tables, and the first word that is not a setting ("" if none).
+    """Return the settings on the command line as nested tables, and the first other argument ("" if none).
 
     Raises:
         UsageError: A setting has no value.
@@ -78,7 +78,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:
-    """Return the value in TOML form and the number of words it takes. The value is checked later."""
+    """Return the value in TOML form and the number of arguments that it takes. The value is checked later."""
     base = parts_of(kind)[0]
     if base is bool:
         return switch, 0
@@ -99,7 +99,7 @@ def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[A
 
 
 def _plain(word: str, kind: Any) -> Any:
-    """Return the number in a word if the setting may be a number; otherwise, return the word."""
+    """Return an argument as a number if the setting may be a number; otherwise, return it unchanged."""
     base = parts_of(kind)[0]
     base = optional_of(base) or base
     for number, kinds in ((int, (int, float, Any)), (float, (float, Any))):
@@ -112,15 +112,15 @@ def _plain(word: str, kind: Any) -> Any:
 T = TypeVar("T")
 
 _EARNED: Final = ("reinforcement", "effort_per_N_s")
-"""Reinforcement settings, which also appear in the tables of a run without learning."""
+"""Reinforcement settings, which also affect the tables of a run without learning."""
 
 
 def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     """Return the options given on a command line.
 
     Raises:
-        UsageError: A word is not an option, or its value cannot be read.
-        ConfigurationError: A value is refused.
+        UsageError: An argument is not an option, or its value cannot be read.
+        ConfigurationError: A value is rejected.
     """
     if any(word in ("-h", "--help") for word in words):
         sys.stdout.write(help_text(kind, command))
@@ -138,7 +138,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     table = read_toml(Path(file)) if file else {}
     facts = run_facts(table, file)
     if facts.get("command") == command:
-        # A run.toml also holds how many trials the same command ran, and with which policy.
+        # A run.toml also contains the number of trials and the policy of its command.
         given_flags = {word.partition("=")[0] for word in words}
         known = {name: facts[name] for name in ("trials", "policy") if name in facts}
         known = {name: tuple(value) if isinstance(value, list) else value for name, value in known.items()}
@@ -150,7 +150,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
 
 
 def _require_once(kind: type, words: Sequence[str]) -> None:
-    """Refuse a command option that is given twice, because one of its values would be lost."""
+    """Reject a command option that is given twice, because one of its values would be lost."""
     given = [word.partition("=")[0].replace("_", "-") for word in words]
     for name, annotation in kinds_of(kind).items():
         flag = f"--{name.replace('_', '-')}"
@@ -159,7 +159,7 @@ def _require_once(kind: type, words: Sequence[str]) -> None:
 
 
 def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[str]]:
-    """Return the command's own options and all other words."""
+    """Return the command's own options and all other arguments."""
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
@@ -168,7 +168,7 @@ def _own(kind: type[T], command: str, words: Sequence[str]) -> tuple[Any, list[s
                 prog=f"palpate {command}",
                 args=list(words),
                 return_unknown_args=True,
-                # Help texts are docstrings; searching the comments for them would take longer than everything else.
+                # Help texts are docstrings; searching the comments as well would take longer than everything else.
                 config=(tyro.conf.HelptextFromCommentsOff,),
             )
     except SystemExit:
@@ -193,7 +193,7 @@ def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: M
     config = configured(
         own.job or None, rig=rig, scenario=own.scenario,
         learner=own.learner or ("belief" if getattr(own, "from_logs", ()) else ""),
-        # The learner of the policy files, if they agree.
+        # The learner of the policy files, if they all have the same one.
         policy=next(iter(policies.values())) if len(policies) == 1 else "", task=own.task, arm=own.arm,
         settings=table, flags={**given, **({} if own.seed < 0 else {"seed": own.seed})}, measured=not resumed,
     )  # fmt: skip
@@ -202,7 +202,7 @@ def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: M
 
 
 def _require_of_learner(learner: str, given: Iterable[str]) -> None:
-    """Refuse settings that the learner ignores."""
+    """Reject settings that the learner ignores."""
     for name in given:
         has = OF_SOME.get(name, tuple(LEARNERS))
         if learner not in has:
@@ -210,7 +210,7 @@ def _require_of_learner(learner: str, given: Iterable[str]) -> None:
 
 
 def _resumed(own: RunSettings) -> str:
-    """With ``--resume``, return the settings with which the run in ``--out`` started."""
+    """With ``--resume``, return the path of the settings with which the run in ``--out`` started."""
     if not getattr(own, "resume", False):
         return ""
     path = Path(getattr(own, "out", "") or f"runs/{own.scenario or 'paper'}") / "run.toml"

@@ -20,7 +20,7 @@ _MARK: Final = "# Written by palpate emulate, which replaces this file unless it
 
 
 def emulate(options: EmulateOptions) -> int:
-    """Serve the devices until a signal ends the command, and return the exit code."""
+    """Emulate the devices until a signal ends the command, and return the exit code."""
     config = options.run
     path = Path(options.rig_file) if options.rig_file else None
     job_path = None if path is None else path.parent / f"{path.stem}.job.toml"
@@ -28,7 +28,7 @@ def emulate(options: EmulateOptions) -> int:
         _require_own(file)
     ended = Event()
     if options.priority:
-        # Done before any thread starts, because the servers' threads inherit it.
+        # Set before any thread starts, because the server threads inherit the priority.
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
     counts = str(path.resolve().with_suffix(".counts.json")) if path else ""
     ready = ready_pose(config)
@@ -50,7 +50,7 @@ def emulate(options: EmulateOptions) -> int:
 
 
 def _require_own(path: Path | None) -> None:
-    """Refuse to replace a file whose first line lacks a digest of the rest, because a person wrote or edited it."""
+    """Raise an error if a file lacks a valid digest in its first line, because a person wrote or edited it."""
     if path is None or not os.path.lexists(path):
         return
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""

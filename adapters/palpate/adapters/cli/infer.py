@@ -60,7 +60,7 @@ def infer(options: InferOptions) -> int:
 
         def show(point: automata.Progress) -> None:
             if not bars:
-                # Only once training is under way, because settings may still be refused.
+                # Only once training is under way, because settings may still be rejected.
                 total = training.restarts * training.steps
                 bars.append(opened.enter_context(progress(total, "step", "training")))
             (bar,) = bars

@@ -176,7 +176,7 @@ def import_(options: ImportOptions) -> int:
 
 
 def print_damage(log: "TrialLog") -> None:
-    """Print the damage of a usable log; print nothing for an intact one."""
+    """Print any damage to a log that is still usable."""
     if log.damage or log.missing:
         sys.stderr.write(f"palpate: {log.path}: {log.damage or log.missing}\n")
 

@@ -18,7 +18,7 @@ from palpate.adapters.signals import on_ending_signal
 from palpate.core import errors
 
 QUIET_S: Final = 5.0
-"""Time allowed for a command to close logs and devices; further Ctrl-C is ignored during this time."""
+"""Time allowed for a command to close logs and devices, during which further signals are ignored."""
 
 
 class Interrupts:
@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     if arguments is None:
-        # Matplotlib and MuJoCo fail on import if these name something absent, even if this command does not draw.
+        # Importing Matplotlib or MuJoCo fails if these name a missing backend, even if the command draws nothing.
         os.environ.pop("MPLBACKEND", None)
         os.environ[GL_VARIABLE] = os.environ.pop("MUJOCO_GL", "")
     given = sys.argv[1:] if arguments is None else arguments
@@ -107,7 +107,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
     except Exception as error:
         if not interrupts.raised:
             return _unexpected(error, debug=debug)
-        # Extension modules and callbacks turn an interruption into other errors.
+        # Extension modules and callbacks may turn an interrupt into a different error.
         return _stopped()
 
 
@@ -137,12 +137,12 @@ def _fail(error: errors.PalpateError, code: int, *, debug: bool) -> int:
 def _open_streams() -> None:
     """Make printing safe for closed streams and for characters that the terminal cannot display."""
     if sys.stdin is None:
-        # The input is also closed, so a prompt gets no answer.
+        # Standard input is closed too, so a prompt gets no answer.
         sys.stdin = open(os.devnull)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
-            # The shell closed it, so the next file opened would get its number.
+            # The shell closed the stream, so the next opened file would get its descriptor.
             setattr(sys, name, open(os.devnull, "w"))
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

@@ -39,7 +39,7 @@ def command(*words: object) -> str:
 
 
 def say(text: str) -> None:
-    """Print a line without buffering, for readers of a pipe."""
+    """Print a line and flush it, for programs that read from a pipe."""
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 
@@ -113,7 +113,7 @@ def validity_note(config: RunConfig, rig: str = "") -> str:
 
 
 def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return a line with the number of trials flagged for timing, the reasons, and their use in learning; or ""."""
+    """Return a line with the number of trials flagged for timing, their use in learning, and the reasons; or ""."""
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())

@@ -74,7 +74,7 @@ class AcknowledgeSettings(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionSettings(AcknowledgeSettings):
-    """Options of the commands that run trials on a rig."""
+    """Options common to all commands that run trials on a rig."""
 
     rig: str = ""
     """Rig file; its devices are used instead of the simulator."""
@@ -92,8 +92,8 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     out: str = ""
     """Folder for the results. It must not contain a run. Default: runs/SCENARIO."""
     policy: str = "q-learning"
-    """q-learning: train the learner of --learner from scratch. A policy file: continue its training, with exploration
-    as at the start. package.module:Name or the name of an entry point: train a learner from a plug-in package."""
+    """q-learning: train the learner of --learner from scratch. A policy file: continue its training, with the initial
+    exploration. package.module:Name or the name of an entry point: train a learner from a plug-in package."""
     resume: bool = False
     """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
@@ -264,7 +264,7 @@ class EmulateOptions(EmulationConfig, RunSettings):
     protective-stop, emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be repeated."""
     priority: Annotated[int, Range(0, 99), RARE] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99, so that other programs do not delay them. 0
-    requests none. A refused request is reported."""
+    requests none. A denied request is reported."""
 
 
 @dataclass(frozen=True)
@@ -285,9 +285,9 @@ class StudyOptions(Settings):
       [grid]                                 # a list of values for each setting: all combinations
       "task.start_uncertainty_mm" = [1.0, 2.0]
 
-    Several [[grid]] tables run one after another. Trials are recorded only if the file sets recording.enabled.
+    Several [[grid]] tables are run in sequence. Trials are recorded only if the file sets recording.enabled.
 
-    The same command continues where it stopped. Results depend neither on the number of workers nor on their order.
+    The same command resumes a stopped study. Results do not depend on the number of workers or their order.
 
     Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option is invalid; 130:
     ended by Ctrl-C.

@@ -26,7 +26,7 @@ _UNITS: Final = (
     ("_N_s_per_m", 1.0, "N s/m"), ("_m_per_N_s", 1e3, "mm/(N s)"), ("_Nm", 1e3, "mN m"), ("_m", 1e3, "mm"),
     ("_N", 1.0, "N"), ("_m_s", 1e3, "mm/s"), ("_N_s", 1.0, "N/s"), ("_s", 1.0, "s"), ("_Hz", 1.0, "Hz"), ("", 1.0, ""),
 )  # fmt: skip
-"""Name suffix in SI units, factor to the displayed unit, and displayed unit; the first match applies."""
+"""Name suffix, factor from SI units to the displayed unit, and displayed unit; the first match applies."""
 
 
 def plan(options: PlanOptions) -> int:
@@ -41,10 +41,10 @@ def plan(options: PlanOptions) -> int:
     verdict = verdict_on(begun, options.task)
     config = compose("job", verdict.choice.learner, {"seed": options.seed}, task=verdict.choice.task, job=job)
     if config.part.depth_tolerance_mm != begun.part.depth_tolerance_mm:
-        # A task may have a default tolerance for jobs that state none.
+        # A task may have a default tolerance for jobs that specify none.
         verdict = verdict_on(config, verdict.choice.task)
     reasons = list(verdict.reasons)
-    # Kinds of task load their phases, which a plain insertion's pose does not need.
+    # Loading a task kind also loads its phases, which the ready pose of a plain insertion does not need.
     ready = find_ready_pose if config.task.name == INSERTION else task_kind(config.task.name).ready
     try:
         ready(config.arm, config.tool.geometry, config.task)

@@ -101,7 +101,7 @@ def _size(text: str) -> tuple[int, int]:
 
 @contextmanager
 def _mujoco_without_graphics() -> Iterator[None]:
-    """Context in which importing MuJoCo loads no graphics library, because a working one is selected later."""
+    """Context in which importing MuJoCo loads no OpenGL backend, because a working one is selected later."""
     before = dict(os.environ)
     os.environ["MUJOCO_GL"] = "off"
     try:

@@ -27,7 +27,7 @@ from palpate.core.policy import PolicyDocument, ThirdPartyEntry
 from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
-"""Maximum number of logs with one line each; above it, only logs with differences are listed."""
+"""Maximum number of logs for which each log is listed; above it, only logs with differences are listed."""
 _MOST_EXPLAINED: Final = 10
 
 
@@ -40,7 +40,7 @@ def replay(options: ReplayOptions) -> int:
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another folder with --out")
-    # Each requested process gets at least two logs. By default it gets thirty, which outweighs the time to start it.
+    # If the number of processes is given, each gets at least two logs; otherwise thirty, to justify its start-up time.
     jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // (2 if options.jobs else 30)))
     began = time.perf_counter()
     replays: list[Replay] = []

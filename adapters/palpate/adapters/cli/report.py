@@ -30,7 +30,7 @@ def report(options: ReportOptions) -> int:
     study, run = os.path.exists(folder / "study.toml"), os.path.exists(folder / "run.toml")
     if not study and not (run and os.path.exists(folder / "trials.csv")):
         raise OutputError(str(folder), "is not a folder of palpate train, run or study", "name one of these")
-    # Loaded here, because the drawing libraries take a second to load.
+    # Imported here, because the plotting libraries take a second to load.
     from palpate.adapters.visualisation.report import PAGE, html_of, require_free, run_page, study_page
 
     require_free(folder / PAGE)

@@ -62,13 +62,13 @@ def calibrate(options: CalibrateOptions) -> int:
 
 
 def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> None:
-    """Perform a step and write its result. Between steps, the rig is closed, because keys then answer prompts."""
+    """Perform a step and write its result. The rig is closed between steps, so that keys can answer prompts."""
     before = RigFile.load(path)
     known = before.calibration
     if step == "hole":
         _require_turn(before)
     config = remeasured(options.run, known.run_settings(options.run.tool), before.facts.noise())
-    # The wrench stays in the axes of the mounted sensor, because this step measures its mounting angle.
+    # The wrench stays in the sensor's own axes, because the payload step measures the mounting angle.
     file = replace(before, calibration=CalibrationTable(), accept_kinematics=options.accept_kinematics)
     ready = find_ready_pose(config.arm, config.tool.geometry, config.task)
     warm_up(config, ready)
@@ -76,7 +76,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
     session = RealTimeSession(config.real_time)
     commissioning = Commissioning(rig, config, session.loop, lambda text: say(f"{step}: {text}"))
     if step == "payload":
-        # This check comes before a device is opened.
+        # The poses are planned before any device is opened.
         commissioning.plan_payload()
     with rig, session:
         for line in (*session.request_results, limits_line(config.supervision, config.task)):

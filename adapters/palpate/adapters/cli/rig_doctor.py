@@ -25,7 +25,7 @@ class _Terminal(Person):
 
 
 def doctor(options: DoctorOptions) -> int:
-    """Examine a rig and print the report; return 0 if there are no problems, 1 if there are, 130 after Ctrl-C."""
+    """Check a rig and print the report; return 0 if there are no problems, 1 if there are, 130 after Ctrl-C."""
     options.require("rig", bool(options.rig), "a rig file: palpate rig doctor --rig FILE")
     options.require(
         "acknowledge", options.move or not options.acknowledge, "left out without --move, because nothing moves"
@@ -33,7 +33,7 @@ def doctor(options: DoctorOptions) -> int:
     path = Path(options.rig)
     file = RigFile.load(path)
     before_move = FaultFile(path, options.acknowledge).begin if options.move else str
-    # Without --move the model moves nothing, so it is only compared.
+    # Without --move, the model is used only for comparison, not for motion.
     context = replace(
         RigContext.of(options.arm or file.arm_model(), MonotonicClock(None, file.real_time_factor)),
         tool=overlay(ToolConfig(), read_job(file.job)["tool"]) if file.job else None,

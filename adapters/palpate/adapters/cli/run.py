@@ -34,7 +34,7 @@ def run(options: RunOptions) -> int:
         this = notices.run_of(options, opened.enter_context(notices.watched(options)))
         label = this.chosen(options.policy).label
         folder.require_free()
-        # The operator is asked, and the viewer opened, before any progress is shown.
+        # The operator confirms and the viewer opens before any progress is shown.
         rig = opened.enter_context(this.opened()) if options.view or options.rig else None
         if isinstance(rig, SimulatedRig):
             opened.enter_context(viewed(rig))
