@@ -287,7 +287,7 @@ class StudyOptions(Settings):
 
     Several [[grid]] tables are run in sequence. Trials are recorded only if the file sets recording.enabled.
 
-    The same command resumes a stopped study. Results do not depend on the number of workers or their order.
+    The same command continues where it stopped. Results depend neither on the number of workers nor on their order.
 
     Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option is invalid; 130:
     ended by Ctrl-C.
