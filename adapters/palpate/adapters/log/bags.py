@@ -1,6 +1,6 @@
 """Import and export of ROS 2 bags (rosbag2, MCAP or SQLite) with joint states, wrenches and commands.
 
-It uses the rosbags library from the ``ros2`` extra. Joints are found by name in each message.
+This module uses the rosbags library from the ``ros2`` extra. In each message, joints are identified by name.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ _NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class BagTopics:
-    """Topics and conventions of a bag that is read.
+    """Topics and conventions of a bag to be read.
 
     Attributes:
-        joint_states: Topic; empty for the only one of its type. wrench: Topic; empty for the only one of its type.
+        joint_states, wrench: Topics. If empty, the only topic of the required type is used.
         joints: Names of the joints in the messages, base first; empty for those of the model.
-        sign: -1 if the wrenches are those of the tool on the environment.
+        sign: -1 if the wrenches are those that the tool exerts on its environment.
     """
 
     joint_states: str = ""
@@ -73,10 +73,10 @@ def joint_names(config: RunConfig) -> tuple[str, ...]:
 
 
 def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perception, topics: BagTopics) -> bytes:
-    """Return a log with the bag's samples at the control rate: the latest sample of each kind at every tick.
+    """Convert a bag to a log at the control rate, with the latest sample of each kind at every tick.
 
-    Commands are the measured joint angles, because a bag does not state the cause of a motion. The policy is the torque
-    rule, so that a replay with a policy shows its perception and choices.
+    The commands are the measured joint angles, because a bag does not contain the cause of a motion. The policy is the
+    torque rule, so that a replay with another policy shows its perception and choices.
 
     Raises:
         LogError: The bag cannot be read, or has no joint states or wrenches.
@@ -104,7 +104,7 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
 
 
 def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Write each log as a bag with MCAP storage: samples, commands, and events as text.
+    """Write each log as a bag with MCAP storage that contains samples, commands, and events as text.
 
     Times are those of the run's clock. Returns the folders of the bags.
 
@@ -164,7 +164,7 @@ def _messages(log: TrialLog, types: dict[str, Any]) -> Iterator[tuple[str, int, 
 
 
 def _ticks(bag: Path, names: tuple[str, ...], topics: BagTopics) -> Iterator[TickRecord]:
-    """Yield ticks, starting when the joints and the wrench are first known."""
+    """Yield ticks, beginning when the joints and the wrench are first known."""
     joints: JointSample | None = None
     wrench: WrenchSample | None = None
     begun_ns: int | None = None
@@ -227,7 +227,7 @@ def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
 
 
 def _only(bag: Path, connections: Sequence[Connection], kind: str, option: str, topic: str) -> Connection:
-    """Return the connection for a topic, or the only one of its type."""
+    """Return the connection for a topic, or the only connection of its type."""
     found = [each for each in connections if each.msgtype == kind and topic in ("", each.topic)]
     if len({each.topic for each in found}) == 1:
         return found[0]

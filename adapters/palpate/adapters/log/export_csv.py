@@ -1,7 +1,7 @@
-"""Export of a log as CSV and JSON files, exact to the last bit.
+"""Export of a log to CSV and JSON files, exact to the last bit.
 
 Columns are named after the fields of a record, with x, y, z or numbers from 1 for the components of vectors. Floats are
-written by ``repr``, so that they are read back exactly; an empty cell means a missing value.
+written with ``repr`` so that they can be read back exactly. An empty cell means a missing value.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Export logs to a new folder, with a subfolder for each of several logs; return the folders of the logs.
+    """Export logs to a new folder, with one subfolder per log if there are several. Return the folders of the logs.
 
     Raises:
         LogError: A log cannot be read; nothing is written.
@@ -39,7 +39,7 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
 
 
 def names_for(paths: Sequence[Path]) -> list[str]:
-    """Return the stems of the files, with numbers added to duplicates."""
+    """Return file names without a suffix, with numbers added to duplicates."""
     names: list[str] = []
     for path in paths:
         name, number = path.stem, 1

@@ -1,4 +1,4 @@
-"""Figures as files. Identical contents give identical bytes. Matplotlib is imported only when a figure is drawn."""
+"""Figures as files. The same contents give the same bytes. Matplotlib is imported only when a figure is drawn."""
 
 import io
 from collections.abc import Iterator, Mapping
@@ -17,7 +17,7 @@ _NOTHING: Final = {
 
 
 def figure_kind(path: Path, setting: str) -> str:
-    """Return the format from a figure's file name: png, svg or pdf.
+    """Return the format of a figure according to its file name: png, svg or pdf.
 
     Raises:
         ConfigurationError: The suffix is not supported; ``setting`` names the setting.
@@ -44,7 +44,7 @@ def drawing(
     settings: Mapping[str, Any] | None = None,
     layout: Literal["constrained"] | None = "constrained",
 ) -> Iterator[Canvas]:
-    """Yield an empty canvas, whose ``content`` is set after the block; a user's matplotlibrc has no effect."""
+    """Yield an empty canvas, and set its ``content`` after the block. A user's matplotlibrc has no effect."""
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-"""Search for logs by the names of files, folders and glob patterns."""
+"""Search for logs by file name, folder or glob pattern."""
 
 import glob
 import os
@@ -9,7 +9,7 @@ from palpate.core.errors import LogError
 
 
 def find_logs(names: Sequence[str | Path]) -> list[Path]:
-    """Return the logs of files, folders (recursively) and glob patterns, sorted and without duplicates.
+    """Return the logs that match file names, folders (searched recursively) and glob patterns, without duplicates.
 
     Raises:
         LogError: A name matches no log.

@@ -17,13 +17,13 @@ from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSampl
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001
-"""Delay of the clock reading after a tick's due time above which the tick counts as late."""
+"""Delay after a tick's due time, according to the clock reading, above which the tick counts as late."""
 
 
 def info_of(log: TrialLog) -> dict[str, Any]:
     """Return the content of ``palpate log info`` as JSON values. Values that the log does not contain are None.
 
-    Rates are tick numbers, or new samples, per second of the clock or of the device's own time; missing ticks do not
+    Rates are tick numbers per second of the clock, or new samples per second of the device's time. Missing ticks do not
     lower them. The age of a sample is the clock reading of its tick minus its source time.
 
     Raises:

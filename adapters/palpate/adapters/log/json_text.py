@@ -1,4 +1,4 @@
-"""JSON texts in messages of a log."""
+"""JSON texts in the messages of a log."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def dump_json(value: Any) -> str:
-    """Return JSON on one line; floats keep every bit."""
+    """Return JSON on one line; floats keep all their bits."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
 
 
@@ -33,7 +33,7 @@ def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
 
 
 def finite(value: Any) -> Any:
-    """Replace numbers that are not finite, which JSON cannot represent, by None."""
+    """Replace numbers that are not finite by None, because JSON cannot represent them."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

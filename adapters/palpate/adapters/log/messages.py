@@ -1,4 +1,4 @@
-"""Conversion of records to and from protobuf bytes. Ticks have separate functions, because their speed matters."""
+"""Conversion of records to and from protobuf bytes. Ticks have their own functions for speed."""
 
 import dataclasses
 from collections.abc import Callable
@@ -32,8 +32,8 @@ def decode(kind: Callable[..., R], payload: bytes) -> R:
     """Decode a record; unknown fields are ignored.
 
     Raises:
-        ValueError: A text is invalid, or a sample has no validity. Also TypeError for a missing field, protobuf's
-            DecodeError for invalid bytes, and CommandError for an invalid sample.
+        ValueError: A text is invalid, or a sample has no validity. A missing field raises TypeError, invalid bytes
+            raise protobuf's DecodeError, and an invalid sample raises CommandError.
     """
     any_kind: Any = kind
     record: Any = _tick(payload) if any_kind is TickRecord else _record(any_kind, payload)

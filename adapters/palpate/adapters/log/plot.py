@@ -29,7 +29,7 @@ _LABEL_SHARE: Final = 0.015
 
 
 def timeline(log: TrialLog, kind: str = "png") -> bytes:
-    """Plot forces, torques, tip position, states, actions, phases and events over one time axis.
+    """Plot forces, torques, tip position, states, actions, phases and events on a shared time axis.
 
     Raises:
         LogError: The log has nothing to plot, or its configuration is invalid.
@@ -133,7 +133,7 @@ def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence
 
 
 def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> None:
-    """Draw the phases as coloured bands; names that do not fit the panel's width, ``width_in``, are omitted."""
+    """Draw the phases as coloured bands. Names that do not fit the panel's width, ``width_in``, are omitted."""
     phases = log.phases
     if not phases or phases[0][0] > 0:
         phases.insert(0, (0, "lift"))

@@ -1,4 +1,4 @@
-"""Factors of a result other than the configuration: versions, source, arm model and processor."""
+"""Factors other than the configuration that affect a result: versions, source, arm model and processor."""
 
 import hashlib
 import platform
@@ -34,7 +34,7 @@ def core_sha256() -> str:
 
 
 def source_sha256(roots: Iterable[str]) -> str:
-    """Return a digest of all source files below these folders; files in earlier folders hide those in later ones."""
+    """Return a digest of all source files in these folders. Files in earlier folders hide those in later ones."""
     digest, files = hashlib.sha256(), dict[str, Path]()
     for root in roots:
         files = {path.relative_to(root).as_posix(): path for path in Path(root).rglob("*.py")} | files
@@ -45,7 +45,7 @@ def source_sha256(roots: Iterable[str]) -> str:
 
 @cache
 def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
-    """Return a digest of the kinematics: URDF and calibration of the arm, tool, and encoders."""
+    """Return a digest of the kinematics: the arm's URDF and calibration, the tool, and the encoders."""
     arm = arm_named(named)
     own = (arm.tool_axis, arm.lower_rad, arm.upper_rad, arm.velocity_limit_rad_s)
     facts = (arm.flange, arm.encoder_step_rad, tool, own)
@@ -55,7 +55,7 @@ def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
 
 @cache
 def processor() -> dict[str, Any]:
-    """Return properties that the last bits of sines, exponentials and matrix products may depend on."""
+    """Return properties that may affect the last bits of sines, exponentials and matrix products."""
     from threadpoolctl import threadpool_info
 
     simd: Any = np.show_config(mode="dicts")
@@ -71,8 +71,8 @@ def processor() -> dict[str, Any]:
 def decisive(found: Mapping[str, Any]) -> tuple[Any, ...]:
     """Return the properties of :func:`processor` that do affect a trial's last bits (record 0015).
 
-    They may excuse a difference. The C library's sine on x86-64 has one version for processors with fused multiply-add
-    and one for others. Kernels of BLAS and numpy's vector loops have no influence.
+    They may account for a difference. The C library's sine on x86-64 has one version for processors with fused
+    multiply-add and one for others. BLAS kernels and numpy's vector loops have no effect.
     """
     simd: Any = found.get("simd") or []
     if found.get("machine") == "x86_64":

@@ -1,4 +1,4 @@
-"""Origin of the error that ended a trial: errors of the core must occur again in a replay."""
+"""Origin of the error that ended a trial. An error of the core must occur again in a replay."""
 
 import traceback
 from typing import Final
@@ -8,7 +8,7 @@ from palpate.core.errors import PalpateError, PolicyError
 BY_CORE: Final = "core"
 BY_PORT: Final = "port"
 BY_POLICY: Final = "policy"
-"""A third-party policy raised the error, which a replay without its code cannot repeat."""
+"""A third-party policy raised the error. A replay without its code cannot reproduce it."""
 BY_OUTSIDE: Final = "outside"
 """An observer, the clock or a signal caused the error, not the core or a device."""
 _CORE, _PORTS, _LOOP = "palpate.core.", "palpate.core.ports", "palpate.core.control_loop"

@@ -1,4 +1,4 @@
-"""Reading of a complete log, which restores the trial from its messages in recorded order."""
+"""Reading of a complete log, which reconstructs the trial from its messages in recorded order."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -36,8 +36,8 @@ class TrialLog:
     """The log of one trial, decoded except for its ticks.
 
     Attributes:
-        damage: Description and position of damage; the log contains the part before it. Empty if undamaged.
-        missing: Missing messages according to the sequence numbers; empty if there are none.
+        damage: Description and position of damage, or empty if undamaged. The log contains the part before the damage.
+        missing: Messages that are missing according to the sequence numbers, or empty if there are none.
     """
 
     path: str
@@ -57,20 +57,20 @@ class TrialLog:
 
     @property
     def phases(self) -> list[tuple[int, str]]:
-        """Return the first tick and the name of each phase, except for the lift. A trip begins the retraction."""
+        """Return the first tick and the name of each phase except the lift. A trip begins the retraction."""
         begun = (event for event in self.events if event.name in ("phase", "trip"))
         return [(event.tick, RETRACTION if event.name == "trip" else event.detail) for event in begun]
 
     @property
     def outcome(self) -> str:
-        """Return the outcome in words; empty if unknown. A trip takes precedence over the task's report in its tick."""
+        """Return the outcome in words, or an empty string if unknown. A trip takes precedence over the task report."""
         if self.end is None:
             return ""
         return Outcome.TRIPPED.value if any(event.name == "trip" for event in self.events) else self.end.outcome
 
     @property
     def trip(self) -> records.EventEntry | None:
-        """Return the event with the reason why supervisor, sensors or operator ended the trial, or None if none did."""
+        """Return the event that says why supervisor, sensors or operator ended the trial, or None if none did."""
         cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)
         names = ("trip", "end") if cut else ("trip",)
         return next((event for name in names for event in self.events if event.name == name), None)

@@ -1,4 +1,4 @@
-"""Recorder of a trial: the data of the control loop in each tick, and the reports of the task."""
+"""Recorder of a trial, which records the control loop's data in each tick and the task's reports."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,8 +21,8 @@ class FlightRecorder(LoopObserver):
 
     Args:
         start: Function that returns the start record; called after the task has begun or failed to begin.
-        counterfactual: For a what-if: returns True once the trial has left the recorded path, for marking messages.
-        stop_on_loss: Whether a message that cannot be stored ends the trial; if not, it is reported.
+        counterfactual: Function that returns True once a what-if has left the recorded path; messages are then marked.
+        stop_on_loss: Whether a message that cannot be stored ends the trial or is only reported.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class FlightRecorder(LoopObserver):
         return self._unfinished.calling
 
     def end(self, record: records.EndRecord | None) -> None:
-        """Record the outcome, which is None if the log ends before the trial."""
+        """Record the outcome, or None if the log ends before the trial."""
         self._put_start()
         if self._deadline_ns is not None:
             tick = self._unfinished
@@ -102,18 +102,18 @@ class FlightRecorder(LoopObserver):
     # Inside.
 
     def _call(self, entry: records.CallEntry) -> None:
-        """Record a port call other than the four of a tick: a failed call, or a call outside the loop."""
+        """Record a port call that is not one of the four calls of a tick: a failed call, or a call outside the loop."""
         self._put_start()
         self._keep(entry)
 
     def _put_start(self) -> None:
-        """Record the start before anything else, once the task has begun or failed to begin."""
+        """Record the start before all other messages, once the task has begun or failed to begin."""
         if self._start is not None:
             start, self._start = self._start, None
             self._keep(start())
 
     def _follow(self, *, final: bool = False) -> None:
-        """Record new entries of the task's report; at the end, also the reinforcement of the last decision."""
+        """Record new entries of the task's report and, at the end, the reinforcement of the last decision."""
         report = self._report
         if report is None:
             return
@@ -133,7 +133,7 @@ class FlightRecorder(LoopObserver):
         self._decisions = len(report.decisions)
 
     def _mark(self, record: Any) -> None:
-        """Keep a record, marked if it is counterfactual."""
+        """Store a record, marked if it is counterfactual."""
         self._keep(replace(record, counterfactual=True) if self._off_path() else record)
 
     def _keep(self, record: object) -> None:

@@ -1,4 +1,4 @@
-"""Messages of a log as plain values; ``log.proto`` numbers their fields."""
+"""Messages of a log as plain values. ``log.proto`` defines the numbers of their fields."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from palpate.core.trial import TRIALS_OF_A_SERIES, DecisionRecord
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class StartRecord:
-    """Complete initial state of a trial, so that it can be replayed alone.
+    """Complete initial state of a trial, which allows the trial to be replayed on its own.
 
     Attributes:
         start_m: Start of the trial above the plate, (2,), task frame.
         ready_rad: The ready pose, (n,).
         tip_rotation: Initial orientation of the tool, (9,) row by row, base frame.
-        perception_json: Stages of perception, including fitted values.
+        perception_json: Stages of the perception, including fitted values.
         policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
         policy_json: The policy document, even of a third-party policy.
-        temperature: Temperature of the exploration, or None for a policy without one.
+        temperature: Exploration temperature, or None for a policy without one.
         world: ``simulator``, or the name of a rig.
         world_json: Values that reproduce the world, with its ground truth if there is one.
-        processor_json: Properties of the processor that may affect the last bits.
+        processor_json: Processor properties that may affect the last bits.
         derived_from: The log on which this what-if is based; empty for a recording.
     """
 
@@ -62,7 +62,7 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """Choice of an action, with the values on which it was based."""
+    """Chosen action, with the values on which the choice was based."""
 
     tick: int
     number: int
@@ -100,7 +100,7 @@ class ReinforcementEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class EventEntry:
-    """An event."""
+    """Event."""
 
     tick: int
     name: str
@@ -110,7 +110,7 @@ class EventEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class LossEntry:
-    """Data that the recorder lost, with the reason."""
+    """Data that the recorder lost, and the reason."""
 
     tick: int
     problem: str
@@ -120,12 +120,12 @@ class LossEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class EndRecord:
-    """Result of a trial, and the learner after it. ``true_...`` is the simulator's ground truth; None on an arm.
+    """Result of a trial, and the learner after it. ``true_...`` is the simulator's ground truth, or None on a real arm.
 
-    ``stopped_by`` states what stopped the arm other than core and supervisor. ``timing_json``, on rigs, has the
-    durations of each section of a tick from the run's start to this trial's end. Four fields count irregular ticks and
-    samples. ``raised_by`` is the origin of ``error``: core, port, policy (a third-party one) or outside (observers, the
-    clock, signals); empty without an error. ``policy_sha256`` is :func:`policy_digest` for a third-party policy.
+    ``stopped_by`` is what stopped the arm, if not core or supervisor. ``timing_json``, on rigs, contains the durations
+    of each section of a tick from the run's start to this trial's end. Four fields count irregular ticks and samples.
+    ``raised_by`` is the origin of ``error``: core, port, policy (a third-party one) or outside (observers, the clock,
+    signals); empty without an error. ``policy_sha256`` is :func:`policy_digest` for a third-party policy.
     """
 
     tick: int
@@ -198,7 +198,7 @@ class TickRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CallEntry:
-    """A failed port call, or a call other than the four of a tick: the clock at the start, and the stop."""
+    """A failed port call, or a call that is not one of the four of a tick: the clock at the start, and the stop."""
 
     tick: int
     port: str

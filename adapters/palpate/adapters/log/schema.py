@@ -12,7 +12,7 @@ from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 PACKAGE: Final = "palpate.log"
 SCHEMA: Final = "palpate.log/4"
-"""Version of the format. A changed field or meaning requires a new version; logs in other formats are refused."""
+"""Version of the format. A changed field or meaning requires a new version; logs in other formats are rejected."""
 
 VALIDITIES: Final = (Validity.VALID, Validity.SATURATED, Validity.STALE, Validity.INVALID)
 KINDS: Final = (WrenchKind.RAW, WrenchKind.TARED, WrenchKind.GRAVITY_COMPENSATED)
@@ -27,7 +27,7 @@ REASONS: Final = (
 
 @dataclass(frozen=True)
 class ChannelKind:
-    """A channel of a log: message of ``log.proto``, class of records, and one line about it with units and frames."""
+    """A channel of a log: message in ``log.proto``, record class, and a one-line description with units and frames."""
 
     id: int
     message: str
@@ -64,13 +64,13 @@ BY_RECORD: Final = {kind.record: kind for kind in CHANNELS}
 
 
 def message_class(message: str) -> Any:
-    """Return the class of a message."""
+    """Return the protobuf class of a message."""
     return getattr(log_pb2, message)
 
 
 @cache
 def descriptor_set(message: str) -> bytes:
-    """Return the serialised ``FileDescriptorSet`` of a message and its dependencies, as an MCAP schema stores it."""
+    """Return the serialised ``FileDescriptorSet`` of a message and its dependencies, as MCAP schemas store it."""
     file = descriptor_pb2.FileDescriptorProto()
     log_pb2.DESCRIPTOR.CopyToProto(file)
     needed = set(_referred(message_class(message).DESCRIPTOR))

@@ -17,9 +17,9 @@ from palpate.core.trial import Outcome
 
 _INSERTED: Final = 75.0
 _PARTIAL: Final = (38.0, 50.0)
-"""Points for a peg in the mouth of the hole, and for one almost at full depth."""
+"""Points for a peg in the mouth of the hole, and for a peg almost at full depth."""
 _NEAR: Final = 25.0
-"""Points for a peg at the mouth of the hole; there are none beyond half the initial distance."""
+"""Points for a peg at the mouth of the hole. There are none beyond half the initial distance."""
 _ASIDE_M: Final = 5e-3
 _SMOOTH: Final = 6.0
 _MOST_JERK_M_S3: Final = 50.0
@@ -59,7 +59,7 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score, based on the ``truth`` of the simulator or the ``outcome`` from the encoders."""
+    """A trial's score, based on the simulator's ``truth`` or on the ``outcome`` according to the encoders."""
 
     path: str
     basis: str
@@ -97,7 +97,7 @@ def score_of(log: TrialLog) -> ScoredTrial:
 
 
 def score_table(trials: list[ScoredTrial]) -> str:
-    """Format the scores as text, with a line per trial and their mean."""
+    """Format the scores as text, with one line per trial and a line for their mean."""
     names = [field.name for field in fields(Score)]
     width = max((len(trial.path) for trial in trials), default=0)
     heads = "".join(f"{name:>12}" for name in (*names, "total"))

@@ -17,7 +17,7 @@ from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.ports import Validity, WrenchSample
 
 NO_NEWS: Final = (Validity.INVALID, Validity.STALE)
-"""Samples without information about their tick, drawn as a gap."""
+"""Validity of samples without information about their tick, which are drawn as a gap."""
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 
@@ -29,7 +29,7 @@ class Tare:
     origin: str
 
     def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
-        """Return the force and torque, (6,), minus the zero, or None without a current measurement."""
+        """Return the force and torque, (6,), minus the zero, or None if there is no current measurement."""
         if sample is None or sample.validity in NO_NEWS:
             return None
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
@@ -64,7 +64,7 @@ class Series:
     Attributes:
         ticks: Tick numbers, (n,); -1 in a row for missing ticks.
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
-        tip_mm: Tip from the encoders, (n, 3), task frame.
+        tip_mm: Tip position according to the encoders, (n, 3), task frame.
         altered_mrad: Applied minus requested command, (n, joints).
     """
 
@@ -79,7 +79,7 @@ class Series:
     tare: Tare
 
     def time_of(self, tick: int) -> float:
-        """Return the time of a tick in seconds since the first, interpolated if the log lacks it."""
+        """Return the time of a tick in seconds since the first tick, interpolated if it is not in the log."""
         there = self.ticks >= 0
         return float(np.interp(tick, self.ticks[there], self.time_s[there]))
 
@@ -145,12 +145,12 @@ def series_of(log: TrialLog) -> Series:
 
 
 def _time_ns(record: TickRecord) -> int | None:
-    """Return the time of a tick from the clock, or its due time."""
+    """Return the clock reading of a tick, or its due time if the clock was not read."""
     return record.deadline_ns if record.time_ns is None else record.time_ns
 
 
 def _sized(values: tuple[float, ...], count: int) -> tuple[float, ...]:
-    """Return the values, or NaN if their number differs from that of the joints."""
+    """Return the values, or NaN if their number differs from the number of joints."""
     return values if len(values) == count else (np.nan,) * count
 
 

@@ -1,4 +1,4 @@
-"""Destinations of a recorder's messages: files, which a thread packs and writes, so that the loop never waits."""
+"""Destinations for a recorder's messages: files that a separate thread writes, so that the loop never waits."""
 
 from abc import abstractmethod
 from collections import deque
@@ -19,15 +19,15 @@ from palpate.adapters.log.schema import BY_RECORD, RECORDER
 TIMEOUT_S: Final = 60.0
 """Time-out for writing the end of a log."""
 _CHUNK: Final = 35
-"""Messages per chunk: a quarter of a second of ticks, which a kill may lose. Smaller chunks cost more time."""
+"""Messages per chunk: a quarter of a second of ticks, which a killed process may lose. Smaller chunks are slower."""
 _LOOK_S: Final = 0.01
 """Interval at which the thread checks for messages of an open log."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, KeyError)
-"""Errors when packing a value that does not fit the message, such as a number of more than 64 bits."""
+"""Errors from packing a value that does not fit the message, such as a number of more than 64 bits."""
 
 
 class LogMessage(NamedTuple):
-    """A record before packing; for a complete tick, the arguments of :meth:`TickRecord.of`."""
+    """A record before packing or, for a complete tick, the arguments of :meth:`TickRecord.of`."""
 
     record: Any
     time_ns: int
@@ -36,28 +36,28 @@ class LogMessage(NamedTuple):
 
 
 class Sink(Protocol):
-    """Destination of successive logs. Only ``open`` and ``close`` block. ``losses`` lists lost data, with reasons."""
+    """Destination for a series of logs. Only ``open`` and ``close`` block. ``losses`` lists lost data with reasons."""
 
     losses: list[str]
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:
-        """End the open log, if there is one, and begin another."""
+        """Close the open log, if there is one, and begin another."""
 
     @abstractmethod
     def put(self, message: LogMessage) -> None:
-        """Accept a message; its record must not change afterwards."""
+        """Accept a message. Its record must not change afterwards."""
 
     @abstractmethod
     def close(self) -> None:
-        """End the log."""
+        """Close the log."""
 
     def shut(self) -> None:
         """Finish all logs."""
 
 
 class PackedLog:
-    """Log written in chunks of packed messages, which depend only on the messages; ``losses`` receives lost data."""
+    """Log written in chunks of packed messages, which depend only on the messages. ``losses`` receives lost data."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str], losses: list[str]) -> None:
         self._file, self._losses = LogFile(stream, metadata), losses
@@ -80,7 +80,7 @@ class PackedLog:
             self._file.add(map(self._packed, chunk))
 
     def _packed(self, message: LogMessage) -> RawMessage:
-        """Pack a message. A message that cannot be packed is lost and reported; the recorded trial continues."""
+        """Pack a message. A message that cannot be packed is lost and reported, and the trial continues."""
         kept, time_ns, sequence, tick = message
         record = TickRecord.of(*kept) if isinstance(kept, tuple) else kept
         kind = BY_RECORD[type(record)]
@@ -95,7 +95,7 @@ class PackedLog:
 
 
 class FileSink(Sink):
-    """Sink with one file per log and a time-out for closing it. An error in one log does not affect later logs."""
+    """Sink with one file per log and a time-out for closing a file. An error in one log does not affect later logs."""
 
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
         self.losses = []

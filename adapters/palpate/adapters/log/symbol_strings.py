@@ -1,4 +1,4 @@
-"""Symbol strings: text files with one string of letters or words per line, and the symbols of recorded trials."""
+"""Symbol strings from recorded trials, and from text files with one string of letters or words per line."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -23,9 +23,9 @@ _LABELS: Final = {"1": True, "0": False}
 
 
 def strings_from(paths: Sequence[str]) -> Strings:
-    """Read a text file of strings, or logs of insertion trials.
+    """Read a text file of strings, or extract strings from logs of insertion trials.
 
-    In logs, each trial that ended in the hole yields the symbols at its decisions, in order. The alphabet is that of
+    From logs, each trial that ended in the hole yields the symbols at its decisions, in order. The alphabet is that of
     the trials' perception, including symbols that did not occur.
 
     Raises:
@@ -100,7 +100,7 @@ def _alphabet_of(lines: Mapping[int, str]) -> tuple[str, ...] | None:
 
 
 def _parted(place: int, line: str) -> tuple[bool, str]:
-    """Return the label and the string of a line."""
+    """Return the label and the string on a line."""
     label, _, body = line.partition("\t")
     if label.strip() not in _LABELS or "\t" in body:
         raise ConfigurationError(f"strings.line[{place}]", line, "1 or 0, a tab, and the string")
@@ -108,7 +108,7 @@ def _parted(place: int, line: str) -> tuple[bool, str]:
 
 
 def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, labelled: bool) -> dict[int, list[str]]:
-    """Return the symbols of each line: words if there is a blank or a name of several letters, otherwise letters."""
+    """Return the symbols on each line: words if there is a blank or a name of several letters; otherwise letters."""
     apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
     words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
     if apart and not labelled and alphabet is None and all(word[0] in _LABELS for word in words.values()):
@@ -124,7 +124,7 @@ def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, label
 
 
 def text_of(strings: Strings) -> str:
-    """Write strings as the text of a file.
+    """Format strings as the text of a file.
 
     Raises:
         ConfigurationError: A symbol's name contains ``#``, ``~``, or white space other than single blanks, and cannot
@@ -143,7 +143,7 @@ def text_of(strings: Strings) -> str:
 
 
 def write_strings(strings: Strings, path: str | os.PathLike[str]) -> None:
-    """Write a file from which :func:`read_strings` restores the strings; an existing file is replaced.
+    """Write strings to a file for :func:`read_strings`, replacing any existing file.
 
     Raises:
         ConfigurationError: A symbol's name cannot be written.

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = None) -> str:
-    """Format one line per row; ``left`` selects the left-aligned columns by number or indices; None selects all."""
+    """Format one line per row. ``left`` selects left-aligned columns by number or indices; None selects all."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     words = len(widths) if left is None else left
     words = range(words) if isinstance(words, int) else words
@@ -20,12 +20,12 @@ def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = 
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a number with its noun, which is plural unless the number is 1."""
+    """Return a number with its noun, in the plural unless the number is 1."""
     return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Format rows as CSV, starting with the header, with LF line ends."""
+    """Format rows as CSV with LF line ends, starting with the header."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()

@@ -1,4 +1,4 @@
-"""Recorder of the trials of a run, with one log per trial and the complete initial state."""
+"""Recorder of the trials of a run, with one log per trial, which contains the complete initial state."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Recorder of successive trials in a folder until the context ends; ``losses`` lists lost data with reasons."""
+    """Recorder of a series of trials in a folder until the context ends. ``losses`` lists lost data with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"
@@ -42,7 +42,7 @@ class TrialRecorder:
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
-        """Create a recorder that writes files, as configured, or None if recording is off."""
+        """Create a recorder that writes files according to the configuration, or return None if recording is off."""
         return cls(FileSink(), folder, config) if config.enabled else None
 
     def __enter__(self) -> Self:
@@ -67,7 +67,7 @@ class TrialRecorder:
         subfolder: str = "",
         derived_from: str = "",
     ) -> None:
-        """Set the policy of the next trials (``name`` for a baseline), and the log on which a what-if is based."""
+        """Set the policy of the following trials (``name`` for a baseline), and the log on which a what-if is based."""
         # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         third_party = None if document is None else document.third_party
@@ -88,7 +88,7 @@ class TrialRecorder:
         name: str,
         counterfactual: Callable[[], bool] = lambda: False,
     ) -> LoopObserver:
-        """Open a trial's log and return its observer; a what-if is counterfactual once it leaves the recorded path."""
+        """Open a trial's log and return its observer. A what-if is counterfactual once it leaves the recorded path."""
         subject = self._subject
         if subject is None:
             raise OutputError(str(self._folder), "the subject of the recording is not set", "call of() first")
@@ -108,11 +108,11 @@ class TrialRecorder:
         return self._flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
-        """Close the log of a completed trial, with data that the core lacks: ground truth and data about the rig."""
+        """Close the log of a completed trial, adding data that the core lacks: ground truth and data about the rig."""
         self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
-        """Close the log of a trial that ended with an error; the arguments are those of :meth:`end`."""
+        """Close the log of a trial that ended with an error. The arguments are those of :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
             # The task did not begin: the report is that of the previous trial.
             report = TrialReport(self._setup)
@@ -138,7 +138,7 @@ class TrialRecorder:
 
 
 def start_facts(command: str, config: RunConfig, ready: ReadyPose, perception: Perception) -> dict[str, Any]:
-    """Return the fields of a start record that follow from the configuration, ready pose, perception and computer."""
+    """Return the start record fields that follow from the configuration, ready pose, perception and computer."""
     return {
         "schema": SCHEMA,
         "command": command,
@@ -155,7 +155,7 @@ def start_facts(command: str, config: RunConfig, ready: ReadyPose, perception: P
 
 
 def trial_name(number: int) -> str:
-    """Return the name of a trial's log from its number in the run."""
+    """Return the name of a trial's log, given the trial's number in the run."""
     return f"trial-{number:05d}"
 
 

@@ -1,4 +1,4 @@
-"""Properties of the rig in a log, in addition to the rig's own world record."""
+"""Rig properties in a log that are not in the rig's own world record."""
 
 import json
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ _ACKNOWLEDGED: Final = "acknowledged"
 
 
 def world_of(rig: Rig) -> WorldRecord:
-    """Return the rig's world record with the properties of its force sensor and the acknowledgements of trips."""
+    """Return the rig's world record, extended with the force sensor's properties and the acknowledgements of trips."""
     world = rig.world()
     facts = sensor_facts(rig.sensor_facts)
     acknowledged = [asdict(each) for each in rig.latch.acknowledgements]
@@ -42,7 +42,7 @@ def recorded_sensor(world_json: str) -> SensorFacts:
 
 
 def recorded_turn(world_json: str) -> Vector3:
-    """Return the rotation vector from the task's axes to the hole's in a log; zero if the hole was not turned."""
+    """Return the rotation vector from the task's axes to the hole's in a log, or zero if the hole was not turned."""
     turn = _world(world_json).get("hole_turn_rad")
     if not isinstance(turn, list) or len(turn) != 3 or not all(isinstance(each, float) for each in turn):
         return 0.0, 0.0, 0.0
@@ -50,7 +50,7 @@ def recorded_turn(world_json: str) -> Vector3:
 
 
 def recorded_drawn(world_json: str) -> dict[str, float]:
-    """Return the other drawn quantities of the trial, as in ``GroundTruth.drawn``; empty if there are none."""
+    """Return the other random quantities of the trial, as in ``GroundTruth.drawn``, or an empty mapping."""
     drawn = _world(world_json).get("drawn")
     given = drawn.items() if isinstance(drawn, Mapping) else ()
     return {name: float(value) for name, value in given if isinstance(value, (int, float))}
