@@ -14,20 +14,20 @@ FORCE: Final = (196, 22, 42)
 ACTION: Final = (18, 92, 190)
 _HALO: Final = (255, 255, 255)
 _LONGEST: Final = 0.5
-"""Length of the longest arrow, as a fraction of the picture's height."""
+"""Length of the longest arrow, as a fraction of the picture height."""
 _LEAST_N: Final = 1.0
-"""Smallest force that may fill the picture; lower forces are noise."""
+"""Minimum force that may fill the picture. Lower forces are noise."""
 
 
 def reference_N(forces_N: Iterable[float]) -> float:
-    """Return the force of the scale arrow: 1, 2 or 5 times a power of ten, about half of the trial's largest force."""
+    """Return the force of the scale arrow: 1, 2 or 5 times a power of ten, about half of the trial's maximum force."""
     half = max([_LEAST_N, *forces_N]) / 2.0
     power = 10.0 ** floor(log10(half))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= half * (1.0 + 1e-9)) * power)
 
 
 def metres_per_N(reference_N: float, view: View) -> float:
-    """Return the arrow length per newton at which the largest force, five times the reference, fits the picture."""
+    """Return the arrow length per newton at which a force of five times the reference fits the picture."""
     return _LONGEST / 5.0 / reference_N / view.pixels_per_m(1)
 
 

@@ -9,22 +9,22 @@ from typing import Any, Final
 from palpate.core.errors import UsageError
 
 GL_VARIABLE: Final = "PALPATE_GL"
-"""Environment variable that the command line uses in place of MUJOCO_GL."""
+"""Environment variable that the command line uses instead of MUJOCO_GL."""
 LIBRARIES: Final = ("egl", "osmesa")
-"""Drawing libraries, in the order in which they are tried."""
+"""OpenGL backends, in the order in which they are tried."""
 REMEDY: Final = "install libegl1 and libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa), as Debian and Ubuntu name them"
 _TIMEOUT_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
-    """Return an OpenGL context for drawing, made current; the caller frees it."""
+    """Return an OpenGL context for drawing, which is made current. The caller must free it."""
     context = importlib.import_module(f"mujoco.{working_library()}").GLContext(width, height)
     context.make_current()
     return context
 
 
 def working_library() -> str:
-    """Return the drawing library: the one in the environment variable MUJOCO_GL, otherwise the first that works."""
+    """Return the OpenGL backend named in an environment variable, or otherwise the first that works."""
     named = (os.environ.get(GL_VARIABLE) or os.environ.get("MUJOCO_GL", "")).lower()
     problems = []
     # Other names are libraries that draw in windows.
@@ -37,10 +37,10 @@ def working_library() -> str:
 
 
 def problem_with(library: str) -> str:
-    """Return the reason why a library cannot draw, or an empty string if it can.
+    """Return the reason why an OpenGL backend cannot draw, or an empty string if it can.
 
-    The library is tried in a separate process: a process keeps the first library that it loads, and a library without a
-    driver may end the process.
+    The backend is tried in a separate process, because a process keeps the first backend that it loads, and a backend
+    without a driver may end the process.
     """
     trial = f"from mujoco.{library} import GLContext; GLContext(8, 8).make_current()"
     environment = {**os.environ, "MUJOCO_GL": "off"}

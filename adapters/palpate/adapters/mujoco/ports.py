@@ -1,4 +1,4 @@
-"""The four ports of the simulated work cell. Time is simulated: sleeping advances the simulation."""
+"""The four ports of the simulated work cell. Time is simulated, and sleeping advances the simulation."""
 
 from typing import Final
 
@@ -29,7 +29,7 @@ _ACTIVE: Final = Life.ACTIVE
 
 
 class MujocoClock(Clock):
-    """Exact simulated time: tick k is at k / 140 s, rounded down to whole nanoseconds."""
+    """Exact simulated time. Tick k is at k / 140 s, rounded down to whole nanoseconds."""
 
     def __init__(self, cell: WorkCell) -> None:
         self._cell = cell
@@ -46,7 +46,7 @@ class MujocoClock(Clock):
 
 
 class MujocoForceSensor(ManagedDevice, ForceSensor):
-    """Wrist sensor. A sample is taken at the last physics step of its tick, so its source time is one step earlier."""
+    """Wrist sensor. It samples at the last physics step of a tick, so the source time is one step before the tick."""
 
     def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated force sensor")
@@ -70,7 +70,7 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
 
 
 class MujocoJointEncoder(ManagedDevice, JointEncoder):
-    """Joint encoders with the resolution of the arm."""
+    """Joint encoders with the arm's resolution."""
 
     def __init__(self, cell: WorkCell) -> None:
         super().__init__("simulated encoders")
@@ -119,7 +119,7 @@ class MujocoArm(ManagedDevice, ArmCommand):
         return applied
 
     def stop(self) -> None:
-        """Stop the arm and hold its position."""
+        """Stop the arm, which then holds its position."""
         if self._life in (Life.ACTIVE, Life.FAULTED) and not self._stopped:
             self._stopped = True
             self._hold_here()

@@ -15,9 +15,9 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 
 class SimulatedRig(Rig):
-    """The MuJoCo work cell with its four ports, as a context manager that closes every device on exit.
+    """The MuJoCo work cell with its four ports. On exit of its context, every device is closed.
 
-    Together with a trial's index, ``seed`` determines the hole and the sensor errors. It may change between trials.
+    Together with the trial number, ``seed`` determines the hole and the sensor errors. It may change between trials.
     """
 
     simulated = True
@@ -72,7 +72,7 @@ class SimulatedRig(Rig):
         self._arm.activate()
 
     def world(self) -> WorldRecord:
-        """Return the data that a log must record to reproduce the trial that was just prepared."""
+        """Return the data that a log needs to reproduce the trial that was just prepared."""
         truth = self.truth()
         facts = {
             "ticks": self.cell.ticks,
@@ -85,7 +85,7 @@ class SimulatedRig(Rig):
 
     @property
     def clock_ticks(self) -> int:
-        """Control ticks on the simulator's clock."""
+        """Number of control ticks on the simulator's clock."""
         return self.cell.ticks
 
     def set_clock_ticks(self, ticks: int) -> None:

@@ -1,4 +1,4 @@
-"""Lit model of the cell for images, posed with recorded joint angles, with a table below it."""
+"""Lit model of the cell for images, posed with recorded joint angles, and with a table below it."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,12 +20,12 @@ from palpate.simulation.work_cell import build_work_cell, quaternion, trial_worl
 
 @dataclass(frozen=True)
 class Moment:
-    """Known values at one tick.
+    """Known values at a tick.
 
     Attributes:
-        force_N: Tared force on the tool, (3,), sensor frame, or None if it was not measured.
+        force_N: Tared force on the tool, (3,), sensor frame, or None if not measured.
         torque_Nm: Torque about the sensor's origin, (3,), or None if ``force_N`` is None.
-        decision: The current action and its reason, or None outside actions.
+        decision: The current action and its reason, or None if there is no action.
     """
 
     tick: int
@@ -56,7 +56,7 @@ _MOST_GEOMS: Final = 2000
 
 
 class DrawnCell:
-    """Geometry of the cell in a log, without graphics; the hole is drawn at its true position if ``hole_known``.
+    """Geometry of the cell in a log, without graphics. If ``hole_known``, the hole is drawn at its true position.
 
     Raises:
         LogError: The log does not describe the cell completely.
@@ -102,9 +102,9 @@ class DrawnCell:
         self._path, self.contour = log.path, cell.contour.shape != "none"
 
     def pose(self, moment: Moment) -> None:
-        """Set the arm and the peg in its springs to their poses at a moment.
+        """Move the arm, and the peg in its springs, to their poses at a moment.
 
-        The encoders do not measure the gripper's springs, so their deflection is computed from the measured wrench.
+        The encoders do not measure the gripper springs, so the spring deflection is computed from the measured wrench.
 
         Raises:
             LogError: The arm has a different number of joints.
@@ -145,12 +145,12 @@ class DrawnCell:
         return turned
 
     def views(self) -> tuple[View, View]:
-        """Return the close-up view and the view of the whole arm in its current pose."""
+        """Return a close-up view and a view of the whole arm in its current pose."""
         points = np.vstack((self.data.xpos, self.mouth_m, self.tip_m))
         return self.close_up(), whole_arm(points)
 
     def close_up(self) -> View:
-        """Return the view of the peg and the hole from the side."""
+        """Return a side view of the peg and the hole."""
         return close_up(self.mouth_m, self.peg_diameter_m, 0.0 if self.peg.cross_section == "round" else _TURNED_DEG)
 
     def rim_m(self, points: int) -> Array:
@@ -183,10 +183,10 @@ def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
 
 
 class Stage:
-    """A cell with lights and a camera, for images up to a size in pixels; :meth:`close` it after use.
+    """A cell with lights and a camera, for images up to a given size in pixels. :meth:`close` it after use.
 
     Raises:
-        UsageError: No graphics library works.
+        UsageError: No OpenGL backend works.
     """
 
     def __init__(self, cell: DrawnCell, size: tuple[int, int]) -> None:
@@ -208,7 +208,7 @@ class Stage:
         self._option.sitegroup[:] = 0
 
     def _dress(self) -> None:
-        """Set the colours, the light and the part of the plate that is cut away."""
+        """Set the colours, the lights, and the part of the plate that is cut away."""
         cell, model = self.cell, self.cell.model
         model.vis.map.znear, model.vis.map.zfar = 0.005, 60.0
         model.vis.headlight.ambient[:] = 0.42
@@ -249,7 +249,7 @@ class Stage:
         return pixels[::-1]
 
     def _add_backdrop(self, view: View) -> None:
-        """Add a wall far behind the cell, across the line of sight; without it the background is black."""
+        """Add a wall far behind the cell, perpendicular to the line of sight. Without it the background is black."""
         right, up, forward = view.axes
         far_m = view.distance_m + 8.0
         middle = np.array(view.target_m) + forward * (far_m - view.distance_m)
@@ -291,7 +291,7 @@ class Stage:
         return geom
 
     def close(self) -> None:
-        """Release the graphics library."""
+        """Release the OpenGL context."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()

@@ -1,4 +1,4 @@
-"""Camera views, and the pixels of points in them. No graphics library is needed."""
+"""Camera views, and the pixel coordinates of points in them. OpenGL is not needed."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin, tan
@@ -11,9 +11,9 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 CAMERAS: Final = ("both", "close-up", "arm")
 FIELD_OF_VIEW_DEG: Final = 20.0
-"""Vertical field of view; it is narrow, so that near and far lengths are comparable."""
+"""Vertical field of view. It is narrow so that near and far lengths are comparable."""
 _PEGS_HIGH: Final = 3.1
-"""Height of the close-up in peg diameters."""
+"""Height of the close-up, in peg diameters."""
 _MARGIN: Final = 1.3
 
 
@@ -22,9 +22,9 @@ class View:
     """A camera that looks at a point.
 
     Attributes:
-        azimuth_deg: Heading in which the camera looks, from the base's x towards its y.
-        elevation_deg: Elevation above the horizon; negative if the camera looks down.
-        cut: Whether the half of the plate nearer to the camera is omitted, to show the inside of the hole.
+        azimuth_deg: Viewing direction in the horizontal plane, from the base frame's x towards its y.
+        elevation_deg: Elevation of the viewing direction; negative if the camera looks down.
+        cut: Whether the near half of the plate is omitted, to show the inside of the hole.
     """
 
     target_m: tuple[float, float, float]
@@ -42,23 +42,23 @@ class View:
         return np.array([right, np.cross(right, forward), forward])
 
     def pixels_per_m(self, height: int) -> float:
-        """Return the scale at the target, across the line of sight, in an image of this height."""
+        """Return the scale at the target, perpendicular to the line of sight, in an image of this height."""
         return height / (2.0 * self.distance_m * tan(radians(FIELD_OF_VIEW_DEG) / 2.0))
 
     def pixel_of(self, point_m: Array, width: int, height: int) -> tuple[float, float]:
-        """Return the column and row of a point (3,) in an image of this size, from the upper left corner."""
+        """Return the column and row of a point (3,) in an image of this size, measured from the upper left corner."""
         right, up, forward = self.axes @ (np.asarray(point_m) - np.array(self.target_m))
         scale = self.pixels_per_m(height) * self.distance_m / (self.distance_m + forward)
         return width / 2.0 + float(right * scale), height / 2.0 - float(up * scale)
 
 
 def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View:
-    """Return a view of the peg and the hole from the side, slightly from above, with the plate cut open.
+    """Return a view of the peg and the hole from the side and slightly from above, with the plate cut open.
 
     Args:
         mouth_m: Centre of the hole's mouth, (3,), base frame.
         diameter_m: Width of the peg.
-        turned_deg: Angle of the camera about the hole's axis, so that a peg with corners shows a corner.
+        turned_deg: Angle of the camera about the hole axis, chosen so that a polygonal peg shows a corner.
     """
     high = _PEGS_HIGH * diameter_m
     x, y, z = mouth_m.tolist()
@@ -66,7 +66,7 @@ def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View
 
 
 def whole_arm(points_m: Array) -> View:
-    """Return a view of all of these points (n, 3), base frame, from the side and from above."""
+    """Return a view from the side and above that shows all of these points (n, 3), base frame."""
     low, high = points_m.min(axis=0), points_m.max(axis=0)
     middle = (low + high) / 2.0
     x, y, z = middle.tolist()

@@ -19,7 +19,7 @@ _MOST_JOBS: Final = 1024
 def replay_file(
     path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
-    """Replay one log. Problems with the log are returned as results, not raised."""
+    """Replay one log. Problems with the log are returned as results instead of being raised."""
     try:
         with folder_kept():
             return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, out=out)
@@ -31,7 +31,7 @@ def replay_file(
 
 @dataclass(frozen=True)
 class WhatIf:
-    """Changes to the replays in a batch, whether the simulator continues them, and the folder for their logs."""
+    """Changes for the replays in a batch, whether the simulator continues them, and the folder for their logs."""
 
     changes: Changes = field(default_factory=Changes)
     in_mujoco: bool = False
@@ -39,7 +39,7 @@ class WhatIf:
 
 
 def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
-    """Replay logs in order, in groups; the results do not depend on the number of processes.
+    """Replay logs in groups, in order. The results do not depend on the number of processes.
 
     Raises:
         ConfigurationError: ``jobs`` is not from 1 to 1024.

@@ -1,4 +1,4 @@
-"""Comparison of the records of the replayed trial with the log."""
+"""Comparison of the records of a replayed trial with its log."""
 
 import json
 from collections.abc import Collection, Sequence
@@ -36,16 +36,16 @@ _OF_THE_RECORDING: Final = {
 """Fields of the start and end records that the core neither produces nor can contradict."""
 _OF_THE_POLICY: Final = {"policy", "policy_json", "learner_json", "policy_sha256"}
 _ROUNDED: Final = {"detail", "text"}
-"""Strings with rounded numbers, which another processor may round differently."""
+"""Strings with rounded numbers, which may be rounded differently on another processor."""
 
 
 def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None:
-    """Compare the records of the log with those of the replay, except ticks, which the ports compare.
+    """Compare the records of the log with those of the replay, except for ticks, which the ports compare.
 
     Args:
-        whole: Whether the log extends to the end of the trial. Otherwise it may lack the results of its last tick,
-            which are written after the tick, and the reward of the last decision.
-        what_if: Whether the settings or the policy are changed, so that the start and the learner differ.
+        whole: Whether the log extends to the end of the trial. If not, it may lack the reward of the last decision and
+            the results of the last tick, which are written after the tick.
+        what_if: Whether the settings or the policy are changed, which makes the start and the learner differ.
     """
     log, differences, made = trial.tape.log, trial.tape.differences, trial.made
     if not what_if:
@@ -113,7 +113,7 @@ def _compare_end(trial: ReplayedTrial, end: EndRecord, *, what_if: bool) -> None
 
 
 def _flags(log: TrialLog) -> set[str]:
-    """Return the field that marks a what-if, if the log is one; other logs must not set it."""
+    """Return the field that marks a what-if, if the log is one. In other logs it must not be set."""
     return {"counterfactual"} if log.start.derived_from else set()
 
 
@@ -129,7 +129,7 @@ def _compare_fields(
 
 
 def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
-    """Return the fields of the end record that need the ground truth, scored again with the ground truth in the log."""
+    """Return the fields of the end record that depend on the ground truth, recomputed with the one in the log."""
     end = log.end
     if end is None or len(end.true_tip_in_task_m) != 3 or len(end.true_hole_in_task_m) != 3:
         return {}
@@ -144,7 +144,7 @@ def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str,
 
 
 def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
-    """Compare the cause of the latch with the recorded trip, or with the device's error."""
+    """Compare the cause of the latch with the recorded trip or the device's error."""
     trips = (event.detail for event in tape.log.events if event.name == "trip")
     recorded = next(trips, str(error) if isinstance(error, DeviceError) else "")
     # The text of a trip contains rounded numbers.
@@ -153,7 +153,7 @@ def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
 
 
 def ending_note(tape: Tape) -> str:
-    """Return the note on an identical trial that would continue beyond the recorded samples."""
+    """Return a note if a trial is identical but would continue beyond the recorded samples."""
     end, last = tape.log.end, len(tape.log.ticks) - 1
     if end is None:
         return f"the log ends at tick {last}, before the trial did"

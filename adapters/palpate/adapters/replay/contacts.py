@@ -1,4 +1,4 @@
-"""Contacts in recorded trials of any policy, and a belief learned from them."""
+"""Contacts in recorded trials of any policy, and a belief that is learned from them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ from palpate.core.policy.belief import MIN_CONTACTS, ContactObservation, Contact
 
 
 class ContactCollector(Policy):
-    """Wrapper of a policy that keeps the contacts of each trial that ends in the hole."""
+    """Policy wrapper that collects the contacts of each trial that ends in the hole."""
 
     def __init__(self, policy: Policy, trials: list[ContactTrial]) -> None:
         self._policy, self._trials = policy, trials
@@ -66,7 +66,7 @@ class ContactCollector(Policy):
 
 @dataclass(frozen=True)
 class FoundContacts:
-    """Contacts in recorded trials, the settings of the first, and the policy file of a belief learned from them all."""
+    """Contacts in recorded trials, the first trial's settings, and the policy file of a belief learned from them."""
 
     config: RunConfig
     document: PolicyDocument
@@ -75,9 +75,9 @@ class FoundContacts:
 
 
 def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundContacts:
-    """Return the contacts in logs with the same tool, in the order of learning.
+    """Return the contacts in logs from the same tool, in the order of learning.
 
-    The core is replayed over each log, so any policy may have acted.
+    The core is replayed on each log, so the trials may be from any policy.
 
     Raises:
         ConfigurationError: The logs are from different tools, or contain too few contacts.
@@ -124,7 +124,7 @@ def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fo
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
-    """Refuse a log from a different tool, whose torques have a different meaning."""
+    """Reject a log from a different tool, for which torques have a different meaning."""
     wanted, there = (
         {**tool_of(each), "perception.calibration": each.perception.calibration} for each in (first, config)
     )

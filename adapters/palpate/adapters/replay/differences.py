@@ -8,7 +8,7 @@ from typing import Any, Final
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """An output of the core that differs from the recording."""
+    """An output of the core that differs from the recorded one."""
 
     tick: int
     channel: str
@@ -21,7 +21,7 @@ class Difference:
 
 
 class Differences:
-    """Collection of differences, including the first one and the first that exceeds the last bits."""
+    """Differences of a replay, including the first one and the first one that exceeds the last bits."""
 
     def __init__(self) -> None:
         self.first_command_tick: int | None = None
@@ -30,7 +30,7 @@ class Differences:
         self.count = 0
 
     def compare(self, tick: int, channel: str, field: str, recorded: Any, replayed: Any, *, gross: bool = True) -> None:
-        """Compare values, number by number; a text difference is gross if it matters on another processor."""
+        """Compare values, number by number. A difference in text is gross if it would matter on another processor."""
         if isinstance(recorded, dict) and isinstance(replayed, dict) and recorded.keys() == replayed.keys():
             for key in recorded:
                 self.compare(tick, channel, f"{field}.{key}", recorded[key], replayed[key])
@@ -60,16 +60,16 @@ class Differences:
 
 
 RELATIVE: Final = 1e-9
-"""Relative difference between numbers that another processor may cause in the last bits."""
+"""Relative difference that another processor may cause in the last bits of a number."""
 _ABSOLUTE: Final = 1e-12
 
 
 def close_enough(a: float, b: float) -> bool:
-    """Return whether two numbers differ by no more than a different processor may cause."""
+    """Return True if two numbers differ by no more than a different processor may cause."""
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
 
 
 def same_bits(a: Iterable[float], b: Iterable[float]) -> bool:
-    """Return whether two vectors are equal bit for bit: -0.0 differs from 0.0, and a NaN equals itself."""
+    """Return True if two vectors are equal bit for bit: -0.0 differs from 0.0, and a NaN equals itself."""
     x, y = tuple(a), tuple(b)
     return len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y)

@@ -47,10 +47,10 @@ class Replay:
     """Replay of one log.
 
     Attributes:
-        counterfactual_from: Tick of the first command that differs from the recording; the recorded samples after it do
-            not result from the core's commands. None if all commands are identical.
+        counterfactual_from: Tick of the first command that differs from the recording, or None if all commands are
+            identical. Later recorded samples do not result from the core's commands.
         other_code: Whether a different version of the core recorded the log; False if unknown.
-        recorded_decisions: Reason for taking the decisions from the log; empty if the policy made them again.
+        recorded_decisions: Reason why the decisions were taken from the log, or empty if the policy made them again.
     """
 
     path: str
@@ -72,7 +72,7 @@ class Replay:
 def replay(
     log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, out: tuple[TrialRecorder, str] | None = None
 ) -> Replay:
-    """Replay one log; ``out`` contains the recorder of the replay and the name of its log.
+    """Replay one log. ``out`` contains the recorder for the replay and the name of its log.
 
     With ``in_mujoco``, the simulator continues from the first command that differs from the recording.
 
@@ -125,7 +125,7 @@ def replay(
 
 
 def _torn(tape: Tape) -> bool:
-    """Return whether an outside cause, such as a second Ctrl-C, ended the trial partway through a tick."""
+    """Return True if an outside cause, such as a second Ctrl-C, ended the trial partway through a tick."""
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
     return by_others and last is not None and last.joints is not None and last.requested_rad is None
@@ -171,7 +171,7 @@ def _verdict(differences: Differences, log: TrialLog) -> Verdict:
 
 
 def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
-    """Return the known changes since the recording that may cause differences."""
+    """Return known changes since the recording that may cause differences."""
     start, causes = log.start, []
     if log.end is not None and log.end.outcome == IMPORTED:
         causes.append("the motion, which comes from a bag")
@@ -196,5 +196,5 @@ def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def _other_processor(log: TrialLog) -> bool:
-    """Return whether results of the recording processor may differ from this one's in the last bits."""
+    """Return True if the recording processor may give results that differ from this one's in the last bits."""
     return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())

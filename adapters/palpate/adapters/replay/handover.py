@@ -1,7 +1,7 @@
 """What-ifs that continue in the simulator from the first command that differs from the recording.
 
-The log does not hold the simulator's state at that tick. It is restored by executing the recorded commands from the
-start of the trial; until that tick they match the core's own. MuJoCo is deterministic, so this restores the complete
+The log does not contain the simulator's state at that tick. To restore it, the recorded commands, which match those of
+the core until then, are executed from the start of the trial. MuJoCo is deterministic, so this restores the complete
 state (integration state, sensor history, noise, contacts), and every tick until then is compared with the recording.
 """
 
@@ -23,7 +23,7 @@ from palpate.core.trial import TrialReport
 
 
 def continue_in_mujoco(trial: ReplayedTrial) -> ScoredTrial:
-    """Run the trial in the simulator, on the recorded path for as long as the core sends the recorded commands.
+    """Run the trial in the simulator, on the recorded path until the core sends a different command.
 
     Raises:
         LogError: The log is not from the simulator, or this simulator does not reproduce its samples.
@@ -55,7 +55,7 @@ def _simulator_facts(log: TrialLog) -> dict[str, Any]:
 
 
 class _RecordedPath(LoopObserver):
-    """Observer that compares each tick with the recorded one, until the core sends a different command."""
+    """Observer that compares each tick with the recorded one until the core sends a different command."""
 
     def __init__(self, tape: Tape) -> None:
         self._tape = tape

@@ -1,4 +1,4 @@
-"""The four ports for a recorded trial. Inputs come from the log, and outputs are compared with it."""
+"""The four ports for a recorded trial. Inputs come from the log, and outputs are compared with the log."""
 
 from typing import Generic
 
@@ -49,10 +49,10 @@ class ReplaySensor(ManagedDevice, Generic[T]):
 
 
 class ReplayArm(ManagedDevice, ArmCommand):
-    """Arm that responds to commands like the recorded arm and records commands that differ.
+    """Arm that responds to commands like the recorded arm, and records commands that differ.
 
-    After the first difference, its response is unknown; the requested command counts as applied unless the arm was
-    limited or stopped at that time.
+    After the first difference, the arm's response is unknown. The requested command then counts as applied, unless the
+    recorded arm was limited or stopped at that time.
     """
 
     def __init__(self, tape: Tape) -> None:

@@ -1,6 +1,6 @@
 """``pytest --palpate-logs DIR``: every log in DIR is a test that passes if the trial replays bit for bit.
 
-A laboratory can test its repository on its own trials. Imports are few, because pytest loads this module in every run.
+A laboratory can test its repository on its own trials. The module imports little, because pytest always loads it.
 """
 
 from pathlib import Path
@@ -45,7 +45,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 
 
 class ReplayDiffersError(Exception):
-    """A recorded trial does not replay identically; the message contains the full explanation."""
+    """A recorded trial does not replay identically. The message contains the full explanation."""
 
 
 class LogItem(pytest.Item):

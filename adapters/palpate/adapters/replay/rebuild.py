@@ -1,4 +1,4 @@
-"""Reconstruction of the objects that ran a trial, from the start record of its log."""
+"""Reconstruction of the objects that ran a trial from the start record of its log."""
 
 import json
 import tomllib
@@ -47,7 +47,7 @@ _OUTSIDE: Final = ("cell", "recording")
 
 @dataclass(frozen=True)
 class Rebuilt:
-    """The core at the beginning of a trial, and the reason for using logged decisions; empty if the policy decides."""
+    """The core at the beginning of a trial, and the reason for using logged decisions (empty if the policy decides)."""
 
     config: RunConfig
     setup: TrialSetup
@@ -63,7 +63,7 @@ class Rebuilt:
 
 @dataclass(frozen=True)
 class Changes:
-    """Differences between a replay and its recording: settings as ``name=value``, and a different policy."""
+    """Changes to a replay relative to its recording: settings as ``name=value``, and a different policy."""
 
     settings: tuple[str, ...] = ()
     policy: PolicyDocument | ThirdPartyEntry | str | None = None
@@ -76,10 +76,10 @@ class Changes:
 
 
 def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
-    """Return the configuration of the replay.
+    """Return the configuration for the replay.
 
     Raises:
-        ConfigurationError: A change is refused.
+        ConfigurationError: A change is rejected.
     """
     config = config_of(log)
     for setting in changes.settings:
@@ -115,7 +115,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class RecordedDecisions(FixedPolicy):
-    """Policy that repeats recorded decisions; the first ``observed`` grounds of each are not from the policy."""
+    """Policy that repeats recorded decisions. The first ``observed`` grounds of a decision are not from the policy."""
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()
@@ -145,7 +145,7 @@ class RecordedDecisions(FixedPolicy):
 
 
 class Rebuilder:
-    """Builder of the core for successive logs, which reuses shared parts; ``around`` wraps the policy for the task."""
+    """Builder of the core for a series of logs, which reuses shared parts. ``around`` wraps the policy for the task."""
 
     def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
         self._changes, self._around = changes or Changes(), around
@@ -263,7 +263,7 @@ class Rebuilder:
 
 
 def _requested(log: TrialLog) -> bool:
-    """Return whether a person chose the actions."""
+    """Return True if a person chose the actions."""
     return any(decision.source == PERSON for decision in log.decisions)
 
 

@@ -1,4 +1,4 @@
-"""A recorded trial as one tape per port, with the results of each call and the commands to compare."""
+"""A recorded trial as one tape per port, with the result of each call and the commands to compare."""
 
 from collections import defaultdict, deque
 from collections.abc import Callable
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class TapeEndError(Exception):
-    """The core requests more than was recorded. It is not a palpate error, because nothing in the trial failed."""
+    """The core requests more than was recorded. This is not a palpate error, because nothing in the trial failed."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -24,7 +24,7 @@ class TapeEndError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Raised:
-    """A port call that failed, with the class name of the error."""
+    """A failed port call, with the class name of its error."""
 
     kind: str
     text: str
@@ -60,20 +60,20 @@ class Track(Generic[T]):
 
     @property
     def left(self) -> bool:
-        """True if results remain."""
+        """True if any results are left."""
         while not self._items:
             if not self._load():
                 return False
         return True
 
     def pass_refused(self) -> None:
-        """Skip the recorded refusal of a call that the replay also refuses."""
+        """Skip the recorded error of a call that the replay also rejects."""
         if self.left and isinstance(self._items[0], Raised):
             self._items.popleft()
 
 
 class Tape:
-    """A recorded trial with the tapes of its ports, its current tick (-1 before the first) and the last loaded tick."""
+    """A recorded trial with one tape per port, its current tick (-1 before the first), and the last loaded tick."""
 
     def __init__(self, log: TrialLog) -> None:
         self.log = log
@@ -133,7 +133,7 @@ class Tape:
                 self.stops.append(failed if call.error else None)
 
     def next_answer(self, requested_rad: JointVector) -> AppliedCommand:
-        """Compare a command with the recorded one and return the applied command of the recording."""
+        """Compare a command with the recorded one and return the recorded applied command."""
         recorded, applied = self.sends.next()
         # Most commands are equal, and this is the cheapest exact test: only zeros have two bit patterns.
         if requested_rad != recorded or (0.0 in requested_rad and not same_bits(requested_rad, recorded)):

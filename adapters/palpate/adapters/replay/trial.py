@@ -18,7 +18,7 @@ from palpate.core.trial import INTERRUPT, Task, TrialReport
 
 
 class ReplayedRecords(Sink):
-    """Sink that keeps the records of one trial by kind."""
+    """Sink that stores the records of one trial by kind."""
 
     def __init__(self) -> None:
         self.losses = []
@@ -52,7 +52,7 @@ class ReplayedTrial:
         facts: Callable[[TrialReport], dict[str, Any]],
         observers: Sequence[LoopObserver] = (),
     ) -> TrialReport:
-        """Run the trial; ``facts`` returns the fields of the end record that the core lacks."""
+        """Run the trial. ``facts`` returns the fields of the end record that the core lacks."""
         rebuilt = self.rebuilt
         recorders = [TrialRecorder(self.made, Path(), RecordingConfig())]
         observers = [*observers, _Interrupts(self.tape, rebuilt.task), self._begin(recorders[0], world, "")]

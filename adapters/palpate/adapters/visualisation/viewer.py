@@ -1,4 +1,4 @@
-"""Display of a simulated rig in MuJoCo's passive viewer in real time. It does not change any bit of a trial."""
+"""Display of a simulated rig in MuJoCo's passive viewer in real time. It does not change a single bit of a trial."""
 
 import os
 import signal
@@ -19,7 +19,7 @@ from palpate.simulation.work_cell import WorkCell
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 _BEHIND_S: Final = 0.1
-"""Delay above which the viewer does not catch up, for example after a pause."""
+"""Delay above which the viewer no longer catches up, for example after a pause."""
 
 
 class _ViewedClock(Clock):

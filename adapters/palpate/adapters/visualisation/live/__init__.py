@@ -1,4 +1,4 @@
-"""Display of trials in Rerun's viewer, while they run and from their logs."""
+"""Display of trials in Rerun's viewer, either live or from their logs."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Display of running trials in Rerun's viewer by an observer of the control loop."""
+"""Live display of trials in Rerun's viewer by an observer of the control loop."""
 
 from __future__ import annotations
 
@@ -30,34 +30,34 @@ from palpate.core.trial import Outcome, TrialReport
 PORT: Final = 9876
 """Default port of Rerun's viewer."""
 _MEMORY: Final = "512MB"
-"""Memory limit of the server for viewers that connect late; beyond it, the oldest data are dropped."""
+"""Memory limit of the server for viewers that connect late. Beyond it, the oldest data are dropped."""
 _CLOCK: Final = "run clock"
 _SERIES: Final[dict[str, tuple[str, ...]]] = {
     "wrench": ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm"),
     "tip": ("x_mm", "y_mm", "z_mm"),
     "timing": ("late_ms", "wrench_age_ms"),
 }
-"""Time series: the tared wrench in the sensor's frame, the tip in the task frame, the lateness of each tick and the age
-of its wrench."""
+"""Time series: the tared wrench in the sensor frame, the tip in the task frame, the delay of each tick, and the age of
+its wrench."""
 _POSE_TICKS: Final = 5
-"""Ticks between two poses, which gives 28 poses per second."""
+"""Ticks between two poses, which corresponds to 28 poses per second."""
 _FLUSH_TICKS: Final = 14
-"""Ticks between two transmissions of time series, which gives ten per second."""
+"""Ticks between two transmissions of time series, which corresponds to ten per second."""
 _FLUSH_S: Final = 5.0
-"""Time limit for the last data; without a limit, a killed server would block the end of the run."""
+"""Time limit for sending the last data. Without it, a killed server would block the end of the run."""
 _MEAN_TICKS: Final = 5
-"""Number of ticks averaged by the force arrow, which the noise of single samples would cause to flicker."""
+"""Number of ticks averaged for the force arrow, which would otherwise flicker because of sample noise."""
 _MOST_TRIALS: Final = 1000
 _SPHERES_OF_CONTACT: Final = 3
 """Group of the peg's contact spheres, which are too small to be visible."""
 _M_PER_N: Final = 0.015
-"""Length of a force arrow per newton."""
+"""Length of the force arrow per newton."""
 _NO_TARE: Final = Tare((0.0,) * 6, "nothing")
 Row: TypeAlias = tuple[float, ...]
 
 
 class LiveView(TrialsObserver):
-    """View of trials while they run, using a Rerun recording stream and its server, which ends with the context."""
+    """Live view of trials, with a Rerun recording stream and a server, both of which end with the context."""
 
     def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
         self._stream, self._server, self.address = stream, server, address
@@ -186,7 +186,7 @@ class LiveView(TrialsObserver):
         self._report = None
 
     def _follow(self) -> None:
-        """Show the new entries of the report."""
+        """Show new entries of the report."""
         report = self._report
         if report is None:
             return
@@ -237,7 +237,7 @@ class LiveView(TrialsObserver):
 
 
 class CellShapes:
-    """Geometry of a cell: the shapes of each frame, by name.
+    """Geometry of a cell: the shapes in each frame, by frame name.
 
     Raises:
         LogError: The log does not describe the cell completely.

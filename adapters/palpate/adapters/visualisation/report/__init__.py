@@ -1,4 +1,4 @@
-"""Page about a run or a study: images, tables and their sources; see :func:`.build.page_of`."""
+"""Report page about a run or a study, with images, tables and their sources; see :func:`.build.page_of`."""
 
 import lazy_loader
 

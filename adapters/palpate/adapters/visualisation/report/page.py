@@ -35,7 +35,7 @@ class PageTable(NamedTuple):
 
 
 class PageSection(NamedTuple):
-    """A section of the page; ``listing`` is text that is initially collapsed."""
+    """A section of the page. ``listing`` is text that is initially collapsed."""
 
     title: str
     text: str = ""
@@ -45,7 +45,7 @@ class PageSection(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A report with key data at the top and important notices."""
+    """A report that begins with key data and important notices."""
 
     title: str
     kind: str
@@ -82,7 +82,7 @@ def require_free(path: Path) -> None:
 
 
 def success_of(rows: Sequence[TrialRow]) -> str:
-    """Return the success rate with its exact 95 % interval."""
+    """Return the success rate with its exact 95 % confidence interval."""
     wins = sum(row.success for row in rows)
     low, high = exact_interval(wins, len(rows))
     return f"{wins / len(rows):.1%} [{low:.1%}, {high:.1%}]"

@@ -1,4 +1,4 @@
-"""Pictures of studies: learning curves, and success and time against a setting."""
+"""Pictures of studies: learning curves, and success and time plotted against a setting."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -19,11 +19,11 @@ _STYLE: Final = {
     "text.usetex": False, "text.parse_math": False,
 }  # fmt: skip
 Runs = Sequence[Sequence[experiments.TrialRow]]
-"""Trials of runs that differ only in their seeds."""
+"""Trials of runs that differ only in the seed."""
 
 
 def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManager[Canvas]:
-    """Yield an empty canvas; its ``content`` is available after the block."""
+    """Yield an empty canvas. Its ``content`` is available after the block."""
     return drawing(width_in, height_in, 150, settings=_STYLE)
 
 
@@ -35,7 +35,7 @@ def mean_s(rows: Sequence[experiments.TrialRow]) -> float:
 def learning_picture(
     curves: Mapping[str, Runs], levels: Mapping[str, Sequence[experiments.TrialRow]], title: str = ""
 ) -> Picture:
-    """Plot time and success over the trials: learners as curves with t intervals, other policies as lines."""
+    """Plot time and success over the trials: learners as curves with t intervals, and other policies as lines."""
     ends = []
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
@@ -66,7 +66,7 @@ def learning_picture(
 
 
 def _averages(values: Sequence[Sequence[float]]) -> Any:
-    """Return moving averages of the trials that all runs have, from the first full window, as (runs, trials)."""
+    """Return moving averages over the trials that all runs have, from the first full window, as (runs, trials)."""
     trials = min(map(len, values))
     window = experiments.window_of(trials)
     return np.array([experiments.moving_average(run[:trials], window) for run in values])[:, window - 1 :]

@@ -13,14 +13,14 @@ _COLUMNS: Final = 6
 _SIGNS: Final = {"-": -1, "0": 0, "+": 1}
 _UNKNOWN: Final = "#ececec"
 Place = tuple[int, int]
-"""Column and row, from the left and from the top."""
+"""Column and row, counted from the left and from the top."""
 
 
 def policy_picture(document: PolicyDocument) -> Picture:
     """Draw the best action of each state as seen from above, with x to the right and y down.
 
-    The paper's position and torque regions become two maps in which each state lies on the side of the hole where it
-    is measured, so that correct arrows point to the middle: the hole is at heading (-ty, tx).
+    The paper's position and torque regions become two maps. Each state lies on the side of the hole where it is
+    measured, so correct arrows point to the middle. For a torque, the hole is in the direction (-ty, tx).
     """
     rows = [row for row in document.table if row.visits or row.source != LEARNED] or list(document.table)
     rows = sorted(rows, key=lambda row: -row.visits)[:_MOST_STATES]
@@ -58,7 +58,7 @@ def policy_picture(document: PolicyDocument) -> Picture:
 
 
 def _on_maps(document: PolicyDocument) -> dict[str, Place] | None:
-    """Return the places of position regions and, to their right, of torque regions, or None for other states."""
+    """Return the positions of position regions and, to their right, of torque regions, or None for other states."""
     places: dict[str, Place] = {}
     for state in document.states:
         words = state.split(" ")

@@ -1,4 +1,4 @@
-"""Page about a run of ``palpate train`` or ``palpate run``."""
+"""Report page about a run of ``palpate train`` or ``palpate run``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LATE: Final = 25
 
 @dataclass(frozen=True)
 class RunSource:
-    """Folder of a run: trials, configuration, details of its call, and ``summary.json`` (empty until the run ends)."""
+    """Folder of a run: trials, configuration, command data, and ``summary.json`` (empty until the run ends)."""
 
     path: Path
     rows: tuple[experiments.TrialRow, ...]
@@ -36,7 +36,7 @@ class RunSource:
 
     @classmethod
     def read(cls, path: Path) -> RunSource:
-        """Read a folder."""
+        """Read the folder of a run."""
         folder, settings = experiments.RunFolder(path), read_toml(path / "run.toml")
         rows = folder.read_trials()
         if not rows:
@@ -50,7 +50,7 @@ class RunSource:
 
     @property
     def late(self) -> tuple[experiments.TrialRow, ...]:
-        """Evaluated trials: all trials, or for a learning run the last 25, but at most half of them."""
+        """Evaluated trials: all trials or, for a learning run, the last 25 but at most half of the trials."""
         return self.rows[-min(_LATE, max(1, len(self.rows) // 2)) :] if self.learns else self.rows
 
     @property
@@ -168,7 +168,7 @@ def _curve(run: RunSource) -> Picture:
 
 
 def _forces(run: RunSource) -> list[Picture]:
-    """Return force plots of the first and the last trial, and of the one with the highest force."""
+    """Return force plots of the first trial, the last trial, and the trial with the highest force."""
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
     chosen: dict[int, tuple[experiments.TrialRow, str]] = {}
     for row, words in ((run.rows[0], "first"), (run.rows[-1], "last"), (peak, "highest force")):

@@ -1,4 +1,4 @@
-"""Page about a study: results, success and time against each swept setting, and learning curves."""
+"""Report page about a study, with results, success and time against each swept setting, and learning curves."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ Setting = tuple[tuple[str, str], ...]
 
 
 class ReportedCondition(NamedTuple):
-    """A finished run of the study, with one policy, one seed and one choice of settings."""
+    """A finished run of the study, with one policy, one seed and one combination of settings."""
 
     fields: Mapping[str, Any]
     policy: str
@@ -25,7 +25,7 @@ class ReportedCondition(NamedTuple):
 
     @property
     def setting(self) -> Setting:
-        """Settings of the run in a comparable form."""
+        """Settings of the run in a form that can be compared."""
         return tuple((name, _shown(value)) for name, value in self.fields.items())
 
 
@@ -87,7 +87,7 @@ def _sweep(field: str, values: Sequence[str], runs: Sequence[ReportedCondition])
 
 
 def _curves(groups: Mapping[tuple[Setting, str], Sequence[ReportedCondition]]) -> list[Picture]:
-    """Return a picture for each choice of settings: learners as curves, and other policies as lines."""
+    """Return a picture for each combination of settings, with learners as curves and other policies as lines."""
     pictures = []
     for setting in list(dict.fromkeys(setting for setting, _ in groups))[:12]:
         of_setting = {policy: runs for (own, policy), runs in groups.items() if own == setting}
@@ -114,6 +114,6 @@ def _distinct(values: Any) -> list[str]:
 
 
 def _rank(value: Any) -> tuple[bool, float, str]:
-    """Rank numbers by size, before other values, which are ranked by name."""
+    """Sort numbers by value, and before all other values, which are sorted by name."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return (False, float(value), "") if number else (True, 0.0, _shown(value))

@@ -1,4 +1,4 @@
-"""Picture of a trial with the cell, the force at the tip, and the core's state and action."""
+"""Picture of a trial, with the cell, the force at the tip, and the core's state and action."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ from palpate.adapters.visualisation.video.trajectory import Trajectory
 from palpate.core.policy import compass_actions
 
 _INSET: Final = 0.42
-"""Width and height of the inset, as a fraction of the picture's height."""
+"""Width and height of the inset, as a fraction of the picture height."""
 _RING: Final = (0, 110, 120)
 _CORNERS: Final = 64
-"""Points of the visible half of the hole's rim; every other line between them is drawn."""
+"""Number of points on the visible half of the hole's rim. Every other line between them is drawn."""
 _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
-"""Start of the arrow that shows the scale, as fractions of the width and height."""
+"""Foot of the arrow that shows the scale, as fractions of the width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
-"""Arrow of each action, in peg diameters; at true scale the steps would be too small to see."""
+"""Arrow of each action, in peg diameters, because at true scale the steps would be too small to see."""
 _FINE: Final = 2
-"""Factor by which arrows and lines are drawn larger and then reduced, to smooth them."""
+"""Factor by which arrows and lines are drawn too large and then reduced, to smooth them."""
 _LINES: Final = 30
-"""Number of text lines that fill the height of an image."""
+"""Number of text lines that would fill the height of an image."""
 _SMALLEST_PX: Final = 7
 _INK: Final = (24, 32, 42)
 _PAPER: Final = (255, 255, 255, 190)
 
 
 class Painter:
-    """Context manager that paints images of a trial and releases the graphics library on exit.
+    """Context manager that paints images of a trial and releases the OpenGL context on exit.
 
     Raises:
         LogError: The log does not describe the cell completely.
-        UsageError: No graphics library works.
+        UsageError: No OpenGL backend works.
     """
 
     def __init__(self, log: TrialLog, trajectory: Trajectory, size: tuple[int, int], camera: str) -> None:
@@ -137,14 +137,14 @@ class Painter:
 
 @cache
 def _font(size_px: int) -> ImageFont.FreeTypeFont:
-    """Return DejaVu Sans Mono from Matplotlib, which is the same on every machine."""
+    """Return DejaVu Sans Mono from Matplotlib, which is the same on every computer."""
     from matplotlib import get_data_path
 
     return ImageFont.truetype(str(Path(get_data_path(), "fonts", "ttf", "DejaVuSansMono.ttf")), size_px)
 
 
 def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
-    """Return a moment's caption, with the measured force in the task frame, (3,) N, or None if it was not measured."""
+    """Return the caption for a moment, with the measured force in the task frame, (3,) N, or None if not measured."""
     decision, force, parts = moment.decision, "not measured", "-"
     if force_N is not None:
         x, y, z = (round(value, 1) + 0.0 for value in force_N)
@@ -165,7 +165,7 @@ def outcome_of(log: TrialLog) -> str:
 
 
 def write(picture: Image.Image, place: tuple[float, float], text: str, anchor: str) -> None:
-    """Write lines on a light background; ``place`` is in fractions of the width and height, ``anchor`` is Pillow's."""
+    """Write lines on a light background. ``place`` is in fractions of width and height; ``anchor`` is Pillow's."""
     width, height = picture.size
     size_px = max(round(min(height, width * 0.75) / _LINES), _SMALLEST_PX)
     corner, pad, draw = (place[0] * width, place[1] * height), size_px * 0.4, ImageDraw.Draw(picture, "RGBA")

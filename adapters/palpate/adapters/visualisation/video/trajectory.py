@@ -1,4 +1,4 @@
-"""A recorded trial as moments for images, with the latest values at each tick. No graphics library is needed."""
+"""A recorded trial as moments for images, with the latest values at each tick. OpenGL is not needed."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from palpate.core.errors import ConfigurationError, LogError, require_in
 from palpate.core.trial import Phase
 
 FORCE_TICKS: Final = 5
-"""Number of ticks (36 ms) in the mean of a drawn force; the noise of single samples would make arrows flicker."""
+"""Number of ticks (36 ms) averaged for a drawn force, because arrows would otherwise flicker with the sample noise."""
 _SAME_S: Final = 1e-6
 """Time after an image within which a tick counts as simultaneous, because both times are rounded."""
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """All moments of a trial, in order, and whether their forces are tared."""
+    """All moments of a trial in order, and whether their forces are tared."""
 
     moments: tuple[Moment, ...]
     tared: bool
@@ -31,7 +31,7 @@ class Trajectory:
         return self.moments[-1].time_s
 
     def stretch(self, begin_s: float | None, end_s: float | None) -> tuple[float, float]:
-        """Return the beginning and end of the part to show, limited to the trial."""
+        """Return the beginning and end of the part to show, limited to the duration of the trial."""
         last = self.duration_s
         begin, end = 0.0 if begin_s is None else begin_s, last if end_s is None else end_s
         require_in("begin_s", begin, 0.0, round(last, 3))
@@ -40,7 +40,7 @@ class Trajectory:
         return min(begin, last), min(end, last)
 
     def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
-        """Return a moment for each frame of a video, including the last; ``speed`` is trial time over video time."""
+        """Return a moment for each frame of a video, including the last. ``speed`` is trial time over video time."""
         step_s = speed / fps
         count = floor((end_s - begin_s) / step_s + _SAME_S) + 1
         if count > most:

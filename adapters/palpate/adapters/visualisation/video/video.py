@@ -30,7 +30,7 @@ def require_video() -> Any:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """Write RGB images of the same size, with even width and height, as H.264, which every player decodes.
+    """Write RGB images of equal size, with even width and height, as H.264, which every player can decode.
 
     Identical images give identical bytes with the same version of PyAV.
 
@@ -54,7 +54,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float, count: int) -> None:
-    """Write ``count`` RGB images of the same size as a looping GIF, with times in hundredths of a second."""
+    """Write ``count`` RGB images of equal size as a looping GIF, with times in hundredths of a second."""
     # Rounded so that errors do not add up.
     ends = [round(100 * k / fps) for k in range(count + 1)]
     durations_ms = [10 * (b - a) for a, b in pairwise(ends)]
