@@ -49,7 +49,7 @@ class CalibrationTable(Settings):
 
 
 def write_into(path: Path, name: str, values: Mapping[str, Any]) -> None:
-    """Write values into a table of a TOML file and keep its other content, including comments.
+    """Write values into a table of a TOML file and keep the rest of the file, including comments.
 
     The old file is replaced only once the new one is complete.
 

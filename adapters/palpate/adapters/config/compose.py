@@ -70,7 +70,7 @@ def compose(
         sensor: Noise of a rig's force sensor; by default, that of the simulated cell.
 
     Raises:
-        ConfigurationError: A preset or a field is unknown, or a value is refused.
+        ConfigurationError: A preset or a field is unknown, or a value is rejected.
     """
     require_one_of("scenario", name, tuple(SCENARIOS))
     require_one_of("learner", learner, tuple(LEARNERS))
@@ -112,20 +112,20 @@ def configured(
     Args:
         job: Job file, or its tables; None uses the rig's job, or else the paper's.
         rig: Rig file that provides the arm, noise and measurements; if empty, the simulator is used.
-        scenario: Preset; by default, that of the settings, or else ``job`` with a job, or else ``paper``.
-        learner: Learner; by default, that of the settings, or else of the policy file, or else Q-learning.
+        scenario: Preset; by default, the one in the settings, or else ``job`` if there is a job, or else ``paper``.
+        learner: Learner; by default, the one in the settings, or else in the policy file, or else Q-learning.
         policy: Policy; only a policy file affects the configuration.
-        task: Task; by default, that of the settings, or else insertion.
-        arm: Name of the arm; by default, that of the settings, the job or the rig.
+        task: Task; by default, the one in the settings, or else insertion.
+        arm: Name of the arm; by default, the arm in the settings, the job or the rig.
         settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings, even a ``run.toml``.
         flags: Tables of settings that override all others.
-        measured: Whether measurements on the rig replace values of the job.
+        measured: Whether measurements made on the rig replace values in the job.
 
     Raises:
-        ConfigurationError: A setting is unknown or refused, a file cannot be read, or a rig has no job.
+        ConfigurationError: A setting is unknown or rejected, a file cannot be read, or a rig has no job.
     """
     table = tables_of(settings)
-    # The facts of the run in a run.toml are not settings.
+    # The [run] table of a run.toml does not contain settings.
     run_facts(table, str(settings))
     file = RigFile.load(Path(rig)) if rig else None
     job = job or (file.job if file is not None and not table else None)
@@ -142,7 +142,7 @@ def configured(
 
 
 def _agreed(key: str, chosen: str, table: Mapping[str, Any], before: str = "") -> str:
-    """Return the name of a preset, or an empty string if neither a choice nor the settings name one."""
+    """Return the name of a preset, or an empty string if neither the caller nor the settings name one."""
     written = table.get(key, "")
     if not isinstance(written, str):
         raise ConfigurationError(f"{before}{key}", written, "a name")
@@ -177,7 +177,7 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
 
 
 def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFacts | None) -> RunConfig:
-    """Return a copy with new values of the job, and with the settings derived from them and from the noise."""
+    """Return a copy with new job values and with the settings derived from them and from the sensor noise."""
     noise, task = sensor or simulated_noise(config), config.task.name
     other = overlay(config, measured)
     before, after = (derived_settings(job_of(each), noise, task) for each in (config, other))
@@ -185,10 +185,10 @@ def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFac
 
 
 def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
-    """Return the configuration of one trial, with its place and its force limit.
+    """Return the configuration of one trial, with the place and force limit of that trial.
 
     Args:
-        drawn: Whether the trial draws a force limit, if the job specifies one.
+        drawn: Whether to draw a force limit for the trial if the job specifies a range.
     """
     place, limits, measured = config.place, config.limits, dict[str, Any]()
     if place.further_mm:
@@ -197,7 +197,7 @@ def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
     if limits.drawn_from_N and drawn:
         force_N = generator(config.seed, Purpose.LIMIT, trial).uniform(limits.drawn_from_N, limits.force_N)
         measured["limits"] = {"force_N": round(force_N, 2), "drawn_from_N": 0.0}
-    # The settings with which a learner was created stay in force.
+    # A learner keeps the settings with which it was created.
     return replace(remeasured(config, measured, None), learning=config.learning) if measured else config
 
 

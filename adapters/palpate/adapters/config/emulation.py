@@ -21,8 +21,8 @@ class EmulationConfig(Settings):
     """Devices of an emulated rig, with settings that a rig file does not contain."""
 
     wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR, ROS2)] = ""
-    """Interface of the arm: zebra-nmc (the Zebra Zero's serial bus), cia402 (CAN drives), ur-rtde (a controller of
-    Universal Robots, at the first free address from 127.0.0.1 on) or ros2 (a free domain on loopback). Default: the
+    """Interface of the arm: zebra-nmc (the Zebra Zero's serial bus), cia402 (CAN drives), ur-rtde (a Universal
+    Robots controller, at the first free address from 127.0.0.1 on) or ros2 (a free domain on loopback). Default: the
     arm's own interface, else cia402."""
     force: Annotated[str, OneOf("", JR3, ATI, UR, ROS2)] = ""
     """Force sensor: jr3-can, ati-netft, ur-rtde (in the flange; needs wires ur-rtde) or ros2 (needs wires ros2).
@@ -30,7 +30,7 @@ class EmulationConfig(Settings):
     baud: Annotated[int, RARE] = 230_400
     """Line rate of the arm's serial bus."""
     velocity_stop_ms: Annotated[Annotated[float, Range(0.0, 10_000.0)] | None, RARE] = None
-    """With wires ros2: accept velocities, and stop the arm N ms after the last; 0 disables this. Default: positions."""
+    """With wires ros2: accept velocities; stop the arm N ms after the last one, or never with 0. Default: positions."""
     divider: Annotated[int, Range(1, 14), RARE] = 2
     """Control ticks per bus cycle: 2 gives 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
@@ -40,10 +40,10 @@ class EmulationConfig(Settings):
     stiffness from the seed, so that they differ from the rig file. Use it to practise palpate rig calibrate."""
 
     def wired(self, arm: ArmDescription) -> Self:
-        """Return these settings, completed with the wires of this arm.
+        """Return a copy of these settings with the arm's interface and force sensor filled in.
 
         Raises:
-            ConfigurationError: The arm does not support these wires, or they do not support the required sensor.
+            ConfigurationError: The arm does not support the interface, or the interface does not support the sensor.
         """
         usual = ZEBRA if arm.name == "zebra-zero" else UR if arm.name in _OF_UR else CIA402
         wires = self.wires or usual

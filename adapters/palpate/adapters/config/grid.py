@@ -13,17 +13,17 @@ from palpate.simulation.grid import STEP_LIMIT
 TRIALS: Final = 1500
 """Number of trials in a run (paper, section 4)."""
 RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
-"""Learning rate, halving visits and floor of each learner. These values performed well with all kinds of state.
+"""Learning rate, visits that halve it, and minimum, for each learner. They performed well with all kinds of state.
 
-They were chosen on network seeds 0 to 3 and learning seeds 1000 to 1003.
+These values were chosen with network seeds 0 to 3 and learning seeds 1000 to 1003.
 """
 
 HMM: Final = "hmm"
 """Name of the learner with the displacement HMM."""
 LEARNERS: Final = (*RATES, HMM)
 INITIAL: Final = {"q": -4.0, "sarsa": 0.0}
-"""Q of each learner before the first visit. Starting at -4, close to the cost of reaching the goal, Q-learning on an
-automaton's states needs half as many trials as from 0."""
+"""Q of each learner before the first visit. With -4, which is close to the cost of reaching the goal, Q-learning over
+automaton states needs half as many trials as with 0."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class GridLearning(Settings):
     step_limit: Annotated[int, Range(1, 1_000_000), RARE] = STEP_LIMIT
     """Maximum number of steps in a trial."""
     reach: Annotated[int, Range(1, 200), RARE] = 10
-    """Largest displacement from the goal along x or y that the hmm learner considers, in cells."""
+    """Maximum displacement from the goal along x or y that the hmm learner considers, in cells."""
 
     @override
     def check(self) -> None:
@@ -55,7 +55,7 @@ class GridLearning(Settings):
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
 
     def parameters(self) -> QParameters:
-        """Return the parameters of a learner with a table."""
+        """Return the parameters of a tabular learner."""
         alpha, visits, floor = RATES[self.learner] if self.alpha is None else (self.alpha, 0.0, 0.0)
         common: dict[str, Any] = {
             "alpha": alpha, "alpha_visits": visits, "alpha_floor": floor, "gamma": 1.0,

@@ -35,11 +35,11 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
         _OF_TABLES,
     ),
 }  # fmt: skip
-"""Settings that apply to some learners only, with these learners."""
+"""Settings that apply only to some learners, and the names of these learners."""
 
 
 def learner_in(path: str) -> str:
-    """Return the learner that trained the policy of a policy file, or an empty string for any other name."""
+    """Return the learner that trained the policy stored in a file, or an empty string if it is not a policy file."""
     try:
         document = json_of_file(path)
     except (OSError, ValueError):
@@ -65,18 +65,18 @@ class LearningConfig(Settings):
     gamma: Discount = 1.0
     """Discount factor."""
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
-    """Q before the first visit, close to the cost of reaching the goal. From 0, values fall for hundreds of trials
-    and hide the best action."""
+    """Q before the first visit, close to the cost of reaching the goal. If they start at 0, values fall for hundreds
+    of trials and hide the best action."""
     optimistic_prior: Annotated[float, Range(0.0, 1e6)] = 0.0
-    """Optimistic prior in Q for the options that the task's rule would choose; 0 starts all options equally."""
+    """Optimistic prior in Q for the options that the task's rule would choose; with 0, all options start equal."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95
     """Factor applied to the temperature after each trial."""
     temperature_floor: Temperature = 0.2
-    """Minimum temperature during training: states are aliased, and a greedy policy would loop in them."""
+    """Minimum temperature during training, because states are aliased and a greedy policy could loop."""
     temperature_in_use: Temperature = 0.1
-    """Temperature of the policy without learning, if it is below the floor."""
+    """Temperature of the policy without learning, if lower than the minimum during training."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
     """Trace decay lambda of sarsa and options."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"

@@ -32,7 +32,7 @@ def from_here() -> Iterator[None]:
 @contextmanager
 def folder_kept() -> Iterator[None]:
     """Restore the working folder on exit, because third-party code may change it and result paths may be relative."""
-    # By its descriptor, because the folder may be moved meanwhile.
+    # Use its descriptor, because the folder may be moved in the meantime.
     here = os.open(".", os.O_PATH)
     try:
         yield

@@ -41,16 +41,16 @@ class SensorFactsTable(Settings):
     noise_Nm: _Noise | None = None
     """Standard deviation of one torque channel of a stationary sensor."""
     range_N: _Ranges | None = None
-    """Largest force along each axis."""
+    """Maximum force along each axis."""
     range_Nm: _Ranges | None = None
-    """Largest torque about each axis."""
+    """Maximum torque about each axis."""
     rate_Hz: Annotated[float, Range(1.0, 100_000.0)] | None = None
     """Sampling rate."""
     frame: Annotated[str, Holds(bool, "the name of a frame")] | None = None
     """Frame of the samples. Default: sensor."""
 
     def noise(self) -> SensorFacts | None:
-        """Return the noise and range, from which settings are derived, or None if no noise is stated."""
+        """Return the noise and range, from which settings are derived, or None if no noise is specified."""
         if self.noise_N is None or self.noise_Nm is None:
             return None
         ranges = {name: found for name in ("range_N", "range_Nm") if (found := getattr(self, name)) is not None}
@@ -68,7 +68,7 @@ class OperatorTable(Settings):
 
 
 RIG_FORMAT: Final = 2
-"""Format of rig files, which the ``format`` key may state."""
+"""Format number of rig files; the ``format`` key is optional."""
 
 
 @dataclass(frozen=True)
@@ -101,13 +101,13 @@ class RigFile(Settings):
     approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
     """Joint speed of the move to the ready pose, before the first trial."""
     arm_lag_ms: Annotated[float, Range(0.0, 500.0)] | None = None
-    """Delay of the arm's motion after its commands. Default: the delay in the job's limits."""
+    """Delay between a command and the arm's motion. Default: the delay in the job's limits."""
     operator: OperatorTable = OperatorTable()
     """Operator stop."""
     watchdog: WatchdogTable = WatchdogTable()
     """Watchdog of the control loop."""
     facts: SensorFactsTable = SensorFactsTable()
-    """Stated properties of the force sensor."""
+    """Specified properties of the force sensor."""
     calibration: CalibrationTable = field(default_factory=CalibrationTable)
     """Results of the calibration."""
     job: str = ""
@@ -117,9 +117,9 @@ class RigFile(Settings):
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
     """Speed of the emulated devices relative to real time, or 1 for real devices."""
     accept_kinematics: bool = False
-    """Whether a person accepts the arm's nominal model for this run; not a key of the file."""
+    """True if a person accepts the arm's nominal model for this run; not a key of the file."""
     model: str | ArmDescription = ""
-    """Model of the arm: a name, or the URDF in the ``[arm]`` table; empty if the file has none."""
+    """Model of the arm: a name, or the ``[arm]`` table with a URDF; empty if the file has none."""
 
     @override
     def check(self) -> None:
@@ -164,7 +164,7 @@ class RigFile(Settings):
     def laid_over(
         self, table: Mapping[str, Any], job: Mapping[str, Any] | None, arm: str = "", *, measured: bool = True
     ) -> tuple[dict[str, Any], dict[str, Any] | None]:
-        """Return the settings and the job without a simulated cell, with the arm and the measurements of this rig.
+        """Return the settings and the job, with this rig's arm and measurements and without a simulated cell.
 
         Raises:
             ConfigurationError: There is no model of the arm.

@@ -42,7 +42,7 @@ class PerceptionConfig(Settings):
     calibration: tuple[_Factor, _Factor, _Factor, _Factor, _Factor, _Factor] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     """Factors applied to Fx, Fy, Fz, Tx, Ty and Tz after taring."""
     features: Annotated[str, OneOf("channels", "pca", "som")] = "channels"
-    """channels: chosen by task knowledge; pca: principal components; som: self-organising map."""
+    """channels: chosen from task knowledge; pca: principal components; som: self-organising map."""
     channels: _Channels = ("x", "y", "tx", "ty")
     """Channels to use, or to reduce with pca and som: x y z fx fy fz tx ty tz."""
     components: Annotated[int, Range(1, len(CHANNELS))] = 2
@@ -51,7 +51,7 @@ class PerceptionConfig(Settings):
     """Number of rows and of columns of the self-organising map."""
     symbols: Annotated[str, OneOf("regions", "grid", "random", "clusters", "options")] = "regions"
     """regions: the paper's 17; grid: every combination of bands (81); random: random partition; clusters: k-means;
-    options: the task's own situations, in which its programmed options are the actions."""
+    options: situations that the task defines; the actions are its programmed options."""
     position_threshold_mm: Annotated[float, Range(0.001, 100.0)] = 1.0
     """Distance from the nominal goal below which a position counts as zero."""
     torque_threshold_kgf_mm: Annotated[float, Range(0.001, 1000.0)] = 0.7
@@ -62,7 +62,7 @@ class PerceptionConfig(Settings):
     """Number of random-walk trials to fit pca, som, clusters and the bounds of random."""
     memory: str = "none"
     """none: a state is a symbol; last-action: the last symbol and the kind of the action before it; last-2, last-3: the
-    last symbols; an automaton file (.json): its states."""
+    last 2 or 3 symbols; an automaton file (.json): its states."""
 
     @override
     def check(self) -> None:
@@ -105,7 +105,7 @@ class AcceptanceConfig(Settings):
 
 @dataclass(frozen=True)
 class RealTimeConfig(Settings):
-    """Real-time settings of the control loop. A setting that the system refuses is reported, and the run continues."""
+    """Real-time settings of the control loop. A setting that the system rejects is reported, and the run continues."""
 
     TABLE: ClassVar[str] = "real_time"
 

@@ -21,7 +21,7 @@ GROUP: Final = "palpate.tasks"
 """Entry-point group that names kinds of task."""
 _FIELD: Final = "task.name"
 _BESIDE_MM: Final = 1.0
-"""Maximum distance of a stated corner outside the peg, because drawings are rounded."""
+"""Distance by which a specified corner may lie outside the peg, because drawings are rounded."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",

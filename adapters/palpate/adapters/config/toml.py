@@ -53,7 +53,7 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
     """Return a copy of a configuration with the fields of a TOML table replaced.
 
     Raises:
-        ConfigurationError: A field is unknown, or refuses its value.
+        ConfigurationError: A field is unknown, or its value is rejected.
     """
     changes: dict[str, Any] = {}
     for key, value in table.items():
@@ -97,7 +97,7 @@ def field_value(base: Settings, name: str, value: Any) -> Any:
     """Convert a TOML value to the type of a field of ``base``, given by its dotted name; other fields are not checked.
 
     Raises:
-        ConfigurationError: The field is unknown, is a table of fields, or refuses the value.
+        ConfigurationError: The field is unknown, is a table of fields, or the value is rejected.
     """
     *path, last = name.split(".")
     for key in path:
@@ -142,7 +142,7 @@ def literal(value: Any) -> str:
     if isinstance(value, (int, float)):
         return repr(value)
     if isinstance(value, str):
-        # TOML's basic strings are those of JSON unless surrogate pairs are written.
+        # TOML basic strings are the same as JSON strings, except for escaped surrogate pairs.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, (tuple, list)):
         return "[" + ", ".join(literal(v) for v in value) + "]"
