@@ -25,7 +25,7 @@ def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper
 
 
 def read_text(path: str | Path, field: str, accepted: str = "", newline: str | None = None) -> str:
-    """Return the content of a text file; in the error, ``accepted`` names other values of the field.
+    """Return the content of a text file; the error lists the ``accepted`` values of the field, if given.
 
     Raises:
         ConfigurationError: The file cannot be read, or is not in UTF-8.
@@ -99,9 +99,9 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
     """Write or replace a file; an old file stays intact until the new one is complete.
 
     Args:
-        content: The complete content; text is written as UTF-8 with its own line ends.
-        durable: Whether the file must survive a power cut after the return. Waiting for the disk takes milliseconds;
-            without it, a power cut may leave the old file. A killed process never leaves a partial file.
+        content: The complete content; text is written as UTF-8 with unchanged line endings.
+        durable: Whether the file must survive a power cut after this function returns. This takes milliseconds;
+            otherwise, a power cut may leave the old file. A killed process never leaves a partial file.
     """
     with _renamed(path, durable=durable) as passing:
         passing.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
@@ -118,7 +118,7 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     _require_free(path, flag)
     with _renamed(path) as passing:
         yield passing
-        # Checked again, because writing takes time.
+        # Check again, because the file may have been created meanwhile.
         _require_free(path, flag)
 
 
@@ -171,7 +171,7 @@ def _passing_folder(path: Path) -> Iterator[Path]:
     finally:
         _remove(passing)
         for parent in reversed(made):
-            # A folder that is no longer empty stays.
+            # A folder that is no longer empty is kept.
             with suppress(OSError):
                 parent.rmdir()
 

@@ -1,4 +1,4 @@
-"""Signals that end a process: one list for the process that commands an arm and its helper processes."""
+"""Signals that end a process, in one list for the process that commands an arm and its helper processes."""
 
 import signal
 import threading
@@ -14,7 +14,7 @@ ENDING: Final = (
 )  # fmt: skip
 """Signals that end a process by default and can be caught.
 
-Not included: signals of a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS), after which no code can be
+Not included: crash signals (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS), after which no code can be
 trusted; SIGPIPE and SIGXFSZ, which Python turns into an OSError.
 """
 _ALWAYS: Final = (signal.SIGINT, signal.SIGTERM)
