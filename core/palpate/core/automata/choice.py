@@ -1,6 +1,6 @@
-"""Choice of q, the number of intervals, by scoring partitions of one network on strings (paper, 5.3).
+"""Selection of q, the number of intervals, by scoring the partitions of a network on strings (paper, 5.3).
 
-For acceptance, the smallest q whose automaton classifies every training string correctly is chosen (Giles and others,
+For acceptance, the smallest q whose automaton classifies every training string correctly is chosen (Giles et al.,
 1992).
 
 For prediction, the automaton is scored as a probabilistic model. In each state, the probability of the next symbol, or
@@ -74,7 +74,7 @@ class ExtractionSettings(Settings):
             )
 
     def partition(self, network: Network, intervals: int, tree: PrefixTree | None = None) -> Partition | None:
-        """Return the partition for a given q; None if it has too many states."""
+        """Return the partition for a given q, or None if it has too many states."""
         apart = network.architecture.reading is Readout.PREDICTION and not self.merge_symbols
         return bounded_partition(network, intervals, self.most_states, by_symbol=apart, tree=tree)
 
@@ -114,7 +114,7 @@ class Extract:
 
     @property
     def cost(self) -> float:
-        """Cost to minimise: fraction of mislabelled training strings; for prediction, the sum of loss and price."""
+        """Cost to minimise: fraction of mislabelled training strings, or, for prediction, the sum of loss and price."""
         return self.wrong if self.wrong is not None else (self.loss or 0.0) + (self.price or 0.0)
 
 
@@ -133,7 +133,7 @@ def accepting_extract(
 
 
 def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
-    """Return the size-principle cost of labelled strings, in nats up to a constant.
+    """Return the size-principle cost of labelled strings, in nats, up to an additive constant.
 
     Words of the same length and label are assumed to be equally likely. Of two acceptors that label all strings
     correctly, the one that accepts fewer words costs less (the size principle of Tenenbaum and Griffiths, 2001).
@@ -143,7 +143,7 @@ def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
     came = np.zeros((len(tree.levels) - 1, 2))
     strings = tree.labels != UNLABELLED
     np.add.at(came, (lengths[strings], tree.labels[strings]), tree.counts[strings, -1])
-    # Fraction of all words of one length that lead to each state.
+    # Fraction of all words of a given length that lead to each state.
     shares = np.where(np.arange(len(targets)) == machine.start, 1.0, 0.0)
     cost = 0.0
     for rejected, accepted in came.tolist():
@@ -174,9 +174,9 @@ def cheapest(extracts: Iterable[Extract]) -> Extract:
 def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
     """Return the cross-entropy of an automaton on held-out strings, in nats per symbol.
 
-    The probabilities come from the training strings. As in a trial, an :class:`AutomatonState` follows the strings.
+    The probabilities come from the training strings. An :class:`AutomatonState` processes the strings as in a trial.
     Half a count is added for each outcome, so that unseen outcomes stay possible (Krichevsky and Trofimov, 1981). These
-    counts are uniform for a symbol; for a state they are proportional to the outcomes that follow its last symbol.
+    counts are uniform for a symbol; for a state, they are proportional to the outcomes that follow its last symbol.
     """
     follower = AutomatonState.of(machine, training)
     counts, drawn = _followed(follower, training, machine.start), _followed(follower, held_out, machine.start)
@@ -190,7 +190,7 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
 
 
 def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
-    """Return the number of times that each symbol, or the end, followed each state, (states, symbols + 1)."""
+    """Count how often each symbol, or the end, followed each state, (states, symbols + 1)."""
     counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
     np.add.at(counts, np.minimum(tree.states(follower.table(), start), follower.lost), tree.counts)
     return counts

@@ -1,7 +1,7 @@
 """Elman networks with one-hot input symbols, a recurrent hidden state, and a readout (paper, 5.3).
 
 The hidden state after symbol s is ``f(W_s h + u_s)``. In a first-order (Elman) network, all symbols share ``W``; in a
-second-order network (Giles and others, 1992) each symbol has its own.
+second-order network (Giles et al., 1992) each symbol has its own.
 """
 
 import enum
@@ -36,7 +36,7 @@ class Readout(enum.Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Architecture(Settings):
-    """Shape of a network; no symbol may have the name reserved for the end."""
+    """Architecture of a network; no symbol may have the name reserved for the end."""
 
     TABLE: ClassVar[str] = "network"
 
@@ -105,7 +105,7 @@ class Network:
         return self._activated(self.start)
 
     def after(self, hidden: Array, symbols: Integers) -> Array:
-        """Return the hidden states, (n, h), that follow the given ones, (n, h), after one symbol each, (n,)."""
+        """Return the hidden states, (n, h), after feeding one symbol, (n,), to each given hidden state, (n, h)."""
         drives = np.empty_like(hidden)
         for symbol in np.unique(symbols).tolist():
             rows = np.flatnonzero(symbols == symbol)
@@ -133,7 +133,7 @@ class Network:
 
 
 def _sigmoid(drives: Array) -> Array:
-    # Unlike exp(-x), tanh does not overflow.
+    # tanh does not overflow, but exp(-x) does.
     shares: Array = 0.5 * np.tanh(0.5 * drives) + 0.5
     return shares
 

@@ -60,7 +60,7 @@ class Inference:
     Attributes:
         chosen: The chosen automaton. For prediction, the held-out strings determine its q; it is then extracted again
             with all strings.
-        extracts: Candidates from the same network, by q; for acceptance, only the chosen automaton.
+        extracts: Candidates from the same network, ordered by q; for acceptance, only the chosen automaton.
         baselines: Held-out losses of the baselines (last zero to three symbols), by name; for prediction only.
     """
 
@@ -79,12 +79,12 @@ class Inference:
 
     @property
     def consistent(self) -> bool | None:
-        """Return whether the automaton labels every training string correctly; None for prediction."""
+        """Return True if the automaton labels every training string correctly, or None for prediction."""
         return None if self.chosen.wrong is None else not self.chosen.wrong
 
     @property
     def summary(self) -> str:
-        """Summary of the results in a few lines."""
+        """Short summary of the results."""
         chosen = self.chosen
         lines = [
             f"training: {self.training.summary}",
@@ -155,7 +155,7 @@ def infer(
 def _acceptor(
     finalists: Sequence[TrainedNetwork], tree: PrefixTree, held_out: PrefixTree | None, settings: ExtractionSettings
 ) -> tuple[TrainedNetwork, tuple[Extract, ...]]:
-    """Return the automaton with the fewest errors, then the fewest states, then the lowest size-principle cost."""
+    """Return the automaton with the fewest errors; break ties by fewest states, then by lowest size-principle cost."""
     found = [accepting_extract(trained.network, tree, settings, held_out) for trained in finalists]
     costs = [(extract.cost, extract.states, size_principle_cost(extract.machine, tree)) for extract in found]
     best = costs.index(min(costs))

@@ -33,7 +33,7 @@ class Machine:
     """A deterministic finite machine. States and symbols are numbers; names are used only for display and in files.
 
     Attributes:
-        transitions: Next state by state and symbol, (states, symbols); None if unknown.
+        transitions: Next state for each state and symbol, (states, symbols); None if unknown.
         state_outputs: Output of each state.
         labels: Readable names of the states; empty for numbered names. They do not affect the behaviour.
 
@@ -56,12 +56,12 @@ class Machine:
         if not (rows and sizes and symbols):
             raise ConfigurationError("automaton", f"{states} states", "states, symbols and transitions that fit")
         if self.labels == self._numbered():
-            # A machine read from a file, which names every state, then equals the machine written.
+            # A file names every state; without this, a machine would differ from its own copy read from a file.
             object.__setattr__(self, "labels", ())
 
     @property
     def complete(self) -> bool:
-        """Return whether every state has a transition for every symbol."""
+        """Return True if every state has a transition for every symbol."""
         return all(target is not None for row in self.transitions for target in row)
 
     @property
@@ -70,7 +70,7 @@ class Machine:
         return self.labels or self._numbered()
 
     def output_of(self, word: Sequence[int]) -> Output | None:
-        """Return the output after a word of symbol numbers; None if a transition is unknown."""
+        """Return the output after a word of symbol numbers, or None if a transition is unknown."""
         state: int | None = self.start
         for symbol in word:
             if state is None:
@@ -79,7 +79,7 @@ class Machine:
         return None if state is None else self.state_outputs[state]
 
     def reachable(self) -> tuple[int, ...]:
-        """Return the reachable states in breadth-first order from the start, with symbols in order."""
+        """Return the reachable states in breadth-first order from the start, taking the symbols in order."""
         found, queue = {self.start: None}, deque((self.start,))
         while queue:
             for target in self.transitions[queue.popleft()]:

@@ -24,7 +24,7 @@ _MOST_NAMES = 3
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
     """Return the smallest machine with the same outputs for all words, with its states numbered breadth-first.
 
-    Machines of the same kind and alphabet with the same output for every word give the same result, except labels.
+    Machines of the same kind and alphabet with the same output for every word give the same result, except for labels.
     Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
     three members, the label is the first name and the number of the others. A machine without labels stays unlabelled.
 
@@ -39,7 +39,7 @@ def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Mach
 
 
 def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None) -> Classes:
-    """Return the classes of equivalent states; class i is merged into state i of :func:`minimised`.
+    """Return the classes of equivalent states; :func:`minimised` merges class i into state i.
 
     Returns:
         The classes, in which each reachable state occurs once. States within a class are in breadth-first order from
@@ -116,7 +116,7 @@ class AutomatonDifference:
 
 
 def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
-    """Return the shortest word for which two machines have different outputs, taking the first in alphabet order.
+    """Return the shortest word for which two machines have different outputs; in a tie, the first alphabetically.
 
     Outputs are those of :meth:`Machine.output_of`. An unknown output differs from every other output, so an incomplete
     machine differs from each of its completions.

@@ -1,4 +1,4 @@
-"""Extraction of automata from networks by dynamic state partitioning (paper, 5.3; Giles and others, 1992).
+"""Extraction of automata from networks by dynamic state partitioning (paper, 5.3; Giles et al., 1992).
 
 The range of each hidden unit is divided into q equal intervals, which define cells of hidden states. The search starts
 at the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
@@ -38,7 +38,7 @@ class Partition:
         network: The network, with s symbols and h hidden units.
         intervals: Number of intervals of each hidden unit, q.
         vectors: Hidden state that represents each state, (n, h).
-        transitions: State after each state and symbol, (n, s); -1 if no string leads there.
+        transitions: Next state for each state and symbol, (n, s); -1 if no string leads there.
         cells: Cell number of each state, (n,).
         last: Last symbol of each state, (n,); -1 for the start, or for all states if symbols are not distinguished.
     """
@@ -74,8 +74,8 @@ class Partition:
     def minimal(self, least_share: float = LEAST_SHARE) -> Machine:
         """Return the minimised automaton.
 
-        If last symbols are distinguished, states with different last symbols are not merged. States whose cells are
-        entered by different sets of symbols are not merged either: possible successors alone distinguish too little.
+        If last symbols are distinguished, states with different last symbols are not merged. Nor are states whose cells
+        are entered by different sets of symbols, because possible successors alone do not separate states well enough.
         """
         leading_in: dict[int, list[int]] = {}
         for cell, symbol in zip(self.cells.tolist(), self.last.tolist(), strict=True):
@@ -108,7 +108,7 @@ def bounded_partition(
     if tree is None:
         known = 0
         while known < len(search.vectors) <= most_states:
-            # A whole level is searched at once; the order of first visits is the same as in a search node by node.
+            # A whole level is searched at once; the order of first visits is the same as in a node-by-node search.
             fresh, known = np.arange(known, len(search.vectors)), len(search.vectors)
             search.go(np.repeat(fresh, search.symbols), np.tile(np.arange(search.symbols), len(fresh)))
     else:

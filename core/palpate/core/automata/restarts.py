@@ -25,7 +25,7 @@ cache."""
 
 @dataclass(frozen=True, slots=True)
 class TreeLevel:
-    """Nodes at one depth, with the indices of their parents in the previous level, last symbols, and blocks.
+    """Nodes at one depth: the indices of their parents in the previous level, their last symbols, and their blocks.
 
     A block consists of a symbol, the first node that it leads to, and the node after the last one.
     """
@@ -149,7 +149,7 @@ class TrainingTask:
     def losses(self, restarts: Restarts, hidden: Tensor) -> tuple[Tensor, Tensor | None]:
         """Return the cross-entropy of each network, (R,), in nats per symbol, or per string for acceptance.
 
-        For acceptance it also returns whether each network labels every string correctly, (R,).
+        For acceptance, also return a boolean array, (R,), that is True for networks that label every string correctly.
         """
         import torch
 

@@ -59,7 +59,7 @@ class Strings:
 
     @property
     def labelled(self) -> bool:
-        """Return whether the strings have labels."""
+        """Return True if the strings have labels."""
         return bool(self.labels)
 
     @property
@@ -78,7 +78,7 @@ class Strings:
         """Create a set of strings from symbol names.
 
         Args:
-            words: Sequences of names; a str is a sequence of single letters.
+            words: Sequences of names; a str is treated as a sequence of single letters.
             labels: True for each accepted string, False for each rejected one; empty if all are positive.
             alphabet: Names of the symbols; None uses those that occur, in alphabetical order.
 
@@ -147,7 +147,7 @@ def brief(names: Sequence[str]) -> str:
 Integers: TypeAlias = npt.NDArray[np.int64]
 
 UNLABELLED = -1
-"""Label of a prefix that is not a string of the set."""
+"""Label of a prefix that is not a string in the set."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

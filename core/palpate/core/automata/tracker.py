@@ -35,7 +35,7 @@ class AutomatonState(Settings):
 
     Attributes:
         automaton: Names of the automaton's states.
-        transitions: Next state by state and symbol, (states, symbols); None if unknown.
+        transitions: Next state for each state and symbol, (states, symbols); None if unknown.
         anchors: Anchor of each symbol, (symbols,); None for a symbol without one.
 
     Raises:
@@ -75,7 +75,7 @@ class AutomatonState(Settings):
 
         Args:
             machine: Any machine; only its transitions are used.
-            strings: Strings from which it was inferred. Transitions that no string takes are then unknown, because a
+            strings: Strings from which it was inferred. Transitions that no string takes are then unknown because a
                 network has a transition even for input that it was not trained on. The anchor of a symbol is the state
                 to which it leads most often in the strings, or, without strings, in most transitions.
             symbols: Names of the symbols in the order of the trials; None uses the machine's order.
@@ -105,7 +105,7 @@ class AutomatonState(Settings):
 
     @property
     def symbol_of(self) -> tuple[int | None, ...]:
-        """Symbol that leads into each state, (states,); if several do, the one that does so from the most states.
+        """Symbol that leads to each state, (states,); if several do, the one that does so from the most states.
 
         It is None for ``lost`` and for states without a known incoming transition.
         """
@@ -140,7 +140,7 @@ class AutomatonState(Settings):
         return self._now
 
     def table(self) -> Integers:
-        """Return the next state by state and symbol, with one lost state for each symbol that leads to it.
+        """Return the next state for each state and symbol, with one lost state for each symbol that leads to it.
 
         Returns:
             (states + symbols, symbols); numbers from :attr:`lost` on are lost states.
@@ -173,7 +173,7 @@ class AutomatonState(Settings):
 
 
 def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
-    """Return the number of times that strings take each transition, (states, symbols); without strings, 1 for each."""
+    """Count how often the strings take each transition, (states, symbols); without strings, return 1 for each."""
     off = len(machine.transitions)
     known = np.array([[off if target is None else target for target in row] for row in machine.transitions])
     if tree is None:
@@ -187,7 +187,7 @@ def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
 
 
 def _entered(machine: Machine, taken: Integers) -> Integers:
-    """Return the number of times that each symbol leads to each state, (symbols, states)."""
+    """Count how often each symbol leads to each state, (symbols, states)."""
     entered = np.zeros(taken.T.shape, dtype=np.int64)
     for row, counts in zip(machine.transitions, taken, strict=True):
         for symbol, target in enumerate(row):

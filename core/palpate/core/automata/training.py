@@ -2,7 +2,7 @@
 
 A single small network often converges to a poor minimum. Choosing the best of many cheap restarts helps more than a
 better optimiser. For acceptance, the choice uses only the training strings. For prediction, held-out strings determine
-the best version of each network and the end of the training.
+the best version of each network and when training stops.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class TrainingSettings(Settings):
     clip: Annotated[float, Range(0.0, above=True)] = 1.0
     """Maximum norm of a network's gradient."""
     enough: Annotated[int, Range(1, 100_000)] = 16
-    """Stop once this number of networks labels every string correctly. For acceptance only."""
+    """Stop once this many networks label every string correctly. For acceptance only."""
     flat_looks: Annotated[int, Range(0, 1_000_000)] = 4
     """End a batch when its lowest held-out loss has not fallen by 0.001 nats per symbol over this number of
     evaluations; 0 disables it. For prediction only."""
@@ -74,7 +74,7 @@ OnProgress: TypeAlias = Callable[[Progress], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainedNetwork:
-    """The best version of a network during its training, with its scores.
+    """The best version of a network during training, with its scores.
 
     Attributes:
         loss: Cross-entropy in nats per symbol, on held-out strings if there are any; in nats per string for acceptance.
@@ -110,7 +110,7 @@ class Training:
 
     @property
     def summary(self) -> str:
-        """One-line summary of the results."""
+        """Summary of the results on one line."""
         best, steps = self.best, max(point.step for point in self.curve)
         reading = best.network.architecture.reading
         unit = "symbol" if reading is Readout.PREDICTION else "string"
@@ -196,7 +196,7 @@ class _Batch:
                     return
 
     def _flat(self, looks: list[Progress]) -> bool:
-        """Return whether the held-out loss no longer improves."""
+        """Return True if the held-out loss no longer improves."""
         few = self._settings.flat_looks
         if self._judged is None or not few or len(looks) <= few:
             return False
@@ -233,7 +233,7 @@ def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Limit torch to one thread, because several threads would change the order of summation and thus the last bits."""
+    """Limit torch to one thread; multiple threads would change the order of summation and thus the last bits."""
     import torch
 
     threads = torch.get_num_threads()
