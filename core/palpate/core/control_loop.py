@@ -22,7 +22,7 @@ from palpate.core.ports import (
 from palpate.core.trial import CommandOverride, Supervised, TrialReport, TrialSetup, TrialTiming
 
 if TYPE_CHECKING:
-    # Making a task loads kinematics and learning; an observer needs neither.
+    # Creating a task loads kinematics and learning; an observer needs neither.
     from palpate.core.policy import Observation
     from palpate.core.supervision import Supervisor
     from palpate.core.trial import Task
@@ -66,7 +66,7 @@ class LoopObserver:
         """Called when the task has begun, at the start time of its schedule; the report is updated during the trial."""
 
     def waited(self, tick: int, deadline_ns: int) -> None:
-        """Called after the sleep until a tick's slot."""
+        """Called after sleeping until a tick's slot."""
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
         """Called after the run clock has been read for the tick in a slot."""
@@ -87,23 +87,23 @@ class LoopObserver:
         """Called after the task has returned a command."""
 
     def supervised(self, supervised: Supervised) -> None:
-        """Called after the supervisor has passed or changed the command; not called without a supervisor."""
+        """Called after the supervisor has passed on or changed the command; not called without a supervisor."""
 
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         """Called after the command has been sent to the arm and the arm has reported the applied command."""
 
     def ended(self) -> None:
-        """Called at the end of a tick, before the sleep or the end of the trial."""
+        """Called at the end of a tick, before the loop sleeps or the trial ends."""
 
     def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
-        """Called after an error or a closed generator (GeneratorExit) has ended the trial; the arm has been stopped."""
+        """Called after an error, or a closed generator (GeneratorExit), ended the trial; the arm has been stopped."""
 
     def stopped(self, error: BaseException | None) -> None:
         """Called after the stop command at the end of the trial; ``error`` is the exception that it raised, or None."""
 
 
 def tick_time_ns(start_ns: int, slot: int) -> int:
-    """Return the start of a slot, counted from the first tick, so that rounding errors do not accumulate."""
+    """Return the start of a slot, computed from the first tick so that rounding errors do not accumulate."""
     return start_ns + slot * _NS // CONTROL_RATE_HZ
 
 
@@ -269,7 +269,7 @@ def trial_ticks(
 
 
 def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
-    """Read the sensor during a retraction, without letting a failed sensor end it."""
+    """Read the sensor during a retraction, which continues even if the sensor fails."""
     try:
         return sensor.read()
     except DeviceError:

@@ -66,7 +66,7 @@ class UsageError(PalpateError):
 
 
 class OutputError(PalpateError):
-    """Writing would overwrite or mix results."""
+    """Writing would overwrite results or mix them with others."""
 
     def __init__(self, path: str, problem: str, remedy: str) -> None:
         self.path = path
@@ -173,7 +173,7 @@ def raised_at(error: BaseException) -> str:
 def _shown(value: object) -> str:
     # In TOML and on the command line a vector is a list.
     text = repr(list(value) if isinstance(value, tuple) else value)
-    # Both ends: the end of a long path is the most informative.
+    # Keep both ends, because the end of a long path is the most informative.
     return text if len(text) <= 100 else f"{text[:48]}...{text[-48:]}"
 
 
@@ -196,8 +196,8 @@ def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
 
 
 def did_you_mean(value: object, accepted: Sequence[str]) -> str:
-    """Return a suggestion to end a message with; empty if no name is similar or the value is not a string."""
-    # Imported here, like other slow modules of the standard library, for a quick start of ``palpate --help``.
+    """Return a suggestion for the end of a message; empty if no name is similar or the value is not a string."""
+    # Imported here, like other slow modules of the standard library, so that ``palpate --help`` starts quickly.
     import difflib
 
     near = difflib.get_close_matches(value, accepted, n=1, cutoff=0.5) if isinstance(value, str) else []

@@ -1,4 +1,4 @@
-"""The job: part, tool, place and limits as stated by the user, and the settings derived from them."""
+"""The job: part, tool, place and limits as specified by the user, and the settings derived from them."""
 
 import lazy_loader
 

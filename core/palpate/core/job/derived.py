@@ -1,8 +1,8 @@
 """Settings derived from the part, the tool, the place, the limits and the sensor, each with one formula.
 
 All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
-newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in brackets
-refer to measurements in the simulated cell (``docs/results.md``).
+newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in
+parentheses refer to measurements in the simulated cell (``docs/results.md``).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
 """Torque threshold in the source paper, divided by the pressing force and the peg radius."""
 _NOISES_PRESSED: Final = 26.0
-"""Pressing force, in standard deviations of the force, that makes the torque as clear as in the paper's cell with its
+"""Pressing force, in standard deviations of the force, at which the torque is as clear as in the paper's cell with the
 noisiest acceptable sensor."""
 _CONTACT_SHARE: Final = 0.2
 """Contact threshold as a fraction of the pressing force, as in the source paper."""
 _MOST_CONTACT_SHARE: Final = 0.9
-"""Largest contact threshold as a fraction of the pressing force, even for a sensor too noisy for the job."""
+"""Maximum contact threshold as a fraction of the pressing force, even for a sensor too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
-"""Contact threshold in standard deviations of the force, for one false contact in 30 000 samples."""
+"""Contact threshold in standard deviations of the force; it gives one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
 """Torque threshold in standard deviations of the filtered torque."""
 NOISE_BAND: Final = 1.11
@@ -33,7 +33,7 @@ NOISE_BAND: Final = 1.11
 _NOISES_UNEXPECTED: Final = 9.3
 """Bound on the norm of the difference of two samples, in standard deviations of one channel."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
-"""Smallest force limit in standard deviations of the force; below it, unexpected contact would have the same limit."""
+"""Minimum force limit in standard deviations of the force; below it, the limit for unexpected contact is the same."""
 _LETS_GO: Final = 4.0
 """Change of force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
 twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
@@ -43,7 +43,7 @@ JAMS_FROM: Final = 0.8
 """Jam number above which the pressing force of the insertion increases."""
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
-"""Largest pressing force of an insertion as a fraction of the force limit; walls and stops add to it."""
+"""Maximum pressing force of an insertion as a fraction of the force limit; walls and stops add to it."""
 _FRICTION_PEAK: Final = 1.3
 """Pressing force at the peak of the dither, divided by the mean pressing force."""
 _NOISE_SHARE: Final = 0.15
@@ -62,14 +62,14 @@ class Constants:
 
     Attributes:
         press_N: Pressing force in the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
-        most_press_N: Largest press; above it pegs stick and slip at a friction of 0.5.
+        most_press_N: Maximum press; above it, pegs stick and slip at a friction coefficient of 0.5.
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
         stopped_kg: Mass of the arm that a wall stops; at 19 mm/s and 40 N/mm the load on a wedged peg was up to 15 N.
-        most_capture_m: Largest capture half-width; above it one path covers most areas and a wider strip saves no time.
+        most_capture_m: Maximum capture half-width; beyond it, one path covers most areas and a wider one saves no time.
         capture_delay_s: Reduction of the capture half-width divided by the speed (1.5 to 2 ms).
-        area_margin_m: Margin of the area around the farthest hole and start, for the last half step.
+        area_margin_m: Margin of the area beyond the farthest hole and start, for the last half step.
         search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
         least_time_s: Time limit for exploration in the source paper.
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
@@ -110,11 +110,11 @@ class Quantities:
     Attributes:
         radius_m: Radius of the peg, or of its inscribed circle.
         lever_m: Distance from the sensor's origin to the tip.
-        deviation_m: Largest distance of the hole from its nominal position.
-        start_m: Largest distance of a start from the nominal position.
-        height_m: Largest error of the plate's height.
+        deviation_m: Maximum distance of the hole from its nominal position.
+        start_m: Maximum distance of a start from the nominal position.
+        height_m: Maximum error in the plate's height.
         mass_kg: Mass of everything on the sensor.
-        speed_m_s: Highest speed in free space.
+        speed_m_s: Maximum speed in free space.
         lag_s: Lag of the arm behind its commands.
     """
 
@@ -198,12 +198,12 @@ class Derived:
 
 
 def sliding_N(friction: float, press_N: float) -> float:
-    """Return the largest lateral force on a sliding peg, including the effects of dither and noise on the press."""
+    """Return the maximum lateral force on a sliding peg, including the effects of dither and noise on the press."""
     return (_FRICTION_PEAK * friction + _NOISE_SHARE) * press_N
 
 
 def wall_force_N(job: Quantities) -> float:
-    """Return the largest force, over all depths, of each of the two walls on a tilted peg.
+    """Return the maximum force, over all depths, that each of the two walls exerts on a tilted peg.
 
     A peg tilted by theta fits freely down to l = 2 c / theta. Deeper, the walls bend the gripper back by theta - 2 c /
     l over a lever l. They carry the force k (theta - 2 c / l) / l, which is largest at l = 4 c / theta.
@@ -216,7 +216,7 @@ def wall_force_N(job: Quantities) -> float:
 
 
 def jamming_force_N(job: Quantities) -> float:
-    """Return the friction force of both walls on a tilted peg, along the hole."""
+    """Return the friction force that both walls exert on a tilted peg, along the hole."""
     return 2.0 * job.friction * wall_force_N(job)
 
 
@@ -257,7 +257,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
             2.01 * job.axial_N_per_m * known.period_s,
             # An arm that lags by more than about one period becomes unstable sooner.
             job.axial_N_per_m * job.lag_s / _GAIN_TIMES_LAG,
-            # The gripper's damper delays the force: it hides at most 0.3 of the press.
+            # The gripper's damper delays the force and hides at most 0.3 of the press.
             2.0 * job.damping_ratio * critical_N_s_per_m / 0.3,
             press_N / known.speed_in_air_m_s,
         ),

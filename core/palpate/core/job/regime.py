@@ -13,7 +13,7 @@ from palpate.core.job.derived import Constants, Derived, Quantities, jamming_for
 from palpate.core.job.verification import AXIAL, Spring, farthest_m
 
 DEVIATIONS: Final = 4.0
-"""Tolerance in standard deviations of depth; one floor in 16 000 lies outside it."""
+"""Tolerance in standard deviations of depth; one floor in 16 000 is outside it."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[flo
 
 
 def largest_tilt_rad(job: Quantities, force_N: float) -> float:
-    """Return the largest tilt at which walls and friction hold a peg with less than a given force."""
+    """Return the maximum tilt at which walls and friction hold a peg with less than a given force."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     if not slope:
         return inf
@@ -93,7 +93,7 @@ def largest_tilt_rad(job: Quantities, force_N: float) -> float:
 
 
 def _jam_depth_m(job: Quantities, press_N: float) -> float:
-    """Return the smallest depth l for which 2 mu k (theta - 2 c / l) / l = P."""
+    """Return the minimum depth l for which 2 mu k (theta - 2 c / l) / l = P."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     square = (slope * job.tilt_rad) ** 2 - 8.0 * job.clearance_m * slope * press_N
     if square < 0.0:

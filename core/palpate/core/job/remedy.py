@@ -13,7 +13,7 @@ from palpate.core.job.regime import Regime, regime_of
 from palpate.core.job.verification import ACROSS, FAIR, MOST_SAMPLES, PUSH_SHARE, Spring
 
 _STEP, _STEPS = 1.05, 48
-"""Factor between successive remedies, and number of factors down to a tenth and up to ten times the value."""
+"""Factor between successive remedies, and number of steps down to a tenth or up to ten times the value."""
 _NAMED: Final = 3
 """Maximum number of remedies in a message."""
 _BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
@@ -41,7 +41,7 @@ class Verification:
 
     @property
     def push_N(self) -> tuple[float, float]:
-        """Return the push that reveals the gripper's lateral stiffness, and the largest push within the budget."""
+        """Return the push that reveals the gripper's lateral stiffness, and the maximum push within the budget."""
         job, found = self.job, derive(self.job)
         damping_s = 2.0 * job.damping_ratio * sqrt(job.moving_kg / job.lateral_N_per_m)
         spring = Spring(job.lateral_N_per_m, damping_s, job.rigid_kg, *ACROSS, Constants().period_s)
@@ -56,7 +56,7 @@ class Verification:
 
     @property
     def is_possible(self) -> bool:
-        """Return True if the longest window and the largest push are sufficient."""
+        """Return True if the longest window and the maximum push are sufficient."""
         least_N, most_N = self.push_N
         return self.regime.window_s < 1.001 * _BUDGET_S and (least_N <= most_N or not self.needs_wall)
 
@@ -66,7 +66,7 @@ class Verification:
         return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:
-        """Return the reason why verification is impossible, with the cheapest remedies; empty if it is possible."""
+        """Return the reason why verification is impossible and the cheapest remedies; empty if it is possible."""
         if self.is_possible:
             return ""
         regime, job, (least_N, most_N) = self.regime, self.job, self.push_N
@@ -108,7 +108,7 @@ class Verification:
 def _remedy(
     text: str, value: float, scale: float, ratio: float, changed: Callable[[float], Verification]
 ) -> Iterator[str]:
-    """Yield the nearest sufficient value, to two digits of the displayed unit."""
+    """Yield the nearest sufficient value, rounded to two digits in the displayed unit."""
     for power in range(1, _STEPS):
         shown = float(f"{value * scale * ratio**power:.2g}")
         if changed(shown / scale).is_possible:

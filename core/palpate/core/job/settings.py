@@ -12,17 +12,17 @@ from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
-"""Accuracy of the depth on a touched surface; half the dither of a soft gripper if that is larger."""
+"""Accuracy of the depth once the surface was touched; half the dither of a soft gripper if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
-"""Height of a wedged corner above a corner in its place in the hole, divided by the height difference between a tilted
+"""Height of a wedged corner above a properly seated corner, divided by the height difference between a tilted
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
 _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0
-"""Largest tilt that the known arms reach in every direction; small pegs need it."""
+"""Maximum tilt that all known arms reach in every direction; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
-"""Tilt in excess of the hole's at which a corner is the lowest point of the peg."""
+"""Tilt beyond that of the hole at which a corner is the lowest point of the peg."""
 _TWO_WALLS: Final = 1.27
-"""Torsional stiffness of a corner between two walls divided by lateral stiffness and squared axis distance."""
+"""Torsional stiffness of a corner between two walls, divided by lateral stiffness times squared axis distance."""
 _YAW_SHARE: Final = 0.43
 """Fraction of the torque that yaw compliance removes in a tick; 2 is the stability bound."""
 _DRIVEN_PUSH_N: Final = 1.0
@@ -34,11 +34,11 @@ _SLIP: Final = 5.0
 """Slip distance of a peg in a simulation step, divided by its radial clearance. With higher values the peg is driven
 into both walls at once and chatters."""
 _LEAST_LEVER_MM: Final = 60.0
-"""Smallest inertia lever: the height above the tip of the centre of mass of a tool with a small peg."""
+"""Minimum inertia lever: the height of the centre of mass above the tip for a tool with a small peg."""
 _LEAST_SPEED_MM_S: Final = 1.0
 """Lowest speed that the task accepts."""
 _RANGE_SHARE: Final = 0.9
-"""Largest torque limit as a fraction of the sensor's range, so that it trips before the sensor saturates."""
+"""Maximum torque limit as a fraction of the sensor's range, so that it trips before the sensor saturates."""
 _TURN_RAD: Final = 10e-3
 """Error in tilt and yaw after a corner has been pushed into its corner of the hole."""
 _ATTEMPT_S: Final = 6.0
@@ -121,7 +121,7 @@ def _supervision(found: Derived, force_N: float, range_Nm: float) -> dict[str, A
         "unexpected_contact_N": (_shown(found.unexpected_N), 3.0),
         "max_torque_Nm": (_shown(min(found.torque_limit_Nm, _RANGE_SHARE * range_Nm)), 5.0),
     }
-    # List the job's limits that are weaker than the defaults, as a user must.
+    # List the job's limits that are weaker than the defaults, as a user would have to.
     weakened = tuple(name for name, (value, usual) in limits.items() if value > usual)
     return {name: value for name, (value, _) in limits.items()} | {"weakened": weakened}
 
@@ -138,7 +138,7 @@ def _substeps(job: Job, found: Derived) -> int:
 
 
 def _cell(job: Job, found: Derived) -> dict[str, Any]:
-    """Return the simulated cell for a job, with the largest uncertainties of that job."""
+    """Return the simulated cell for a job, with the maximum uncertainties of that job."""
     part, tool, place = job.part, job.tool, job.place
     drawn = {"tilt_heading": "drawn", "grip_trials": 1} if place.tilt_uncertainty_mrad else {}
     substeps = _substeps(job, found)
@@ -215,7 +215,7 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def attempts(part: PartConfig) -> float:
-    """Return the expected number of pushes of a peg with corners until its yaw is within the play c / (D / 2)."""
+    """Return the expected number of pushes until the yaw of a peg with corners is within the play c / (D / 2)."""
     return max(_TURN_RAD * part.peg_mm / (2.0 * part.clearance_mm), 1.0)
 
 

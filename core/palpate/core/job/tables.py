@@ -18,11 +18,11 @@ SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
-"""Number of decimals kept in the difference of two sizes in millimetres, to a nanometre."""
+"""Number of decimals to keep in the difference of two sizes in millimetres: one nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
-"""Largest depth of a flat divided by the radius; at larger values, less than half the peg remains."""
+"""Maximum depth of a flat divided by the radius; at larger values, less than half the peg remains."""
 _LEAST_MM: Final = 1.0
 _LEAST_TIP_MM: Final = 5.0
 _MOST_BENT_DEG: Final = 80.0
@@ -55,7 +55,7 @@ class PartConfig(Settings):
     corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
     """Radius of the corners of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
-    """Height of the segment that the flat of a keyed peg removes."""
+    """Height of the segment that the flat removes from a keyed peg."""
     chamfer_mm: Annotated[float, _none_or(0.02, 10.0)] = 0.0
     """Chamfer of the peg's end at 45 degrees; 0 for a broken edge."""
     depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
@@ -63,9 +63,9 @@ class PartConfig(Settings):
     hole_depth_mm: Annotated[float, Range(0.0, 80.0)] = 0.0
     """Depth of the hole's floor; 0 uses depth_mm."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
-    """Tolerance of the reached depth."""
+    """Tolerance on the reached depth."""
     friction_max: Annotated[float, Range(0.0, 1.5)] = 0.6
-    """Highest coefficient of friction between peg and hole."""
+    """Maximum coefficient of friction between peg and hole."""
 
     @property
     def clearance_mm(self) -> float:
@@ -78,7 +78,7 @@ class PartConfig(Settings):
         return self.hole_depth_mm or self.depth_mm
 
     def describe(self) -> str:
-        """Return the sizes and the fit on one line, as in a drawing."""
+        """Return the sizes and the fit on one line, as on a drawing."""
         unit = "" if self.shape == ROUND else f"{self.shape} "
         return (
             f"{unit}peg {self.peg_mm:.3f} mm, hole {self.hole_mm:.3f} mm, radial clearance {self.clearance_mm:.3f} mm,"
@@ -107,7 +107,7 @@ class PartConfig(Settings):
 class ToolConfig(Settings):
     """The tool on the arm's flange: a force sensor, and a gripper with the peg.
 
-    The sensor's z axis points out of the tool. All stiffnesses are those at the tip.
+    The sensor's z axis points out of the tool. All stiffnesses apply at the tip.
     """
 
     TABLE: ClassVar[str] = "tool"
@@ -121,9 +121,9 @@ class ToolConfig(Settings):
     tip_rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the peg in the sensor's frame; its axis is the tip's z."""
     mass_kg: Annotated[float, Range(0.06, 20.0)] = 0.35
-    """Mass of everything on the force sensor, as palpate rig calibrate measures it."""
+    """Mass of everything on the force sensor, as measured by palpate rig calibrate."""
     rigid_mass_kg: Annotated[float, Range(0.0, 20.0)] = 0.05
-    """Part of the mass fixed to the sensor; the rest moves on the gripper's compliance."""
+    """Mass fixed rigidly to the sensor; the rest moves on the gripper's compliance."""
     centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)
     """Centre of mass in the sensor's frame."""
     axial_N_per_mm: Annotated[float, Range(0.5, 1000.0)] = 5.0
@@ -146,7 +146,7 @@ class ToolConfig(Settings):
 
     @property
     def moving_mass_kg(self) -> float:
-        """Return the mass on the gripper's compliance."""
+        """Return the mass that moves on the gripper's compliance."""
         return round(self.mass_kg - self.rigid_mass_kg, 9)
 
     @property
@@ -192,19 +192,19 @@ class PlaceConfig(Settings):
     z_mm: _Place = 20.0
     """Height of the plate's surface above the base."""
     further_mm: tuple[_Point, ...] = ()
-    """Centres (x, y, z) of further holes like this one; the trials of a run use them in turn."""
+    """Centres (x, y, z) of more holes like this one; the trials of a run use them in turn."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
-    """Largest sideways distance of the hole from its nominal position."""
+    """Maximum lateral distance of the hole from its nominal position."""
     height_uncertainty_mm: Annotated[float, _none_or(0.01, 5.0)] = 0.5
-    """Largest error in the plate's height."""
+    """Maximum error in the plate's height."""
     tilt_uncertainty_mrad: Annotated[float, _none_or(0.05, 100.0)] = 0.0
-    """Largest angle between the axes of peg and hole."""
+    """Maximum angle between the axes of peg and hole."""
     yaw_uncertainty_deg: Annotated[float, _none_or(0.1, 45.0)] = 0.0
-    """Largest rotation of the hole about its axis relative to the peg."""
+    """Maximum rotation of the hole about its axis relative to the peg."""
     start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
-    """Largest distance of a trial's start from the nominal hole; drawn for each trial."""
+    """Maximum distance of a trial's start from the nominal hole; drawn for each trial."""
 
     @property
     def centres_mm(self) -> tuple[Vector3, ...]:
@@ -214,16 +214,16 @@ class PlaceConfig(Settings):
 
 @dataclass(frozen=True)
 class LimitsConfig(Settings):
-    """Limits of the process."""
+    """Process limits."""
 
     TABLE: ClassVar[str] = "limits"
 
     force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
-    """Highest force on the part."""
+    """Maximum force on the part."""
     drawn_from_N: Annotated[float, _none_or(1.0, 500.0)] = 0.0
-    """Lowest force limit in training, when simulated trials draw limits up to force_N; 0 disables this."""
+    """Minimum force limit in training, where simulated trials draw limits up to force_N; 0 disables this."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
-    """Highest speed of the tip in free space."""
+    """Maximum speed of the tip in free space."""
     lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0
     """Lag of the arm behind its commands; a longer lag requires slower force control."""
 

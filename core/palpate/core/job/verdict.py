@@ -19,15 +19,15 @@ SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
 """Half the side of the largest area whose belief can be updated within a tick."""
 _SLIDES_SHARE: Final = 0.52
-"""Largest fraction of the sticking friction at which a corner still slides in time."""
+"""Maximum fraction of the sticking friction at which a corner still slides in time."""
 _TIGHT_MM: Final = 0.05
-"""Radial clearance above which a corner that sticks next to its corner of the hole still enters past broken edges."""
+"""Radial clearance above which a corner that sticks next to its corner of the hole still enters along broken edges."""
 _MOST_WEDGED: Final = 1.6
-"""Largest wedge number at which the search and the gripper can still free a peg."""
+"""Maximum wedge number at which the search and the gripper can still free a peg."""
 _MANY_ATTEMPTS: Final = 5.0
 """Number of attempts that take more than half the time limit of the smallest search."""
 _LEAST_CORNER_MM: Final = 4.0
-"""Distance of corners from the axis below which a tilted corner dips by less than the depth accuracy."""
+"""Distance of corners from the axis below which tilting lowers a corner by less than the depth accuracy."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
 
 
 def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, tolerance_mm: float, press_N: float) -> None:
-    """Refuse a job whose contacts cannot be verified, or whose tolerance is below four standard deviations of depth.
+    """Reject a job whose contacts cannot be verified, or whose tolerance is below four standard deviations of depth.
 
     Args:
         tolerance_mm: Depth tolerance of the task that runs.
@@ -127,7 +127,7 @@ def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[fl
     least_m, left = DEVIATIONS * sqrt(square), (job.tolerance_m / DEVIATIONS) ** 2 - square + most_m * most_m
     if least_m <= job.tolerance_m:
         return None
-    # The largest part is the cheapest to reduce, unless the others alone are too large.
+    # The largest contribution is the cheapest to reduce, unless the others alone are too large.
     share = sqrt(max(left, 0.0)) / most_m
     remedy = "use an arm with finer encoders"
     if most_m == noise_m:
@@ -182,7 +182,7 @@ def _torque_reason(job: Quantities, found: Derived, choice: Choice) -> str:
 def _shape_reason(job: Job, task: str, choice: Choice) -> str:
     part, corner_mm = job.part, corner_distance_mm(job.part)
     if task == PLAIN and part.shape != ROUND:
-        # A side of half length s can turn between walls by c / s.
+        # A side of half-length s can turn by c / s between walls.
         half_mm = sqrt(max(corner_mm * corner_mm - part.peg_mm * part.peg_mm / 4.0, 0.0)) or part.peg_mm / 2.0
         free_deg = degrees(part.clearance_mm / half_mm)
         if job.place.yaw_uncertainty_deg > free_deg:

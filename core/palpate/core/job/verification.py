@@ -22,27 +22,27 @@ DITHER_SHARE: Final = 0.3
 """Amplitude of the dither's force, divided by the press. Contact is maintained, and the roughness of sliding friction,
 about a tenth of the press, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
-"""Largest amplitude divided by the press, for a noisy sensor; the rest of the press maintains contact."""
+"""Maximum amplitude divided by the press, for a noisy sensor; the rest of the press maintains contact."""
 AXIAL: Final = (0.65, 1.5)
-"""Accepted range of measured over nominal stiffness, known to about ten per cent; half and twice are outside it."""
+"""Accepted ratio of measured to nominal stiffness, known to about ten percent; half and twice are outside it."""
 _SMOOTHED: Final = 0.5
 """RMS force of the dither divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
 """Half-width of the 95 % confidence interval, in standard deviations."""
 NARROW: Final = 0.25
 FAIR: Final = 0.5
-"""Largest half-widths of the interval, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
+"""Maximum half-widths of the interval, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
 continue. Both distinguish half and twice the stiffness."""
 _FEWEST: Final = 18
-"""Number of samples in the shortest window, three dither periods. Two periods are matched by chance within a second."""
+"""Number of samples in the shortest window, three dither periods. Two periods match by chance within a second."""
 MOST_SAMPLES: Final = 56
 """Number of samples in the longest window, 0.4 s; a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
-"""Accepted range of measured over nominal lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders
-lower the ratio, to 0.24 or more in trials without a fault. A sensor that shows a tenth of the force is outside."""
+"""Accepted ratio of measured to nominal lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders
+lower it, to no less than 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
 PUSH_SHARE: Final = 0.25
-"""Bend of the gripper by a push, divided by the budget, at which the push stops growing. Even if it grows by the same
-amount again before it is measured, the bend stays below the budget."""
+"""Gripper deflection by a push, divided by the budget, at which the push stops growing. Even if it grows by the same
+amount again before it is measured, the deflection stays below the budget."""
 ATTENUATED: Final = 0.7
 """Limit of the correction for attenuation; half the force then stays below the accepted stiffness."""
 
@@ -65,7 +65,7 @@ class Spring:
     period_s: float = PERIOD_S
 
     def noise_N(self, noise_N: float, step_m: float) -> float:
-        """Return the noise of force and positions combined."""
+        """Return the combined noise of force and positions."""
         return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / self.period_s**2)
 
     def blur_N(self, step_m: float) -> float:
@@ -74,12 +74,12 @@ class Spring:
         return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / self.period_s) ** 2) + 6.0 * inertia_N**2)
 
     def least_dither_N(self, noise_N: float, step_m: float, half_width: float = NARROW) -> float:
-        """Return the smallest dither amplitude that the longest window verifies, including position errors."""
+        """Return the minimum dither amplitude that the longest window verifies, including position errors."""
         least_N = _per_root_sample(self.noise_N(noise_N, step_m), half_width) / sqrt(MOST_SAMPLES - _FEWEST)
         return max(least_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
 
     def dither_N(self, press_N: float, noise_N: float, step_m: float) -> float:
-        """Return the dither amplitude of a pressing tool."""
+        """Return the dither amplitude for a pressing tool."""
         least_N = self.least_dither_N(noise_N, step_m)
         return min(max(DITHER_SHARE * press_N, least_N), _MOST_DITHER_SHARE * press_N)
 
@@ -87,7 +87,7 @@ class Spring:
         """Return the number of samples in a window.
 
         Args:
-            noise_N: Noise of force and positions combined.
+            noise_N: Combined noise of force and positions.
             half_width: Required half-width of the confidence interval.
         """
         return _FEWEST + ceil((_per_root_sample(noise_N, half_width) / dither_N) ** 2)
@@ -107,5 +107,5 @@ def farthest_m(speed_m_s: float, period_s: float) -> float:
 
 
 def _per_root_sample(noise_N: float, half_width: float) -> float:
-    """Return the dither amplitude times the root of the number of samples that give an interval of a given width."""
+    """Return the dither amplitude times the square root of the sample count for an interval of a given half-width."""
     return DEVIATIONS_95 * noise_N / (_SMOOTHED * half_width)
