@@ -14,7 +14,7 @@ from palpate.core.errors import AssetError, ConfigurationError, did_you_mean
 from palpate.core.ports import Holds, OneOf, Range, Settings, kinds_of
 
 GROUP: Final = "palpate.arms"
-"""Entry point group of other packages; an entry maps a name for ``--arm`` to an :class:`ArmDescription`."""
+"""Entry point group for other packages; an entry maps a name for ``--arm`` to an :class:`ArmDescription`."""
 
 _ROBOT_DATA: Final = "package://example-robot-data/"
 _OURS: Final = "package://palpate/"
@@ -25,7 +25,7 @@ _AboveZero: TypeAlias = Annotated[float, Range(0.0, above=True)]
 
 @dataclass(frozen=True)
 class ArmDescription(Settings):
-    """An arm with six or seven revolute joints. Its URDF is the only source of geometry, for Pinocchio and MuJoCo.
+    """An arm with six or seven revolute joints. Its URDF is the only source of geometry for Pinocchio and MuJoCo.
 
     Vectors have one element per joint, (n,), from base to flange.
     """
@@ -38,7 +38,7 @@ class ArmDescription(Settings):
     flange: Annotated[str, Holds(bool, "the name of a link of the URDF")]
     """Link of the URDF that carries the force sensor."""
     posture_rad: tuple[float, ...]
-    """Initial posture of the inverse kinematics, with the elbow bent; a seventh joint is drawn towards it."""
+    """Initial posture for the inverse kinematics, with the elbow bent; a redundant arm is pulled towards it."""
     name: str = ""
     """Name for logs and messages; empty uses the URDF's file name."""
     tool_axis: Annotated[str, OneOf("x", "y", "z")] = "z"
@@ -48,12 +48,12 @@ class ArmDescription(Settings):
     lower_rad: tuple[float, ...] = ()
     """Lower joint limits that replace those of the URDF; required if it has none, as for a continuous joint."""
     upper_rad: tuple[float, ...] = ()
-    """Upper joint limits, under the same rule."""
+    """Upper joint limits, under the same conditions."""
     velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
-    """Joint velocity limits, under the same rule."""
+    """Joint velocity limits, under the same conditions."""
     calibration: str = ""
-    """Path of the controller's kinematics as saved by the ROS 2 driver of Universal Robots, relative to the file that
-    names it; empty uses the nominal kinematics of the URDF."""
+    """Path of the kinematic calibration saved by Universal Robots' ROS 2 driver, relative to the file that names it;
+    empty uses the nominal kinematics of the URDF."""
     servo_stiffness_Nm_per_rad: tuple[_AboveZero, ...] = ()
     """Simulated stiffness of the joint servos; empty assumes 4e3 for the last three joints and 2e4 for the others, and
     more for an arm above 30 kg."""
@@ -61,7 +61,7 @@ class ArmDescription(Settings):
     """Simulated motor inertia at the joint; empty assumes 0.4 for the last three joints and 2 for the others, and more
     for an arm above 30 kg."""
     evidence: str = ""
-    """Source of the figures; states which are assumed."""
+    """Source of the figures, with a note of which are assumed."""
 
     @override
     def check(self) -> None:
@@ -156,7 +156,7 @@ ARMS: Final[dict[str, ArmDescription]] = {
 
 
 def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
-    """Convert an ``[arm]`` table to a setting: the name alone, or the named arm as modified by other keys.
+    """Convert an ``[arm]`` table to a setting: the name alone, or the named arm with changes from other keys.
 
     Raises:
         ConfigurationError: No arm has that name.
@@ -175,7 +175,7 @@ def arm_of_table(table: Mapping[str, Any]) -> str | dict[str, Any]:
 
 
 def arm_named(arm: str | ArmDescription) -> ArmDescription:
-    """Return the arm with a given name, from palpate or a different package; a description is returned unchanged.
+    """Return the arm with a given name, from palpate or another package; a description is returned unchanged.
 
     Raises:
         ConfigurationError: No arm has that name, or its package cannot be loaded.

@@ -49,7 +49,7 @@ class HybridControl(Controller):
         self._across, self._along = across, along
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the combined velocity, in which the limits of one controller do not slow the axes of the other."""
+        """Return the combined velocity; the limits of one controller do not slow the axes of the other."""
         fx, fy, fz = force_N
         rx, ry, rz = reference_m
         tx, ty, tz = target_m
@@ -177,5 +177,5 @@ class ForceControl(Controller):
         return limited((i * x + p * (x - u), i * y + p * (y - v), i * z + p * (z - w)), self._speed)
 
     def reset(self) -> None:
-        """Clear the last error, so that a new contact does not begin with a jump."""
+        """Clear the last error, so that a new contact does not start with a jump."""
         self._last = None

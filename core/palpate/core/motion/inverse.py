@@ -68,7 +68,7 @@ class InverseKinematics:
         if self._square:
             factors = self._factors
             factors.compute(jacobian)
-            # The determinant is the product of the singular values, and so the manipulability.
+            # The determinant is the product of the singular values and thus the manipulability.
             if abs(factors.determinant()) >= _SINGULAR:
                 change_rad = factors.solve(error).tolist()
                 new_rad = tuple(map(add, q_rad, change_rad))

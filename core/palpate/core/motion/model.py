@@ -38,7 +38,7 @@ class _Loaded:
 
 
 def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.SE3, pin.SE3]:
-    """Return the placements of the controller's base and flange in the arm's root at joint angles (n,).
+    """Return the placements of the controller's base and flange in the arm's root frame at joint angles (n,).
 
     These are the links ``base`` and ``tool0`` of ROS descriptions of industrial arms; if they are missing, the root and
     the flange are used.
@@ -82,8 +82,8 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 _LOCAL: Final = pin.ReferenceFrame.LOCAL
 FASTEST_RAD_S: Final = 6.9
-"""Velocity limit for joints that could move faster. A tick's step then stays below the supervisor's widest limit, 50
-mrad for a jump of the command, and no task needs more."""
+"""Velocity limit for joints that could move faster. A tick's step then stays below the supervisor's maximum limit for
+a command jump, 50 mrad, and no task needs more."""
 
 
 class Kinematics:
@@ -94,7 +94,7 @@ class Kinematics:
         lower_rad: Lower joint limits, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
-        tip_position_m: Tip position in the base frame, (3,); a view that ``update`` changes.
+        tip_position_m: Tip position in the base frame, (3,); a view that is refreshed by ``update``.
         tip_rotation: Rotation from tip frame to base frame, (3, 3); also a view.
         tip_in_sensor: Placement of the tip frame in the sensor frame.
 
@@ -175,7 +175,7 @@ class Kinematics:
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Return the tip's standard deviation along the tool axis due to encoder steps, in the arm's posture."""
+        """Return the standard deviation of the tip along the tool axis due to encoder steps, in the initial posture."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 

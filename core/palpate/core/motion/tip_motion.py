@@ -58,7 +58,7 @@ class AngularCompliance:
     Args:
         tilt_rad_per_Nms: Mobility about x and y.
         yaw_rad_per_Nms: Mobility about z.
-        fastest_rad_s: Highest turn rate.
+        fastest_rad_s: Maximum turn rate.
     """
 
     def __init__(self, tilt_rad_per_Nms: float, yaw_rad_per_Nms: float, fastest_rad_s: float) -> None:
@@ -71,15 +71,15 @@ class AngularCompliance:
 
 
 FASTEST_TURN_RAD_S: Final = radians(20.0)
-"""Highest turn rate of a reference; faster reactions to torque would oscillate between the walls of a hole."""
+"""Maximum turn rate of the reference; faster reactions to torque would oscillate between the walls of a hole."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
-"""Highest joint speed in a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
+"""Maximum joint speed in a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
 
 
 _NOWHERE: Final = np.zeros(3)
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _UPRIGHT_RAD: Final = 8e-3
-"""Error, such as from a sagging servo, below which a stationary tool counts as upright."""
+"""Error, for example from a sagging servo, below which a stationary tool counts as upright."""
 
 
 class TipMotion:
@@ -123,20 +123,20 @@ class TipMotion:
         self.look_at_joints()
 
     def look_at_joints(self) -> None:
-        """Compute the joint speeds of turns at the current pose."""
+        """Compute the joint speeds that turns require at the current pose."""
         self._kinematics.update(self._q_rad)
         to_tip = self._kinematics.tip_rotation.T.tolist()
         axes = [rotated(to_tip, self._task.axis_in_base(axis)) for axis in range(3)]
         self._joints_per_turn = list(zip(*(self._inverse.turning(self._q_rad, axis) for axis in axes), strict=True))
 
     def fastest_turn_rad_s(self, rate_rad_s: Vector3) -> float:
-        """Return the highest rate for a change of ``turn_rad``, (3,), near the pose of :meth:`look_at_joints`."""
+        """Return the maximum turn rate in a given direction, (3,), near the pose of :meth:`look_at_joints`."""
         x, y, z = rate_rad_s
         joint_rad_s = max(abs(a * x + b * y + c * z) for a, b, c in self._joints_per_turn)
         return min(FASTEST_TURN_RAD_S, FASTEST_JOINT_RAD_S * hypot(x, y, z) / max(joint_rad_s, 1e-12))
 
     def right(self, rate_rad_s: float) -> None:
-        """Make the next :meth:`move` turn the reference towards upright, at most at the given rate."""
+        """Make the next :meth:`move` turn the reference towards upright, no faster than the given rate."""
         angle_rad = hypot(*self.turn_rad)
         if angle_rad <= rate_rad_s * self._period_s:
             self._turn_to(_UPRIGHT)
@@ -149,7 +149,7 @@ class TipMotion:
         """Continue from the applied command, so that limited commands do not cause wind-up.
 
         Returns:
-            False if the applied command is invalid, because it is not finite or has a wrong number of joints.
+            False if the applied command is invalid, because it is not finite or has the wrong number of joints.
         """
         if applied.reason is not CommandReason.AS_REQUESTED:
             if len(applied.position_rad) != len(self._q_rad) or not isfinite(sum(applied.position_rad)):

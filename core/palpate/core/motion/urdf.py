@@ -1,4 +1,4 @@
-"""Check the URDF of an arm before Pinocchio reads it; a graph that is not a tree would crash Pinocchio.
+"""Check the URDF of an arm before passing it to Pinocchio, which would crash on a graph that is not a tree.
 
 Limits from the arm's table and a calibration from its controller are inserted, so that both libraries use one source.
 """
@@ -19,15 +19,15 @@ from palpate.core.motion.arm import ArmDescription
 
 _XACRO: Final = "no plain URDF: run xacro first, as in: xacro robot.urdf.xacro > robot.urdf"
 _MOST_RAD: Final = 4.0 * pi
-"""Largest angle of a joint, two turns from zero; 360 degrees read as radians are 57 turns."""
+"""Maximum joint angle, two turns from zero; 360 degrees read as radians would be 57 turns."""
 _FARTHEST_M: Final = 10.0
-"""Largest total distance between an arm's joints; even a small arm specified in millimetres exceeds it."""
+"""Maximum total distance between an arm's joints; even a small arm specified in millimetres exceeds it."""
 _UNIT: Final = 1e-2
 """Error in the length of an axis caused by rounding to two digits."""
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""Largest shift of a joint by a calibration. Real calibrations shift joints by millimetres, not by more."""
+"""Maximum shift of a joint by a calibration. Real calibrations shift joints by a few millimetres at most."""
 
 Refusal = Callable[[str], AssetError]
 
@@ -134,7 +134,7 @@ def _chain(arm: ArmDescription, above: Mapping[str, Element], refused: Refusal) 
 
 
 def _set_limits(arm: ArmDescription, number: int, joint: Element, refused: Refusal) -> None:
-    """Insert the limits of the arm's table; refuse joints that still lack limits."""
+    """Insert the limits of the arm's table; reject joints that still lack limits."""
     name, limit = joint.get("name"), joint.find("limit")
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit")
@@ -218,6 +218,6 @@ def _number(text: str) -> float:
 
 
 def _numbers(element: Element | None, key: str, usual: str) -> list[float]:
-    """Return the three numbers in an attribute, with NaN for each invalid word."""
+    """Return the three numbers in an attribute, with NaN for each invalid entry."""
     words = (usual if element is None else element.get(key, usual)).split()
     return [_number(word) for word in words] if len(words) == 3 else [float("nan")] * 3
