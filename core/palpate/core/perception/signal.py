@@ -31,9 +31,9 @@ from palpate.core.ports import Holds, Range, Settings, fitted
 Array: TypeAlias = npt.NDArray[np.float64]
 
 MOST_SEED: Final = 2**32 - 1
-"""Largest seed accepted by the libraries that fit features and symbols."""
+"""Maximum seed accepted by the libraries that fit features and symbols."""
 _CONSTANT = 1e-12
-"""Standard deviation, divided by the largest value, below which a channel shows only rounding."""
+"""Standard deviation, divided by the largest value, below which a channel contains only rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class SignalProcessor(Settings):
         self._coefficients = (a, a * g, g) if self.order == 2 else (0.0, g / (1.0 + g), 1.0)
 
     def tare(self, bias: Sequence[float]) -> None:
-        """Set the zero to ``bias``, a raw reading (6,); it is never set automatically.
+        """Set the zero to ``bias``, a raw reading, (6,); it is never set automatically.
 
         The filter state still refers to the old zero; call :meth:`reset` next.
 
@@ -147,7 +147,7 @@ class SignalProcessor(Settings):
         self._bias = self._bias_with(self._tare)
 
     def reset(self, raw: Sequence[float]) -> None:
-        """Start as if the raw reading, (6,), had always been constant, without a transient.
+        """Start without a transient, as if the raw reading, (6,), had always been constant.
 
         Raises:
             CommandError: ``raw`` is not six finite numbers.
@@ -217,6 +217,6 @@ def samples(value: Iterable[Sequence[float]] | Array, columns: int | None = None
 
 
 def require_finite(what: str, values: Sequence[float]) -> None:
-    """Refuse a measurement that is not finite."""
+    """Reject a measurement that is not finite."""
     if not isfinite(sum(values)):
         raise CommandError(f"{what} must be finite", values)

@@ -30,21 +30,21 @@ class TaskFacts(Settings):
         return self.facts
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the values in their own units; zeros if the task appended none."""
+        """Return the values in their own units, or zeros if the task appended none."""
         facts = signal[len(CHANNELS) :]
         return facts if facts else (0.0,) * len(self.facts)
 
 
 @dataclass(frozen=True)
 class Situations(Settings):
-    """Eight situations of a peg with corners, from :data:`FACTS`.
+    """Eight situations of a peg with corners, derived from :data:`FACTS`.
 
     Attributes:
-        tilted: Tilt below which a tool is upright.
+        tilted: Tilt below which a tool counts as upright.
         air: Height above the plate beyond which a corner is in the air.
-        plate: Depth from which a tilted corner is in the hole, not on the plate.
-        upright: Depth from which an upright tool is in the hole, not on the plate.
-        seated: Depth of the tip from which a tilted tool is seated, not held only by its walls.
+        plate: Depth beyond which a tilted corner is in the hole, not on the plate.
+        upright: Depth beyond which an upright tool is in the hole, not on the plate.
+        seated: Tip depth beyond which a tilted tool is seated rather than held only by the walls.
         wall: Force above which a wall carries load.
         quiet: Torque below which the tool does not turn.
     """

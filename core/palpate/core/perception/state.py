@@ -19,7 +19,7 @@ _TABLE: Final = "perception.identifier"
 
 @runtime_checkable
 class StateIdentifier(Protocol):
-    """Interface that maps symbols, one by one, to states, possibly using memory within a trial."""
+    """Interface that maps symbols, one by one, to states, possibly with memory within a trial."""
 
     @property
     @abstractmethod
@@ -185,10 +185,10 @@ _AT_FIRST: Final = "at first"
 
 @dataclass(frozen=True)
 class LastAction(_Memoryless):
-    """State identifier that uses the last symbol and the kind of action before it, the first word of its name.
+    """State identifier that uses the last symbol and the kind of action before it (the first word of its name).
 
     Attributes:
-        kinds: Kinds of the actions.
+        kinds: Kinds of actions.
 
     Raises:
         ConfigurationError: A name is missing or repeated, or there are too many states to learn.

@@ -22,7 +22,7 @@ from palpate.core.perception.signal import MOST_SEED, Array, Normalisation, requ
 from palpate.core.ports import Matrix, Names, Settings, fitted
 
 MOST_SYMBOLS = 100_000
-"""Maximum number of symbols; a table of values for more could not be learned."""
+"""Maximum number of symbols; with more, a table of values could not be learned."""
 _TABLE = "perception.symboliser"
 
 
@@ -107,7 +107,7 @@ class Thresholds(Settings):
 
     @property
     def middle(self) -> int | None:
-        """Return the symbol of the middle bands; None if a feature has no middle band."""
+        """Return the symbol of the middle bands, or None if a feature has no middle band."""
         if any(bands % 2 == 0 for _, _, bands in self._cuts):
             return None
         return len(self.symbols) // 2
@@ -122,7 +122,7 @@ class GatedThresholds(Settings):
 
     Attributes:
         outer: Thresholds of the features that are checked first, an even number for each.
-        inner: Thresholds of the features after them in the feature vector.
+        inner: Thresholds of the features that follow them in the feature vector.
 
     Raises:
         ConfigurationError: An outer feature has no middle band, or a feature is in both.
@@ -201,14 +201,14 @@ class NearestPrototype(Settings):
         return np.array(self.prototypes)
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the number of the nearest prototype; if several tie, of the first one."""
+        """Return the number of the nearest prototype; if several tie, the first one."""
         require_finite("features", features)
         apart = self._prototypes - self.normalisation.apply(features)
         return int((apart * apart).sum(axis=1).argmin())
 
 
 class RandomPartition(NearestPrototype):
-    """Symboliser with Voronoi cells of random points; see :class:`NearestPrototype`."""
+    """Symboliser that uses the Voronoi cells of random points; see :class:`NearestPrototype`."""
 
     _word = "region"
 
@@ -235,7 +235,7 @@ class RandomPartition(NearestPrototype):
 
 
 class Clusters(NearestPrototype):
-    """Symboliser with cells around the k-means centres of samples; see :class:`NearestPrototype`."""
+    """Symboliser that uses cells around the k-means centres of samples; see :class:`NearestPrototype`."""
 
     _word = "cluster"
 
@@ -257,7 +257,7 @@ class Clusters(NearestPrototype):
         from sklearn.cluster import KMeans
         from threadpoolctl import threadpool_limits
 
-        # Several threads add in the order in which they finish, which changes the last bits.
+        # Multiple threads add in the order in which they finish, which changes the last bits.
         with threadpool_limits(limits=1):
             found = KMeans(clusters, n_init=10, random_state=seed).fit(normalisation.apply(table))
         centres = found.cluster_centers_
