@@ -1,6 +1,6 @@
 """Observations, decisions and transitions: the interface of every policy.
 
-The task calls ``choose`` before each action, and ``learn`` with the result after it, if the action is in the set. An
+The task calls ``choose`` before each action and, if it is in the set, ``learn`` with the result afterwards. An
 aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overrate
 regions far from the hole. At the end of the trial, ``end_trial`` receives the episode outcome from port data.
 """
@@ -25,7 +25,7 @@ class ControllerKind(enum.Enum):
     """Controller of the tip during an action in six degrees of freedom."""
 
     STEP = "step"
-    """Slide to a position, pressing and turning to an orientation."""
+    """Slide to a position while pressing and turning to an orientation."""
     PUSH = "push"
     """Move sideways by force, pressing at a given tilt; comply with the torque about the tool axis."""
     LIFT = "lift"
@@ -33,7 +33,7 @@ class ControllerKind(enum.Enum):
     WITHDRAW = "withdraw"
     """Move out of a hole with a light pull, compliant in all other directions."""
     INSERT = "insert"
-    """Move down the hole until the peg is in or stuck."""
+    """Move down the hole until the peg is inserted or stuck."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Spatial:
     """Parameters of an action in six degrees of freedom in addition to its step.
 
     Attributes:
-        controller: Controller of the action.
+        controller: Controller for the action.
         rise_m: Lift of the tip away from the plate. A push keeps the tip this far above the plate, or below it if
             negative; 0 sets no such bound.
         turn_rad: Turn of the tool, (3,): tilt about the task's x and y, and yaw about its z.
@@ -112,7 +112,7 @@ def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
 
 
 def _unit_vector(k: int, directions: int) -> tuple[float, float]:
-    """Return direction ``k``, using whole quarter turns, so that axes have exact zeros and opposites cancel."""
+    """Return direction ``k``, using whole quarter turns so that axes have exact zeros and opposites cancel."""
     quarters, rest = divmod(4 * k, directions)
     if 2 * rest == directions:
         x = y = sqrt(0.5)  # cos and sin of 45 degrees differ in the last bit, and between machines
@@ -181,7 +181,7 @@ class Transition:
     Attributes:
         reinforcement: Immediate reward, at most 0.
         next_state: State after the action; None for the goal, whose value is 0.
-        next_action_index: Action that a different policy will take in ``next_state``; None if the learner itself
+        next_action_index: Action that another policy will take in ``next_state``; None if the learner itself
             chooses there. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
     """
 
@@ -229,7 +229,7 @@ class Policy(Protocol):
     @property
     @abstractmethod
     def temperature(self) -> float | None:
-        """Return the degree of randomness, for display; None if the policy has none."""
+        """Return the degree of randomness for display, or None if the policy has none."""
 
     @abstractmethod
     def serves(self, state: int) -> bool:
@@ -257,7 +257,7 @@ class Policy(Protocol):
         """Learn from the result of an action; policies that do not learn ignore it."""
 
     def end_trial(self, episode: EpisodeOutcome) -> None:
-        """Process the outcome of a trial, once, after its last ``learn`` and with the arm stationary.
+        """Process the outcome of a trial; called once, after the last ``learn``, while the arm is stationary.
 
         It is not called for a trial that ended with an error. Long computations belong in the next ``begin_trial``. The
         default implementation does nothing.
@@ -290,7 +290,7 @@ class FixedPolicy(Policy):
 
 
 def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse a state space or an action set that is empty, or has duplicate or unprintable names.
+    """Reject a state space or an action set that is empty, or has duplicate or unprintable names.
 
     Raises:
         ConfigurationError: The message names ``policy.states`` or ``policy.actions``.

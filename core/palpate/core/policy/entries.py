@@ -27,7 +27,7 @@ LEARNERS: Final[dict[str, type[Settings]]] = {
 }
 """Settings of each kind of learner in files."""
 _LEARNED: Final = ("q", "visits", "trials", "trials_learned")
-"""Parts of a learner's state that persist between trials."""
+"""Entries of a learner's state that persist between trials."""
 OwnLearner = TabularLearner | BeliefLearner | HmmLearner
 
 
@@ -70,7 +70,7 @@ class SpatialEntry(Settings):
     """Parameters of an action in six degrees of freedom in addition to its step."""
 
     controller: Annotated[str, OneOf(*(controller.value for controller in ControllerKind))]
-    """Controller of the action."""
+    """Controller for the action."""
     rise_mm: float
     """Lift of the tip."""
     turn_deg: tuple[float, float, float]
@@ -111,7 +111,7 @@ class ActionEntry(Settings):
         return Action(self.name, _scaled(self.displacement_mm, 1e-3))
 
     def require_same(self, where: str, other: Self) -> None:
-        """Refuse an action that differs from the task's by more than rounding.
+        """Reject an action that differs from the task's by more than rounding.
 
         Raises:
             ConfigurationError: The message names the first field that differs, after ``where``.
@@ -135,7 +135,7 @@ def _same(mine: Any, wanted: Any) -> bool:
     if isinstance(mine, tuple) and isinstance(wanted, tuple):
         return all(map(_same, mine, wanted))
     if isinstance(mine, float) and isinstance(wanted, float):
-        # Far below any arm's resolution in mm, degrees and N, far above rounding errors.
+        # Far below the resolution of any arm in mm, degrees and N, but far above rounding errors.
         return isclose(mine, wanted, rel_tol=0.0, abs_tol=1e-6)
     return bool(mine == wanted)
 
@@ -167,7 +167,7 @@ class LearnerEntry(Settings):
 
     @property
     def contact_model(self) -> ContactModel | None:
-        """Return the contact model of a belief; None for other learners or with too few trials."""
+        """Return the contact model of a belief, or None for other learners or with too few trials."""
         learner = self.learner((), ()) if self.kind == "belief" else None
         return learner.model if isinstance(learner, BeliefLearner) else None
 
@@ -197,7 +197,7 @@ class LearnerEntry(Settings):
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """The action in a state, with its origin.
+    """The action for a state, with its origin.
 
     Attributes:
         source: Origin of the action: programmed, examples or learned.
@@ -216,7 +216,7 @@ class TableRow:
 
     @property
     def value(self) -> float | None:
-        """Return the Q value of the action; None without a Q table."""
+        """Return the Q value of the action, or None without a Q table."""
         return None if self.q is None else self.q[self.best]
 
     @property

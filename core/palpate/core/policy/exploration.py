@@ -31,7 +31,7 @@ class TemperatureSchedule(Settings):
     floor: Temperature
     """Lowest temperature, at most the initial one."""
     in_use: Temperature | None = None
-    """Temperature of a frozen policy, if it is below the floor; None uses the floor."""
+    """Temperature of a frozen policy if it is below the floor; None uses the floor."""
 
     @override
     def check(self) -> None:
@@ -50,7 +50,7 @@ class TemperatureSchedule(Settings):
 def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list[float]:
     """Return the probability of each action, proportional to ``exp(Q / T)``.
 
-    Below :data:`GREEDY_BELOW` the best actions are equally probable and all others excluded.
+    Below :data:`GREEDY_BELOW`, the best actions are equally probable and all others are excluded.
 
     Args:
         values: Finite Q value of each action, (n,) with n > 0.
@@ -69,7 +69,7 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
 def boltzmann(values: Sequence[float], temperature: float, rng: np.random.Generator) -> int:
     """Draw the index of an action with :func:`boltzmann_probabilities`.
 
-    It always draws exactly one number from ``rng``, so that random streams stay aligned.
+    The function always draws exactly one number from ``rng``, so that random streams stay aligned.
     """
     draw = rng.random()
     probabilities = boltzmann_probabilities(values, temperature)

@@ -44,13 +44,13 @@ class PolicyDocument(Settings):
     actions: tuple[ActionEntry, ...]
     """The action set."""
     programmed: dict[str, str]
-    """Programmed action of each state that has one."""
+    """Programmed action for each state that has one."""
     examples: dict[str, str]
-    """Action from examples of each state that has one."""
+    """Action from examples for each state that has one."""
     learner: LearnerEntry | None = None
     """The learner for the other states; None if there is none."""
     third_party: ThirdPartyEntry | None = None
-    """The third-party policy for all states, in place of the above; None if there is none."""
+    """The third-party policy for all states, instead of the above; None if there is none."""
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
@@ -72,7 +72,7 @@ class PolicyDocument(Settings):
 
     @property
     def table(self) -> tuple[TableRow, ...]:
-        """Return the action of each state, except for states of a learner without a Q table."""
+        """Return the action for each state, except for states of a learner without a Q table."""
         learned = {} if self.learner is None else self.learner.state
         names, rows = [action.name for action in self.actions], []
         for number, state in enumerate(self.states):
@@ -90,7 +90,7 @@ class PolicyDocument(Settings):
 
     @property
     def reads_states(self) -> bool:
-        """Return True if a choice depends on the state; that of a belief alone depends only on lever arms."""
+        """Return True if choices depend on the state; those of a belief alone depend only on lever arms."""
         return bool(self.learner is None or self.learner.kind != "belief" or self.programmed or self.examples)
 
     def to_json_text(self) -> str:
@@ -112,7 +112,7 @@ class PolicyDocument(Settings):
         return read
 
     def unlearned(self) -> PolicyDocument:
-        """Return the same policy before any learning, with initial values."""
+        """Return the same policy with its initial values, before any learning."""
         if self.third_party is not None:
             return replace(self, third_party=replace(self.third_party, trials_learned=0, state=None))
         if self.learner is None:
@@ -121,10 +121,10 @@ class PolicyDocument(Settings):
         return replace(self, learner=LearnerEntry.of(blank))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
-        """Refuse a task with different states or actions.
+        """Reject a task with different states or actions.
 
         Raises:
-            ConfigurationError: The message states the first difference.
+            ConfigurationError: The message gives the first difference.
         """
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
@@ -149,7 +149,7 @@ def _plain(where: str, value: Mapping[str, Any]) -> Any:
 
 
 def learner_of(policy: Policy) -> Learner | None:
-    """Return the first learner in a policy; None if there is none."""
+    """Return the first learner in a policy, or None if there is none."""
     if isinstance(policy, ThirdPartyPolicy):
         return policy if policy.learns else None
     return next((part for part in _parts_of(policy) if isinstance(part, Learner)), None)
@@ -201,14 +201,14 @@ def policy_from(
     frozen: bool = True,
     check: bool = True,
 ) -> Policy:
-    """Create the policy of a document for a task with given states and actions.
+    """Create the policy stored in a document for a task with the given states and actions.
 
     The actions are the task's own, because those of the file are rounded to mm. Unless ``frozen``, learning resumes; to
     continue the temperature schedule, the next trial must be number ``document.learner.trials_learned``.
 
     Args:
         bounds: Task bounds for a belief.
-        check: True refuses different states or actions.
+        check: True rejects different states or actions.
 
     Raises:
         ConfigurationError: The states or actions differ from the task's, or the policy is a third-party one, whose code
@@ -237,7 +237,7 @@ def _parts_of(policy: Policy) -> tuple[Policy, ...]:
 
 
 def _assigned(parts: Sequence[AssignedPolicy], source: str) -> dict[str, str]:
-    """Return the names of states, and of the actions that the parts with a given source assign to them."""
+    """Return the names of states with the names of the actions assigned to them by parts with a given source."""
     return {
         state: part.actions[index].name
         for part in parts

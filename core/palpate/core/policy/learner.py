@@ -44,7 +44,7 @@ class Learner(Policy):
 
     @abstractmethod
     def get_state(self) -> dict[str, Any]:
-        """Return everything that learning has changed, as plain JSON values that keep every bit.
+        """Return everything that learning has changed, as plain JSON values that preserve every bit.
 
         It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner that is set to this
         state and begins the same trial continues identically. The caller's random generator is not included.
@@ -73,8 +73,8 @@ T = TypeVar("T", bound=Remembered)
 class ModelLearner(Learner, Generic[T]):
     """Learner that fits a model to whole trials, tracks a belief over hidden quantities, and plans with both.
 
-    The model is fitted between trials and only read during a trial. It is a function of the remembered trials, so these
-    are the state of the learner.
+    The model is fitted between trials and only read during a trial. It is a function of the remembered trials, which
+    are therefore the state of the learner.
     """
 
     def __init__(self, *, frozen: bool) -> None:

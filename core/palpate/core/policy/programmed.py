@@ -37,7 +37,7 @@ class AssignedPolicy(FixedPolicy):
         self._assigned = tuple(assigned)
 
     def assigned(self, state: int) -> int | None:
-        """Return the index of a state's action; None if it has none."""
+        """Return the index of the action for a state, or None if it has none."""
         return self._assigned[state]
 
     @override
@@ -45,7 +45,7 @@ class AssignedPolicy(FixedPolicy):
         return self._assigned[state] is not None
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the action of the state."""
+        """Return the action for the state."""
         index = self._assigned[observation.state]
         if index is None:
             accepted = "an action for every state that occurs, or a learner after it in a mixed policy"
@@ -54,10 +54,10 @@ class AssignedPolicy(FixedPolicy):
 
 
 def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse an unknown state or action.
+    """Reject an unknown state or action.
 
     Raises:
-        ConfigurationError: The message states ``field`` and the accepted names.
+        ConfigurationError: The message gives ``field`` and the accepted names.
     """
     if state not in states:
         raise ConfigurationError(field, state, f"a state of this task: {', '.join(states)}")
@@ -101,10 +101,10 @@ class RandomWalkPolicy(FixedPolicy):
 
 
 class MixedPolicy(Policy):
-    """Policy that delegates each state to the first part that serves it.
+    """Policy that delegates each choice to the first part that serves the state.
 
     Every part receives every transition, regardless of which part chose the action. Q-learning is off-policy, and a
-    learner needs the values of states in which others act, to judge the actions that lead there. In those states it
+    learner needs the values of states in which others act to judge the actions that lead there. In those states, it
     must not use the best of all actions: untried actions would keep their initial value of 0, and the state would look
     as good as the goal. Therefore ``next_action_index`` of the transition names the action if the next state belongs to
     a part with a fixed action.

@@ -35,7 +35,7 @@ class ActionOutcome:
 
 @runtime_checkable
 class Reinforcement(Protocol):
-    """Interface that turns the outcome of an action into a reward."""
+    """Interface that converts the outcome of an action to a reward."""
 
     @abstractmethod
     def __call__(self, outcome: ActionOutcome) -> float:
@@ -49,7 +49,7 @@ class ActionPenalty(Settings, Reinforcement):
     TABLE: ClassVar[str] = "reinforcement"
 
     per_action: Annotated[float, Range(high=0.0, below=True, text="a finite number below 0")] = -1.0
-    """Reward of each action."""
+    """Reward for each action."""
 
     def __call__(self, outcome: ActionOutcome) -> float:
         """Return the penalty, independent of the outcome."""

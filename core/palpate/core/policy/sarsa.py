@@ -20,13 +20,13 @@ class SarsaParameters(QParameters):
     """Settings of Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and the trace decay."""
 
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Lambda: fraction of the credit that an action gets for later steps. 0 gives one-step Sarsa; 1 without discount
+    """Lambda: fraction of credit that an action gets for later steps. 0 gives one-step Sarsa; 1 without a discount
     credits the rest of the trial."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OptionParameters(SarsaParameters):
-    """Settings for learning with options, which uses Sarsa so that the end of a trial rewards all its options."""
+    """Settings for learning with options, which uses Sarsa so that the end of a trial rewards all of its options."""
 
 
 class Sarsa(TabularLearner):

@@ -32,9 +32,9 @@ class QParameters(Settings):
     temperature: TemperatureSchedule
     """Exploration temperature."""
     alpha_visits: HalvingVisits = 0.0
-    """Number of visits that halves the learning rate; 0 keeps it constant."""
+    """Number of visits after which the learning rate is halved; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0
-    """Lower bound of the learning rate, at most ``alpha``."""
+    """Lower bound on the learning rate, at most ``alpha``."""
     initial_value: float = 0.0
     """Q value before the first visit."""
 

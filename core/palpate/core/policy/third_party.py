@@ -18,13 +18,13 @@ from palpate.core.policy.learner import Learner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 LONGEST_CHOICE_NS: Final = 200_000_000
-"""Longest time for a choice on a rig; beyond it, the trial ends. The set-point time-out would stop the arm anyway."""
+"""Maximum time for a choice on a rig; after that, the trial ends. The set-point time-out would stop the arm anyway."""
 _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 
 @dataclass(frozen=True, slots=True)
 class PolicyContext:
-    """Information about the task for a policy's constructor.
+    """Information about the task for the constructor of a policy.
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.
@@ -67,8 +67,8 @@ class ThirdPartyPolicy(Learner):
         now_ns: Clock of the rig, which limits the time of a choice.
 
     Raises:
-        ConfigurationError: A method of a policy is missing.
-        PolicyError: The policy refuses its state.
+        ConfigurationError: The policy lacks a required method.
+        PolicyError: The policy rejects its state.
     """
 
     def __init__(self, policy: Any, entry: ThirdPartyEntry, context: PolicyContext, *, frozen: bool) -> None:

@@ -49,9 +49,9 @@ _FORMATS: Final = {
 
 
 def exponential(x: Floats) -> Floats:
-    """Return e to the power of each element; elements below -700, in single precision -60, are clipped.
+    """Return e to the power of each element; elements below -700 (-60 in single precision) are clipped.
 
-    Elements must not exceed 700, in single precision 60.
+    Elements must not exceed 700 (60 in single precision).
     """
     by = _FORMATS[x.dtype]
     high, low = by.ln2
@@ -69,7 +69,7 @@ def exponential(x: Floats) -> Floats:
 
 
 def logarithm(x: Floats) -> Floats:
-    """Return the natural logarithm of each element; all must be above 1e-300, in single precision 1e-37."""
+    """Return the natural logarithm of each element; all must exceed 1e-300 (1e-37 in single precision)."""
     by = _FORMATS[x.dtype]
     high, low = by.ln2
     # Powers of two that leave mantissas between sqrt(0.5) and sqrt(2).

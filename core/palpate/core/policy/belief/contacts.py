@@ -13,7 +13,7 @@ from palpate.core.policy.base import EpisodeOutcome, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
-"""Unit of stored positions, which are whole multiples of it in every log; an encoder step is far larger."""
+"""Unit of stored positions, which are integer multiples of it in every log; an encoder step is far larger."""
 TORQUE_NM: Final = 1e-6
 """Unit of stored torques, a thousandth of the noise of a precise sensor."""
 FORCE_N: Final = 1e-3
@@ -25,7 +25,7 @@ _FARTHEST: Final = round(0.1 / LENGTH_M)
 """Bounds that detect wrong units: 100 mm from the goal, 100 N m, 1 kN."""
 _GREATEST: Final = (_FARTHEST, _FARTHEST, round(100.0 / TORQUE_NM), round(100.0 / TORQUE_NM), round(1e3 / FORCE_N))
 _MAX_CONTACTS: Final = 120
-"""Maximum number of contacts stored per trial, the latest ones. A blind search has many similar contacts."""
+"""Maximum number of contacts stored per trial; the latest are kept. A blind search has many similar contacts."""
 
 
 def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
@@ -36,7 +36,7 @@ def place_of(place_m: tuple[float, float]) -> tuple[int, int]:
 
 @dataclass(frozen=True, slots=True)
 class ContactObservation:
-    """A wrench observation made while the peg presses on the plate.
+    """A wrench measured while the peg presses on the plate.
 
     Attributes:
         place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.

@@ -26,15 +26,15 @@ _RESIDUAL_SHARE: Final = 0.12
 _GAIN: Final = 0.5
 """Prior standard deviation of a gain."""
 _UPRIGHT_TRIALS: Final = 1.0
-"""Number of trials without tilt assumed before the first trial."""
+"""Number of trials without tilt that are assumed before the first trial."""
 _RECENT: Final = 0.7
-"""Weight of a trial's tilt, divided by that of the next trial, because the last grip is the most likely."""
+"""Weight of a trial's tilt, divided by that of the next trial, because the latest grip is the most likely."""
 _NOISE_COUNT: Final = 5.0
 """Weight, in contacts, with which the noise of a ring is shrunk towards that of all rings."""
 _BORROWED: Final = 0.1
-"""Fraction of its neighbours' contacts that a ring also uses."""
+"""Fraction of the contacts in neighbouring rings that a ring also uses."""
 _BIAS_TRIALS: Final = 2.0
-"""Weight, in trials, of the prior of the bias, whose variance is that of the noise."""
+"""Weight, in trials, of the prior on the bias, which has the variance of the noise."""
 _LEAST_NM: Final = 1e-4
 """Lower bound of a standard deviation."""
 
@@ -79,7 +79,7 @@ class _ModelFit:
         facing = self._at.turned_back(tilt)
         left = self._torque - tilt
         swayed = left - self._load * self._at.turned(gains * facing)
-        # Contacts with a greater load are more informative: least squares weight a lever by the squared load.
+        # Contacts with a greater load are more informative: least squares weights a lever by the squared load.
         self._fit_cue(self._load * swayed - self._weight * self._residuals)
         rest = self._at.turned_back(left - self._load * (self._cues + self._residuals))
         shown, counts = self._by_ring(self._load * facing * rest), self._by_ring(self._weight * facing * facing)

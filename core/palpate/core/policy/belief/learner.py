@@ -23,7 +23,7 @@ from palpate.core.ports import Range, Settings
 SEARCH: Final = "search"
 """Name of the search steps; steps chosen with the belief are named after their displacement."""
 _WIDEST_M: Final = 8e-3
-"""Largest half-width; more than 161 by 161 cells cannot be processed within a tick."""
+"""Maximum half-width; more than 161 by 161 cells cannot be processed within a tick."""
 
 _MIDDLE_M: Final = (0.0, 0.0)
 
@@ -39,9 +39,9 @@ class BeliefParameters(Settings):
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
     """Mean speed of the longest step, including pauses."""
     forgetting_factor: Annotated[float, Range(0.5, 1.0)] = 0.985
-    """Forgetting factor of the evidence per contact, because the learned model may be slightly wrong."""
+    """Forgetting factor for the evidence per contact, because the learned model may be slightly wrong."""
     search_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
-    """Highest speed of a search; at higher speeds the peg slides over holes."""
+    """Maximum speed of a search; at higher speeds the peg slides over holes."""
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
     """Distance between the turns of a search; above twice the capture width it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
@@ -52,9 +52,9 @@ class BeliefParameters(Settings):
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Number of steps in the search around the most likely position."""
     regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
-    """Prior probability that the tilt of the tool differs from earlier trials."""
+    """Prior probability that the tilt of the tool differs from that in earlier trials."""
     other_tool: bool = False
-    """Start from a policy file even if its contact model is for a different peg; otherwise such a file is refused."""
+    """Start from a policy file even if its contact model is for a different peg; otherwise such a file is rejected."""
 
     @override
     def check(self) -> None:
@@ -94,7 +94,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._searched: int
 
     def step_within(self, bounds: TaskBounds) -> None:
-        """Plan with the longest step of other task bounds, as required by a trial with its own force limit."""
+        """Plan with the longest step of different task bounds, for a trial with its own force limit."""
         capture_m, search, speed = (
             each * 1e-3
             for each in (self.parameters.capture_mm, self.parameters.search_speed_mm_s, self.parameters.speed_mm_s)
@@ -106,7 +106,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
 
     @property
     def model(self) -> ContactModel | None:
-        """Return the contact model fitted to the trials so far; None if they have too few contacts."""
+        """Return the contact model fitted to the trials so far, or None if they have too few contacts."""
         self._refit()
         return self._model
 
@@ -148,7 +148,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         probabilities = self._belief.probabilities()
         if self._steps > self.parameters.restart_steps:
             self._steps, self._searched = 0, self._searched + 1
-            # A belief that failed twice is wrong: then search everything, which is fastest from the middle.
+            # A belief that failed twice is wrong: search the whole area, which is fastest from the middle.
             around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else _MIDDLE_M
             return self._searching(self._begin_search(around_m), contact)
         displacement_m, actions = self._planner.best(probabilities, self._inside(contact.place_m), self._half_width_m)

@@ -3,17 +3,17 @@
 ::
 
     torque = load * (cue(distance) turned to the hole's heading + residual(distance, sector)) + noise
-             + (1 + load * gain(distance)) times the tilt's torque, along and across that heading
+             + (1 + load * gain(distance)) times the torque caused by the tilt, along and across that heading
 
 The load is the pressing force divided by 4.9 N. No relation between torque and direction is built in: the cue is
 learned and shared across all headings, as for a round peg; the residual contains deviations from that. All quantities
-are given at a few rings of distance and interpolated linearly.
+are given for a few rings of distance and interpolated linearly.
 
 A tool tilted in its grip makes contact with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
-symmetry the torque is linear in that bias, with different gains along and across the heading. Therefore observations at
-one heading of the tilt apply to all. After a regrip only two numbers are unknown, which the belief integrates out. A
-zero offset of the sensor is such a bias without a gain.
+symmetry the torque is linear in that bias, with different gains along and across the heading. Observations at one
+heading of the tilt therefore apply to all. After a regrip, only two numbers are unknown, and the belief integrates them
+out. A zero offset of the sensor is such a bias without a gain.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Directions:
         ring: Ring below each distance, (n,).
         share: Position of each distance between that ring and the next one, 0 to 1, (n,).
         sector: Sector of each heading, (n,).
-        unit: Each heading as a unit vector, (n, 2); x for a distance of zero.
+        unit: Each heading as a unit vector, (n, 2); the x axis if the distance is zero.
     """
 
     ring: np.ndarray
@@ -97,13 +97,13 @@ class ContactModel:
 
     Attributes:
         lag: Lag of the torque behind the commanded tip, as a fraction of the last step.
-        offset_Nm: Torque of the tilt in the last trials, (2,).
+        offset_Nm: Torque caused by the tilt in the last trials, (2,).
         cue_Nm: Torque along and across the heading of the hole, at each ring, (rings, 2).
         residual_Nm: Residual of the cue, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
-        bias_Nm: Standard deviation of each component of the tilt's torque from trial to trial.
-        gain: Relative increase of the tilt's torque along and across the heading of the hole, at each ring, (rings, 2).
-        spread_Nm: Standard deviation of each component of an unknown tilt's torque.
+        bias_Nm: Standard deviation from trial to trial of each component of the torque caused by the tilt.
+        gain: Relative increase in that torque along and across the heading of the hole, at each ring, (rings, 2).
+        spread_Nm: Standard deviation of each component of the torque caused by an unknown tilt.
     """
 
     lag: float

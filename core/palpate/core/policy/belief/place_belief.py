@@ -62,12 +62,12 @@ class ContactTable:
 class PlaceBelief:
     """Evidence from the torques of one trial for each position.
 
-    The torque of the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
+    The torque caused by the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
     distributions, near that of the last trials or arbitrary. The evidence thus has a closed form in six running sums.
 
     Args:
         log_prior: Logarithm of the belief at the start of the trial, (size, size).
-        forgetting_factor: Forgetting factor of the evidence per contact.
+        forgetting_factor: Forgetting factor for the evidence per contact.
 
     Attributes:
         passed: Logarithm of the initial belief, reduced where the peg passed without a drop, (size, size); replaced,
@@ -76,7 +76,7 @@ class PlaceBelief:
 
     def __init__(self, table: ContactTable, log_prior: Floats, forgetting_factor: float) -> None:
         self.passed, self._forgetting_factor, self._table = log_prior, forgetting_factor, table
-        # Half sums over the contacts: precision of the tilt, xx, xy and yy; squared residual of an upright tool with
+        # Half-sums over the contacts: precision of the tilt, xx, xy and yy; squared residual of an upright tool with
         # the log variances; tilt times its precision, x and y.
         self._sums = np.zeros((6, *log_prior.shape), SINGLE)
 

@@ -17,7 +17,7 @@ SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
 """Widths of the kernels, for hole positions that are constant, vary slightly, or vary widely."""
 _MEMORY: Final = 0.9
-"""Forgetting factor, per trial, of a width's predictive success, so that moving holes are tracked."""
+"""Forgetting factor, per trial, for the predictive success of a width, so that moving holes are tracked."""
 _LEAST: Final = 1e-9
 
 Hole = tuple[float, float]
@@ -46,7 +46,7 @@ class Places:
         self._half = half
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """Return the row and column (x and y) of the nearest point on the grid, which is extended beyond its edge."""
+        """Return the row and column (x and y) of the nearest grid point; the grid continues beyond its edge."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
     def likeliest_m(self, belief: Floats) -> tuple[float, float]:
@@ -75,7 +75,7 @@ def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
     """Return the prior over positions, (size, size), all above 0.
 
     It is a mixture of kernel densities of several widths and a uniform density. Each component is weighted by how well
-    it predicted every hole from the holes before.
+    it predicted each hole from the preceding ones.
 
     Args:
         holes_m: Positions of earlier holes, (x, y), oldest first.
@@ -105,7 +105,7 @@ def _weights(holes_m: Sequence[Hole], area_m2: float) -> list[float]:
         total = sum(scores)
         scores = [score / total for score in scores]
     total = sum(scores)
-    # The uniform part never vanishes: a hole may be where none has been before.
+    # The uniform part never vanishes, because a hole may be where none has been before.
     return [0.98 * score / total for score in scores[:-1]] + [0.98 * scores[-1] / total + 0.02]
 
 

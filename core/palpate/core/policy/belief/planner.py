@@ -61,7 +61,7 @@ class Planner:
         Args:
             belief: Probability of the hole at each cell, (size, size).
             from_m: Position of the tip, (x, y) in m, task frame.
-            limit_m: Largest distance from the goal in x or y at which a step may end, unless all steps end beyond it.
+            limit_m: Maximum distance from the goal in x or y at which a step may end, unless all steps end beyond it.
         """
         # Actions from the end of each path to the centre of each block.
         ends = self._ends + np.array(from_m)
@@ -93,10 +93,10 @@ def _in_threes(rows: Floats) -> Floats:
 
 
 class SpiralSearch:
-    """An Archimedean spiral about a point, in chords short enough to leave no gaps, repeated between its turns.
+    """An Archimedean spiral about a point, in chords short enough to leave no gaps, then repeated between its turns.
 
     Args:
-        step_m: Largest length of a step.
+        step_m: Maximum length of a step.
         radius_m: Radius at which a spiral ends and the next one begins, because a hole may be passed without a drop.
     """
 

@@ -69,7 +69,7 @@ class RecordedTrial:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """A batch of trials, the longest first; identical trials form one row with a higher weight.
+    """A batch of trials, longest first; identical trials form one row with a higher weight.
 
     Attributes:
         symbols: Readings, (trials, longest); 0 after the end of a trial.
@@ -109,7 +109,7 @@ class Batch:
 
 
 LEAST: Final = 1e-12
-"""Lower limit on the probability of a reading, so that a trial that a model rules out does not abort the fit."""
+"""Lower limit on the probability of a reading, so that a trial ruled out by a model does not abort the fit."""
 
 
 class Shifts:

@@ -143,7 +143,7 @@ def fit_displacement_hmm(
     """Fit a model from scratch.
 
     Trials that reached the goal are fitted first, because each ends at a known offset. The position of other trials is
-    ambiguous; without a first model they would spread over arbitrary offsets.
+    ambiguous; without an initial model, they would spread over arbitrary offsets.
 
     Args:
         trials: Readings and actions of at least one trial.

@@ -42,15 +42,15 @@ class HmmParameters(Settings):
     TABLE: ClassVar[str] = "learning.hmm"
 
     reach: Annotated[int, Range(1, 200)] = 10
-    """Largest offset from the goal along x or y, in steps."""
+    """Maximum offset from the goal along x or y, in steps."""
     lattice: Annotated[int, Range(0, 20)] = 0
     """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. If 0, all
     must be whole multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
     """Fraction of random actions once there is a model; before that, all actions are random."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 1000
-    """Maximum number of trials to fit the model to, half of them the first and half the latest. The latest alone lack
-    the situations that the plan avoids."""
+    """Maximum number of trials to fit the model to: half of them the first, half the latest. The latest trials alone
+    lack the situations that the plan avoids."""
 
 
 def fitted_after(trials: int) -> int:
@@ -134,13 +134,13 @@ class HmmLearner(ModelLearner[RecordedTrial]):
         return Decision(self.actions[index], index, LEARNED)
 
     def _planned(self) -> int | None:
-        """Return the action with the lowest cost under the plan; None if there is no plan yet."""
+        """Return the action with the lowest cost under the plan, or None if there is no plan yet."""
         if self._plan is None or self._belief is None:
             return None
         return int(self._plan.costs(self._belief.probabilities).argmin())
 
     def _random_share(self) -> float:
-        """Return the fraction of random actions when there is a plan."""
+        """Return the fraction of random actions while there is a plan."""
         done = len(self._actions) % _ROUND
         if done >= GREEDY_ACTIONS:
             return done / (4 * GREEDY_ACTIONS)
@@ -166,7 +166,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
     def end_trial(self, episode: EpisodeOutcome) -> None:
         if self.frozen or not self._actions:
             return
-        # The result of an action interrupted by the end of the trial is unknown.
+        # The result of an action that the end of the trial interrupted is unknown.
         symbols = self._symbols[: len(self._actions)] + ([] if self._next is None else [self._next])
         self._remember(RecordedTrial(tuple(symbols), tuple(self._actions), self._next is None))
 
