@@ -7,7 +7,7 @@ from typing import Final
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector
 
 _CREDIT_PERIODS: Final = 1.25
-"""Maximum unused time that is kept, in command periods, because an early command may follow a late one."""
+"""Maximum unused time that is carried over, in command periods, because an early command may follow a late one."""
 _ROUNDING_S: Final = 1e-6
 """Tolerance on the allowed time, because ticks are whole nanoseconds."""
 
@@ -36,7 +36,7 @@ class StepLimiter:
             may_s: Time available for the step.
         """
         inside = all(map(le, self._lower, requested_rad)) and all(map(le, requested_rad, self._upper))
-        # This is the cheapest check: nearly every command passes even if all joints are as slow as the slowest.
+        # This check is the cheapest: nearly every command passes even if all joints are as slow as the slowest one.
         steps = tuple(map(sub, requested_rad, from_rad))
         up, down = max(steps), -min(steps)
         needs_s = (up if up > down else down) * self._slowness_s
@@ -57,10 +57,10 @@ class StepLimiter:
 
 
 class CommandLimiter:
-    """Limiter for commands that arrive at any time, based on the elapsed time, not the number of commands.
+    """Limiter for commands that arrive at any time, based on elapsed time rather than on the number of commands.
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
-    is longer than one period allows. If several commands have the same time, the latest replaces the others.
+    is longer than one period allows. If several commands have the same time, the last one replaces the others.
 
     Args:
         lower_rad: Lower joint limits, (n,).

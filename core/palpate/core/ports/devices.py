@@ -1,12 +1,12 @@
 """The four ports between the core and its environment.
 
 The ports are structural types: a third-party class only needs the same members. Semantics that types cannot express are
-in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass:
+in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass.
 
-* Units are SI, angles in rad, time in integer ns of the run's clock. * A sample carries source time, receive time,
-sequence number and validity. Silence is never hidden: an old sample is marked ``STALE``, and a dead device raises
-``DeviceError``. * Observations at tick *t* do not depend on the command of tick *t*. * Only the latest command counts;
-there is no queue. ``send`` returns the applied command. * ``stop`` works at any time, even repeatedly. A fault latches
+Units are SI, with angles in rad and times in integer ns of the run's clock. A sample carries its source time, receive
+time, sequence number and validity. Silence is never hidden: an old sample is marked ``STALE``, and a dead device raises
+``DeviceError``. Observations at tick *t* do not depend on the command of tick *t*. Only the latest command counts;
+there is no queue. ``send`` returns the applied command. ``stop`` works at any time, even repeatedly. A fault latches
 until a person acknowledges it.
 """
 
@@ -46,7 +46,7 @@ class Device(Protocol):
 
     @abstractmethod
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault, by decision of a person only."""
+        """Clear a latched fault; only a person may decide this."""
 
     @abstractmethod
     def close(self) -> None:
@@ -121,7 +121,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """The four ports of a run, which are the same for a simulator, hardware and a recorded trial."""
+    """The four ports of a run, the same for a simulator, hardware and a recorded trial."""
 
     clock: Clock
     force_sensor: ForceSensor

@@ -9,7 +9,7 @@ from palpate.core.errors import ConfigurationError
 def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
     """Parse an object from strict JSON: no NaN, no infinity, no duplicate keys.
 
-    Its ``schema`` must equal the argument. This is checked first, because keys depend on the schema.
+    Its ``schema`` must equal the argument. This is checked first, because the keys depend on the schema.
 
     Raises:
         ConfigurationError: The text is not such an object.

@@ -33,7 +33,7 @@ STAGES: Final[dict[str, type[Settings]]] = {}
 
 
 def register_stage(kind: str, stage: type[Any]) -> None:
-    """Register an additional kind of stage for reading and writing.
+    """Register another kind of stage for reading and writing.
 
     Args:
         stage: A dataclass derived from :class:`Settings`; its fields are plain JSON values or other stages.
@@ -48,10 +48,10 @@ def register_stage(kind: str, stage: type[Any]) -> None:
 
 
 def require_names(field: str, names: Sequence[str], *, printable: bool = True) -> None:
-    """Refuse an empty list of names, duplicates, and names that cannot be printed.
+    """Reject an empty list of names, duplicates, and names that cannot be printed.
 
     Raises:
-        ConfigurationError: The message states the first invalid name.
+        ConfigurationError: The message contains the first invalid name.
     """
     if not names:
         raise ConfigurationError(field, names, "a list of at least one")
@@ -62,7 +62,7 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
 
 
 def require_floor(field: str, floor: float, start: float, name: str) -> None:
-    """Refuse a floor above the start value that decays to it.
+    """Reject a floor above the start value that decays to it.
 
     Raises:
         ConfigurationError: The floor is above the start value.

@@ -43,15 +43,15 @@ class FaultLatch:
         return "acknowledge it first"
 
     def set(self, cause: str) -> None:
-        """Latch a trip or fault, and keep the first cause."""
+        """Latch a trip or fault; if one is already latched, keep the first cause."""
         self.cause = self.cause or cause
 
     def release(self) -> None:
-        """Clear the latch without a person; only for the simulator, where each trial starts in a new world."""
+        """Clear the latch without a person; for the simulator only, where each trial starts in a new world."""
         self.cause = ""
 
     def require_free(self) -> None:
-        """Refuse to start while a fault is latched.
+        """Raise an error while a fault is latched.
 
         Raises:
             FaultLatchedError: A trip or fault has not been acknowledged.
@@ -60,7 +60,7 @@ class FaultLatch:
             raise FaultLatchedError(_NAME, self.cause, self.remedy)
 
     def acknowledge(self, by: str, reason: str) -> None:
-        """Allow trials to begin again, by decision of a person only.
+        """Allow trials to begin again; only a person may decide this.
 
         Raises:
             LifecycleError: No fault is latched.

@@ -1,7 +1,7 @@
 """The life cycle of every device adapter, defined by a table.
 
 ``construct`` opens nothing; ``configure`` opens and checks the device; ``activate`` enables it; ``deactivate`` undoes
-that; ``close`` releases the device permanently. A fault latches. Only ``acknowledge_fault``, the decision of a person,
+that; ``close`` releases the device permanently. A fault latches. Only ``acknowledge_fault``, a person's decision,
 clears it. The state is then *configured*, never *active*.
 """
 
@@ -75,7 +75,7 @@ class ActiveInside:
 
 
 class ManagedDevice(ActiveInside):
-    """Base class of palpate's adapters, which keeps the life-cycle state and refuses illegal requests.
+    """Base class of palpate's adapters, which keeps the life-cycle state and rejects illegal requests.
 
     A subclass overrides the ``_on_...`` hooks that it needs. As a context manager it is configured and activated on
     entry and closed on exit.
@@ -114,7 +114,7 @@ class ManagedDevice(ActiveInside):
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault, by decision of a person only.
+        """Clear a latched fault; only a person may decide this.
 
         Raises:
             LifecycleError: There is no fault.
@@ -123,7 +123,7 @@ class ManagedDevice(ActiveInside):
         try:
             self._move(LifeRequest.ACKNOWLEDGE, self._on_acknowledge)
         finally:
-            # The request was refused or failed again: the fault remains.
+            # The request was rejected or failed again: the fault remains.
             if self._life is Life.FAULTED:
                 self._fault = self._fault or cause
 

@@ -23,8 +23,8 @@ class SensorFacts:
     Attributes:
         noise_N: Standard deviation of one force channel under constant load; 0 only in a simulated cell.
         noise_Nm: Standard deviation of one torque channel; 0 only in a simulated cell.
-        range_N: Largest measurable force along each axis of its frame, (3,); infinite if unlimited.
-        range_Nm: Largest torque about each axis, (3,).
+        range_N: Maximum measurable force along each axis of its frame, (3,); infinite if unlimited.
+        range_Nm: Maximum torque about each axis, (3,).
 
     Raises:
         ConfigurationError: A value is impossible for a sensor.
@@ -58,8 +58,8 @@ class GroundTruth:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
         depth_m: Depth of the tip below the plate's surface, along the hole's axis; 0 while it is above.
-        peak_force_N: Largest norm of the force through the wrist over all physics steps, without the tool's weight.
-        drawn: Other quantities drawn for this trial or its batch, by name, including the unit.
+        peak_force_N: Maximum norm of the force through the wrist over all physics steps, without the tool's weight.
+        drawn: Other quantities drawn for this trial or its batch, by name with unit.
         hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: tilt of the
             plate and yaw of the hole.
     """
@@ -122,11 +122,11 @@ class Rig(Protocol):
     @property
     @abstractmethod
     def sensor_facts(self) -> SensorFacts:
-        """Return the facts about the force sensor; on a rig of real devices, only after the rig is entered."""
+        """Return the facts about the force sensor; with real devices, only after the rig has been entered."""
 
     @abstractmethod
     def prepare(self, trial: int) -> None:
-        """Prepare a trial by setting up everything outside the core and releasing the arm from its last stop."""
+        """Set up everything outside the core for a trial, and release the arm from its last stop."""
 
     @abstractmethod
     def world(self) -> WorldRecord:
@@ -134,10 +134,10 @@ class Rig(Protocol):
 
     @abstractmethod
     def truth(self) -> GroundTruth | None:
-        """Return the ground truth, for scoring and baselines only; None if unknown."""
+        """Return the ground truth (for scoring and baselines only), or None if unknown."""
 
     def move(self, config: Any, ready: Any) -> None:
-        """Move to a different place at the next :meth:`prepare`.
+        """Move to another place at the next :meth:`prepare`.
 
         Args:
             config: Configuration of the next trials.
@@ -155,18 +155,18 @@ class Rig(Protocol):
     def device_behind(self, sample: str) -> str:
         """Return the name of the device that provides ``force`` or ``joint`` samples; empty if there is none.
 
-        Recent errors of its connection, if any, follow after ": ".
+        Recent errors on its connection, if any, follow after ": ".
         """
         return ""
 
     @property
     @abstractmethod
     def clock_ticks(self) -> int:
-        """Return the time of the clock in control ticks, or 0 if it cannot be set."""
+        """Return the clock's time in control ticks, or 0 if the clock cannot be set."""
 
     @abstractmethod
     def set_clock_ticks(self, ticks: int) -> None:
-        """Set the clock to this time, if possible."""
+        """Set the clock to the given time, if possible."""
 
     @abstractmethod
     def __enter__(self) -> Self: ...

@@ -9,8 +9,8 @@
         step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
         # The help text follows as a docstring.
 
-The annotation gives the type and range, the assignment the default, and the docstring the help text. Every field is
-checked whenever an instance is constructed. :meth:`Settings.check` checks conditions across fields.
+The annotation gives the type and range, the assignment gives the default, and the docstring is the help text. Every
+field is checked whenever an instance is constructed. :meth:`Settings.check` checks conditions across fields.
 """
 
 import operator
@@ -29,9 +29,9 @@ class Range:
     """Restriction to a finite number between two bounds.
 
     Attributes:
-        unit: Unit, if the name of the setting does not state it or a message needs it.
-        above: True if ``low`` itself is refused.
-        below: True if ``high`` itself is refused.
+        unit: Unit, if the name of the setting does not give it or a message needs it.
+        above: True if ``low`` itself is not accepted.
+        below: True if ``high`` itself is not accepted.
         text: Description of the accepted values, if the bounds alone do not explain them.
     """
 
@@ -115,22 +115,22 @@ class Settings:
             value = getattr(self, name)
             fit = fitted(self.dotted(name), value, kind)
             if fit is not value:
-                # 1 where a float is declared, or a list for a tuple, is stored in the declared form.
+                # An int given for a float, or a list given for a tuple, is stored in the declared form.
                 object.__setattr__(self, name, fit)
         self.check()
 
     def check(self) -> None:
-        """Refuse settings that contradict each other.
+        """Reject settings that contradict each other.
 
         Raises:
-            ConfigurationError: The message states one of these settings.
+            ConfigurationError: The message names one of these settings.
         """
 
     def require(self, name: str, holds: bool, accepted: str) -> None:
-        """Refuse the value of a field unless a condition holds.
+        """Reject the value of a field unless a condition holds.
 
         Raises:
-            ConfigurationError: The message states the field, its value and the accepted values.
+            ConfigurationError: The message gives the field, its value and the accepted values.
         """
         if not holds:
             raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
@@ -143,13 +143,13 @@ class Settings:
             where: Dotted name of the object; empty for a whole file.
 
         Raises:
-            ConfigurationError: Keys are missing or unknown, or a value is refused; the message says where.
+            ConfigurationError: Keys are missing or unknown, or a value is rejected; the message says where.
         """
         kinds, prefix = kinds_of(cls), f"{where}." if where else ""
         given = fitted(where or cls.TABLE, raw, Mapping[str, Any])
         needed = [field.name for field in fields(cls) if field.default is not None]  # type: ignore[arg-type]
         require_keys(where or cls.TABLE, given, needed, [name for name in kinds if name not in needed])
-        # The place in the file is known here, not in the table itself.
+        # The location in the file is known here, but not in the table itself.
         values = {key: fitted(f"{prefix}{key}", value, kinds[key]) for key, value in given.items()}
         try:
             return cls(**values)
@@ -181,7 +181,7 @@ def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
 
 
 def optional_of(base: Any) -> Any:
-    """Return the type of an optional annotation without None; None if it is not optional."""
+    """Return the type of an optional annotation without None, or None if it is not optional."""
     if get_origin(base) not in (Union, types.UnionType) or type(None) not in get_args(base):
         return None
     (inner,) = [kind for kind in get_args(base) if kind is not type(None)]
@@ -189,14 +189,14 @@ def optional_of(base: Any) -> Any:
 
 
 def table_or(base: Any) -> type[Settings] | None:
-    """Return the table that an annotation accepts in place of a name; None if there is none."""
+    """Return the table that an annotation accepts in place of a name, or None if there is none."""
     if get_origin(base) not in (Union, types.UnionType):
         return None
     return next((kind for kind in get_args(base) if isinstance(kind, type) and issubclass(kind, Settings)), None)
 
 
 def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], others: Sequence[str] = ()) -> None:
-    """Refuse an object with a missing or an unknown key.
+    """Reject an object with a missing or unknown key.
 
     Raises:
         ConfigurationError: The message lists the accepted keys.

@@ -1,8 +1,8 @@
 """Value objects that cross the ports: frozen, validated once, and named with units.
 
 Vectors are tuples of floats, not arrays: they are immutable, are compared and hashed by value, keep every bit, and are
-several times cheaper to create at 140 Hz than read-only arrays. Types without validation are named tuples, which are
-created in a quarter of the time of a frozen dataclass.
+several times cheaper to create at 140 Hz than read-only arrays. Types without validation are named tuples, which take
+a quarter of the time to create that a frozen dataclass takes.
 """
 
 import enum
@@ -23,7 +23,7 @@ ZERO_VELOCITY: Final[Vector3] = (0.0, 0.0, 0.0)
 
 
 class Validity(enum.Enum):
-    """Validity of a sample; if several values apply, the worst one."""
+    """Validity of a sample; if several values apply, the worst one is used."""
 
     VALID = "valid"
     SATURATED = "saturated"
@@ -128,7 +128,7 @@ class AppliedCommand(NamedTuple):
 
     Attributes:
         position_rad: Joint angles after limits, (n,).
-        reason: ``AS_REQUESTED`` if and only if nothing was changed.
+        reason: ``AS_REQUESTED`` if and only if nothing changed.
     """
 
     position_rad: JointVector
