@@ -1,4 +1,4 @@
-"""The supervisor, which monitors every tick and clamps or trips. A person must acknowledge each trip."""
+"""The supervisor, which checks every tick and clamps or trips. A person must acknowledge each trip."""
 
 import lazy_loader
 

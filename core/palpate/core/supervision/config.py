@@ -37,7 +37,7 @@ class SupervisionConfig(Settings):
     max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0
-    """Change of the force between two samples, divided by the difference of their source times."""
+    """Change in force between two samples, divided by the difference between their source times."""
     unexpected_contact_N: Annotated[float, Limit(0.05, 500.0, "N")] = 3.0
     """Force in phases without permitted contact; before taring, its change since the phase began."""
     max_force_age_ms: Annotated[float, Limit(8.0, 1000.0, "ms")] = 50.0
@@ -47,11 +47,11 @@ class SupervisionConfig(Settings):
     max_repeats: Annotated[int, Limit(1, 140, "ticks")] = 14
     """Consecutive control ticks without a new sample."""
     max_equal_samples: Annotated[int, Limit(1, 1_000_000, "samples")] = 5
-    """Consecutive new force samples that are equal in all six channels; noise prevents that in a live sensor."""
+    """Consecutive new force samples that are equal in all six channels; a live sensor has noise that prevents this."""
     max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
-    """Consecutive new force samples that repeat earlier ones in order, as in a recording."""
+    """Consecutive new force samples that repeat earlier ones in order, as from a recording."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
-    """Consecutive new force samples of a channel within a third of its noise, as in a dead channel."""
+    """Consecutive new force samples of a channel within a third of its noise, as from a dead channel."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
     """Noise of a channel during taring, while nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0
@@ -65,9 +65,9 @@ class SupervisionConfig(Settings):
     tracking_lag_ticks: Annotated[int, Limit(0, 70, "ticks")] = 3
     """Control ticks that the arm may take to follow a command."""
     max_command_jump_mrad: Annotated[float, Limit(0.1, 1000.0, "mrad")] = 50.0
-    """Change of a joint's command in one tick that counts as a fault of the task; smaller changes are clamped."""
+    """Change in a joint command in one tick that counts as a fault of the task; smaller changes are clamped."""
     side_margin_mm: Annotated[float, Limit(1.0, 1000.0, "mm")] = 20.0
-    """Sideways distance of the tip from the region of starts and exploration, in any phase."""
+    """Lateral distance of the tip from the region of starts and exploration, in any phase."""
     depth_margin_mm: Annotated[float, Limit(9.0, 200.0, "mm")] = 12.0
     """Distance of the tip below the insertion depth; the search for contact goes 8 mm beyond it."""
     height_margin_mm: Annotated[float, Limit(1.0, 2000.0, "mm")] = 50.0
@@ -130,7 +130,7 @@ def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _strength(name: str) -> str:
-    """Return the strongest bound that needs no entry in ``weakened``."""
+    """Return the bound on a setting beyond which it needs an entry in ``weakened``."""
     default = getattr(SupervisionConfig, name)
     if name == _ON_TRIP:
         return str(default)
@@ -138,7 +138,7 @@ def _strength(name: str) -> str:
 
 
 def weakened_lines(config: SupervisionConfig) -> list[str]:
-    """Return one line per weakened setting, for printing at every start of a run."""
+    """Return one line per weakened setting, to be printed at the start of every run."""
     shown = []
     for name in weaker_settings(vars(config)):
         value, default, unit = getattr(config, name), getattr(config.__class__, name), _UNITS.get(name)

@@ -1,4 +1,4 @@
-"""Check the limits against the task, arm and sensor, and refuse a limit that always or never trips."""
+"""Check the limits against the task, arm and sensor, and reject a limit that always or never trips."""
 
 from math import inf
 from typing import Final
@@ -16,7 +16,7 @@ _NOISE: Final = 9.0
 """Bound on the difference between two samples of three channels, in standard deviations of one channel."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 WITHDRAWAL_SHARE: Final = 2.0
-"""Force allowed while a tool is withdrawn from a hole, divided by the limit, because elastic force is released."""
+"""Factor on the force limit while a tool is withdrawn from a hole, because elastic force is released."""
 
 
 def require_fitting(
@@ -29,8 +29,8 @@ def require_fitting(
         ready_rad: Pose above the goal, (n,), from which the retraction is computed.
 
     Raises:
-        ConfigurationError: A limit always or never trips, the arm cannot make the retraction, or the sensor's frame is
-            not that of the task.
+        ConfigurationError: A limit always or never trips, the arm cannot perform the retraction, or the sensor's frame
+            differs from the task's.
     """
     least_Hz = least_rate_Hz(config)
     if sensor.rate_Hz <= least_Hz:
@@ -41,12 +41,12 @@ def require_fitting(
         raise ConfigurationError("force_sensor.facts.frame", sensor.frame, accepted)
     press_N = task.press_kgf * N_PER_KGF
     noise_N, noise_Nm = _NOISE * sensor.noise_N, _NOISE * sensor.noise_Nm
-    # Along its weakest axis, a sensor measures no more than the range of that axis.
+    # Along its weakest axis, a sensor cannot measure more than the range of that axis.
     range_N, range_Nm = min(sensor.range_N), min(sensor.range_Nm)
     _between(config, "max_force_N", press_N, "the pressing force", range_N)
     _between(config, "max_force_N", noise_N, "what noise alone shows", range_N)
     _between(config, "unexpected_contact_N", noise_N, "what noise alone shows", range_N)
-    # A range stated in the rig file bounds the derived limit.
+    # A range specified in the rig file bounds the derived limit.
     stated = ", as [force_sensor.facts] range_Nm in the rig file would make it"
     _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", range_Nm, stated)
     rate, most = noise_N / _PERIOD_S, 2.0 * range_N / _PERIOD_S
@@ -65,7 +65,7 @@ def require_fitting(
 
 
 def least_rate_Hz(config: SupervisionConfig) -> float:
-    """Return the rate of a force sensor below which each of its samples trips the supervisor before the next."""
+    """Return the sample rate below which a force sensor trips the supervisor before its next sample arrives."""
     return max(1e3 / config.max_force_age_ms, CONTROL_RATE_HZ / (config.max_repeats + 1))
 
 
@@ -93,7 +93,7 @@ def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready
 
 
 def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
-    """Return the force limits in the order in which they stop the arm, for printing when a run on a rig starts."""
+    """Return the force limits in the order in which they stop the arm, to be printed at the start of a run on a rig."""
     limits = [
         (supervision.unexpected_contact_N, "supervision.unexpected_contact_N"),
         (task.max_force_N, "task.max_force_N"),

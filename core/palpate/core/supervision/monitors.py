@@ -29,7 +29,7 @@ class WrenchMonitor:
     """Monitor of force, torque, force rate, and unexpected contact.
 
     Args:
-        scale: Factors on the sensor's six channels after taring, (6,).
+        scale: Scale factors of the sensor's six channels after taring, (6,).
     """
 
     def __init__(self, config: SupervisionConfig, scale: tuple[float, ...]) -> None:
@@ -48,7 +48,7 @@ class WrenchMonitor:
         self._last_ns: int
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the current, valid wrench; None if it is within limits."""
+        """Return the trip for the current, valid wrench, or None if it is within limits."""
         wrench, bias = snapshot.wrench, constraints.bias
         force_N = wrench.force_N
         if self._first is None:
@@ -109,7 +109,7 @@ def _exceeded(
 _WINDOW_NS: Final = 25_000_000
 """Minimum time between samples for a velocity, so that an encoder step has little effect."""
 _STUCK_SHARE: Final = 0.3
-"""Fraction of the tracking limit. Commands over this range move a joint by many encoder steps at any lag."""
+"""Fraction of the tracking limit. Commands that span this range move a joint by many encoder steps at any lag."""
 _STUCK_SAMPLES: Final = CONTROL_RATE_HZ // 10
 """Number of samples with the same angle; a servo barely follows a faster dither."""
 _OLDEST_NS: Final = 4_000_000_000 // CONTROL_RATE_HZ
@@ -151,7 +151,7 @@ class JointMonitor:
         self._same: list[tuple[float, int, float, float]] = []
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
-        """Return the trip for the current, valid joint angles; None if they are within limits.
+        """Return the trip for the current, valid joint angles, or None if they are within limits.
 
         Args:
             held_rad: Command sent in the previous tick, (n,).
@@ -177,7 +177,7 @@ class JointMonitor:
                 if trip is not None:
                     return trip
         commands = self._commands
-        # A sample is compared with the commands of its own time: on a slow bus it is several ticks old.
+        # A sample is compared with the commands at its own time: on a slow bus, it is several ticks old.
         first_ns = max(now_ns, snapshot.time_ns - _OLDEST_NS) - self._lag_ns
         while commands and commands[0][0] < first_ns:
             commands.popleft()
@@ -229,7 +229,7 @@ class SampleMonitor:
     """Monitor of the validity, age and progress of both sensors' samples, and of the time between ticks.
 
     Args:
-        sensor: Facts about the sensor. All wrenches use its frame. If it has noise, equal samples mean it is frozen.
+        sensor: Facts about the sensor. All wrenches use its frame. If it has noise, equal samples mean that it froze.
     """
 
     def __init__(self, config: SupervisionConfig, sensor: SensorFacts) -> None:
@@ -249,7 +249,7 @@ class SampleMonitor:
         self._values: tuple[Vector3, Vector3] | None = None
 
     def trip(self, snapshot: Snapshot) -> Trip | None:
-        """Return the trip for the current samples; None if they are acceptable."""
+        """Return the trip for the current samples, or None if they are acceptable."""
         wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
         if wrench.validity is not Validity.VALID:
             return self._not_valid(snapshot.tick, "force", wrench.validity)
@@ -264,7 +264,7 @@ class SampleMonitor:
                 TripReason.LATE_CYCLE, snapshot.tick, "time since the last tick", now_ns - last_ns, self._gap_ns
             )
         age_ns, most_ns = now_ns - wrench.source_time_ns, self._force_age_ns
-        # A sample from the future is just as bad: the clocks disagree, so its age is meaningless.
+        # A sample from the future is just as bad: the clocks disagree, so the age is meaningless.
         if not -most_ns <= age_ns <= most_ns:
             return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns, "force")
         age_ns, most_ns = now_ns - joints.source_time_ns, self._joint_age_ns
@@ -306,7 +306,7 @@ class SampleMonitor:
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Refuse a wrench that is of a different kind or in a different frame, before anything moves.
+    """Reject a wrench that is of a different kind or in a different frame, before anything moves.
 
     Raises:
         DeviceError: The wrench is of a different kind or in a different frame.
@@ -340,7 +340,7 @@ class WorkspaceMonitor:
     def trip(
         self, tick: int, tip_m: Vector3, constraints: PhaseConstraints, turned_rad: tuple[float, float]
     ) -> Trip | None:
-        """Return the trip for the position of the tip; None if it is inside the limits.
+        """Return the trip for the position of the tip, or None if it is inside the limits.
 
         Args:
             tip_m: Tip position from the encoders, (3,), task frame.

@@ -1,4 +1,4 @@
-"""Liveness check of the force sensor, whose live channels have noise and whose samples never recur."""
+"""Liveness check of the force sensor, whose live channels have noise and whose samples never repeat."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class NoiseMonitor:
 
     Noise: nothing moves during taring, so noise far above the declared value indicates a wrong scale or a broken wire.
 
-    Recurrence: samples that repeat earlier ones in order, with any gain and offset, are a recording.
+    Repetition: samples that repeat earlier ones in order, with any gain and offset, are a recording.
 
     Args:
         sensor: The sensor's noise; channels without noise, in a simulated cell, are not monitored.
@@ -47,7 +47,7 @@ class NoiseMonitor:
         self._longest, self._most_ratio = config.flat_line_samples - 1, config.max_noise_ratio
         self._most_recurring = config.max_recurring_samples
         self._still: deque[tuple[int, _Six]] = deque(maxlen=task.tare_ticks)
-        # A slow sensor needs longer for as many samples; the tool was stationary for as long before taring.
+        # A slow sensor needs longer for the same number of samples; the tool was stationary for as long before taring.
         self._still_ticks = 2 * task.tare_ticks
 
     def begin(self) -> None:
@@ -56,7 +56,7 @@ class NoiseMonitor:
         self._still.clear()
         self._tared = False
         self._band = _bands(self._noise)
-        # NaN equals no sample: the first one begins a run on each channel.
+        # NaN equals no sample, so the first one begins a run on each channel.
         self._begun, self._since = [nan] * 6, [0] * 6
         self._seen: dict[float, int] = {}
         self._count = self._lag = 0
@@ -64,7 +64,7 @@ class NoiseMonitor:
         self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the current, valid wrench; None if it is acceptable."""
+        """Return the trip for the current, valid wrench, or None if it is acceptable."""
         wrench = snapshot.wrench
         if wrench.sequence == self._sequence:
             return None
@@ -138,6 +138,6 @@ def _deviation(values: Sequence[float]) -> float:
 
 
 def _bands(noise: Sequence[float]) -> _Six:
-    """Return the half-widths; that of a channel without noise is one that no value satisfies."""
+    """Return the half-widths of the bands; for a channel without noise, no value is inside the band."""
     a, b, c, d, e, f = (BAND * each if each > 0.0 else -1.0 for each in noise)
     return (a, b, c, d, e, f)

@@ -12,7 +12,7 @@ _THERE_M: Final = 1e-5
 
 
 class Retreat:
-    """Joint angles of the retraction, tick by tick; the tip never advances."""
+    """Joint angles for the retraction, tick by tick; the tip never advances."""
 
     def __init__(self, kinematics: Kinematics, distance_m: float, speed_m_s: float, period_s: float) -> None:
         self._kinematics = kinematics

@@ -40,7 +40,7 @@ _PULLS: Final = 4
 
 
 class Supervisor:
-    """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, with no I/O or clock.
+    """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, without I/O or a clock.
 
     Commands beyond a joint limit are clamped. A violation that must end the trial trips: the first cause is latched,
     the tool is retracted or held, and the next trial requires a person's acknowledgement at the latch.
@@ -49,7 +49,7 @@ class Supervisor:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks them for this arm.
         task: Settings of the task, for the number of samples averaged for taring.
         sensor: Facts about the force sensor. Its samples must contain the declared noise.
-        scale: Factors of the task on the sensor's six channels after taring, (6,).
+        scale: The task's scale factors for the sensor's six channels after taring, (6,).
         latch: The latch of the rig; None creates a new one.
         ready_rad: The ready pose, (n,); each joint must be within half a turn of it at the start of a trial. None if
             unknown.
@@ -89,7 +89,7 @@ class Supervisor:
 
     @property
     def trip(self) -> Trip | None:
-        """Return the cause that ended the latest trial; None if there is none."""
+        """Return the cause that ended the latest trial, or None if there is none."""
         return self._trip
 
     def begin(self) -> None:
@@ -124,8 +124,8 @@ class Supervisor:
 
         Raises:
             LifecycleError: No trial has begun.
-            DeviceError: At the beginning of the trial the arm's pose is unknown, or wrenches have another frame or
-                kind; nothing has been commanded.
+            DeviceError: At the beginning of the trial, the arm's pose is unknown, or the wrenches have the wrong frame
+                or kind; nothing has been commanded.
             CommandError: The number of joints differs from the arm's.
         """
         if not self._active:
@@ -167,7 +167,7 @@ class Supervisor:
         return self._instead(within.reason, position, None)
 
     def retreat(self, snapshot: Snapshot) -> Supervised:
-        """Return the next command after a trip, without a command from the task.
+        """Return the next command after a trip; the task provides no command.
 
         Raises:
             LifecycleError: There was no trip.
