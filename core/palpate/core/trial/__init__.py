@@ -1,4 +1,4 @@
-"""Interface between a task and the loop, with trial setup, snapshots and results."""
+"""The interface between a task and the loop, with trial setup, snapshots and results."""
 
 import lazy_loader
 

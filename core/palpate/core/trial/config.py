@@ -10,7 +10,7 @@ from palpate.core.ports import PERIOD_S, OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
 _IN_TIME: Final = 0.95
-"""Fraction of the highest speed at which the tip keeps up with successive steps."""
+"""Fraction of the maximum speed at which the tip keeps up with successive steps."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class GoalConfig(Settings):
 
 @dataclass(frozen=True)
 class TaskConfig(Settings):
-    """Settings for a trial of a task. Those for the peg, the hole, exploration and actions apply only to insertions."""
+    """Settings for a trial of a task. Settings for peg, hole, exploration and actions apply only to insertions."""
 
     TABLE: ClassVar[str] = "task"
 
@@ -51,13 +51,13 @@ class TaskConfig(Settings):
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
     """Length of one exploratory step."""
     slide_speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 32.84
-    """Highest speed on the plate, at which a wedged peg stops within the force limit."""
+    """Maximum speed on the plate, at which a wedged peg stops within the force limit."""
     directions: Annotated[int, Range(2, 360)] = 8
     """Number of step directions for the policy, evenly spaced about the hole's axis."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz; 14 give ten actions a second."""
     motion_duty: Annotated[float, Range(0.1, 1.0)] = 0.8
-    """Fraction of an action's time in which the tip moves; the torque settles in the rest. 1 means no pause."""
+    """Fraction of an action's time during which the tip moves; the torque settles in the rest. 1 means no pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Time after which exploration ends."""
     contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10
@@ -67,24 +67,24 @@ class TaskConfig(Settings):
     insertion_press_kgf: Annotated[float, Range(0.0, 10.0)] = 0.0
     """Force with which the peg is pressed into the hole; 0 uses task.press_kgf."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.6
-    """Highest coefficient of friction between peg and part; bounds the friction on a wall."""
+    """Maximum coefficient of friction between peg and part; bounds the friction on a wall."""
     end_tilt_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Height difference of the two sides of a tilted peg's end, lost when the walls align the peg: radius times
+    """Height difference between the two sides of a tilted peg's end, lost when the walls align the peg: radius times
     tilt."""
     tilt_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
-    """Largest angle between the axes of peg and hole that the walls may correct by bending the gripper."""
+    """Maximum angle between the axes of peg and hole that the walls may correct by bending the gripper."""
     lever_mm: Annotated[float, Range(10.0, 500.0)] = 60.0
-    """Longest lever about the tip of a force on the peg or of its inertia."""
+    """Maximum lever, about the tip, of a force on the peg or of its inertia."""
     insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Required insertion depth."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
-    """Largest shortfall of the estimated depth; includes errors of encoders, force noise and contact height."""
+    """Maximum shortfall in the estimated depth; covers errors from encoders, force noise and contact height."""
     release_s: Annotated[float, Range(0.0, 10.0)] = 0.0
     """Time without a press after which an inserted peg must not have moved; 0 ends the trial while pressing."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
-    """Largest error of the plate's nominal height; matters if the peg never touches the plate."""
+    """Maximum error in the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
-    """Sideways play of the peg in the hole; 0 computes it from the shapes and the wear."""
+    """Lateral play of the peg in the hole; 0 computes it from the shapes and the wear."""
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
     """Additional play in the mouth of the hole from chamfers or broken edges; 0 computes a value of at least 0.2."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
@@ -103,7 +103,7 @@ class TaskConfig(Settings):
 
     @property
     def longest_step_m(self) -> float:
-        """Return the longest step on the plate that the tip completes in one action."""
+        """Return the longest step on the plate that the tip can complete in one action."""
         return _IN_TIME * self.slide_speed_mm_s * 1e-3 * self.motion_duty * self.ticks_per_action * PERIOD_S
 
     @override
@@ -140,7 +140,7 @@ class ControlConfig(Settings):
     moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
     """Mass on the gripper's springs."""
     damping_ratio: Annotated[float, Range(0.0, 5.0)] = 0.7
-    """Damping ratio of the gripper's springs; with the mass it gives the lead of the force over the spring
+    """Damping ratio of the gripper's springs; with the mass, it determines by how much the force leads the spring
     deflection."""
     rigid_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.05
     """Mass between force sensor and springs."""

@@ -1,4 +1,4 @@
-"""Inputs of the supervisor other than snapshots, and its outputs."""
+"""Inputs to the supervisor other than snapshots, and its outputs."""
 
 import enum
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ class CommandOverride:
     """A command that the supervisor changed.
 
     Attributes:
-        reason: A joint limit for a clamped command; the trip's reason after a trip.
+        reason: A joint limit for a clamped command, or the trip's reason after a trip.
         requested_rad: The command of the task, (n,); after a trip, the position held.
         command_rad: The command sent to the arm, (n,).
         trip: The latched cause; None for a clamped command.
@@ -88,7 +88,7 @@ class CommandOverride:
     trip: Trip | None = None
 
     def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
-        """Return the arm's applied command, with the reason for the clamp if the arm itself changed nothing."""
+        """Return the command that the arm applied, with the clamp's reason if the arm itself changed nothing."""
         if by_arm.reason is not CommandReason.AS_REQUESTED or not isinstance(self.reason, CommandReason):
             return by_arm
         return AppliedCommand(by_arm.position_rad, self.reason)

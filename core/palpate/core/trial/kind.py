@@ -22,13 +22,13 @@ S = TypeVar("S", bound=Settings)
 
 @dataclass(frozen=True, slots=True)
 class TaskParts:
-    """Components that a task does not share with other tasks.
+    """Components of one task, which it does not share with other tasks.
 
     Attributes:
         measurement: Measurement that transforms snapshots to the task frame.
         perception: Perception that maps signals to states; only for tasks in which a policy chooses.
-        policy: Policy that chooses actions; only for the same tasks.
-        reinforcement: Reinforcement that computes the reward of an action; only for the same tasks.
+        policy: Policy that chooses actions; only for such tasks.
+        reinforcement: Reinforcement that computes the reward for an action; only for such tasks.
     """
 
     task: TaskConfig
@@ -77,7 +77,7 @@ class TaskKind(Protocol):
 
         Raises:
             ConfigurationError: The task's settings contradict each other, or the arm is unknown.
-            UnreachableError: The task is outside the arm's range.
+            UnreachableError: The task is outside the arm's workspace.
         """
 
     @abstractmethod
@@ -105,7 +105,7 @@ class TaskKind(Protocol):
         """Build the task for any ports.
 
         Raises:
-            ConfigurationError: A setting is refused.
+            ConfigurationError: A setting is rejected.
         """
 
     @abstractmethod
@@ -113,7 +113,7 @@ class TaskKind(Protocol):
         """Return True if both the report and the ground truth of a trial indicate success."""
 
     def untrue(self, task: TaskConfig, report: TrialReport, truth: GroundTruth, fit: Fit) -> bool:
-        """Return True if the report claims a success that the ground truth contradicts, the worst effect of a fault."""
+        """Return True if the report claims a success that the ground truth contradicts: the worst effect of a fault."""
         return report.outcome is Outcome.DONE and not self.achieved(task, report, truth, fit)
 
 
@@ -121,7 +121,7 @@ def options_of(table: type[S], task: TaskConfig) -> S:
     """Read the task's own settings; missing ones take their defaults.
 
     Raises:
-        ConfigurationError: An option is unknown or its value is refused.
+        ConfigurationError: An option is unknown or its value is rejected.
     """
     known = kinds_of(table)
     for name, value in task.options.items():

@@ -12,7 +12,7 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-"""Largest age, relative to the encoders' sample, of a force sample that counts as simultaneous: one tick."""
+"""Maximum age, relative to the encoders' sample, of a force sample that counts as simultaneous: one tick."""
 _KEPT: Final = 16
 """Number of depths and bends kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
@@ -52,7 +52,7 @@ class Measurement:
         damping_s: float = 0.0,
     ) -> None:
         self._kinematics, self._signal = kinematics, signal
-        # Fraction of the spring's deflection covered in a tick; the damper takes the rest of the force.
+        # Fraction of the spring deflection reached in one tick; the damper carries the rest of the force.
         self._eased = min(PERIOD_S / (damping_s + 0.5 * PERIOD_S), 1.0)
         self.axial_N_per_m, self.depth_step_m = axial_N_per_m, kinematics.depth_step_m()
         self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
@@ -90,7 +90,7 @@ class Measurement:
         self.tip_depth_m = 0.0
 
     def tare(self, bias: Wrench) -> None:
-        """Use a wrench, six channels in the sensor frame, as zero."""
+        """Use a wrench, six channels in the sensor frame, as the zero."""
         self._bias, self._bent_m = bias, 0.0
         self._upright_heading_rad: float | None = None
         self._signal.tare(bias)
@@ -166,7 +166,7 @@ class Measurement:
         return force, torque
 
     def live_torque_at_tip_Nm(self) -> Vector3:
-        """Return the tared and scaled torque about the tip, (3,), which is unfiltered to avoid delay in control."""
+        """Return the tared and scaled torque about the tip, (3,), unfiltered to avoid a delay in the control loop."""
         torque_Nm = wrench_about(self._live_N, self._live_Nm, self._tip_in_sensor)
         torque = self._task.vector_of(self._tip_in_base, torque_Nm)
         return self._righted(torque) if self._weight_N else torque
@@ -182,7 +182,7 @@ class Measurement:
 
 
 def require_place(joints: JointSample, count: int) -> None:
-    """Refuse the first joint sample of a trial if it does not give the arm's pose.
+    """Reject the first joint sample of a trial if it does not give the arm's pose.
 
     Raises:
         DeviceError: The sample is not valid, or has the wrong number of joint angles.

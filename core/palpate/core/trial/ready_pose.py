@@ -1,4 +1,4 @@
-"""The initial pose of trials above the hole, and the largest distance from it during a trial."""
+"""The initial pose of trials above the hole, and the maximum distance from it during a trial."""
 
 from dataclasses import dataclass
 from math import radians, sqrt
@@ -26,8 +26,8 @@ class Workspace:
     """A box in the task frame; the supervisor trips if the tip leaves it by more than its margins.
 
     Attributes:
-        turns_deg: Largest tilt of the tool and largest turn about its axis; None if it keeps its orientation, which is
-            then not checked.
+        turns_deg: Maximum tilt of the tool and maximum turn about its axis; None if the tool keeps its orientation,
+            which is then not checked.
     """
 
     side_mm: tuple[float, float]
@@ -50,7 +50,7 @@ class ReadyPose:
 
 
 def wander_m(task: TaskConfig) -> float:
-    """Return the largest distance of the peg from the nominal goal in a trial, at a corner of the exploration area."""
+    """Return the maximum distance of the peg from the nominal goal in a trial, at a corner of the exploration area."""
     centre_mm = task.start_uncertainty_mm if task.area_centre == "start" else 0.0
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
@@ -58,7 +58,7 @@ def wander_m(task: TaskConfig) -> float:
 def find_ready_pose(
     arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig, workspace: Workspace | None = None
 ) -> ReadyPose:
-    """Solve for the ready pose with the tool pointing into the hole and free yaw.
+    """Solve for the ready pose, with the tool pointing into the hole and the yaw left free.
 
     Args:
         task: Settings of the task: pose of the goal, and exploration area and depth of an insertion.
@@ -99,13 +99,13 @@ def find_ready_pose(
 def require_turns(
     arm: str | ArmDescription, tool: ToolGeometry, ready: ReadyPose, task: TaskConfig, turns_deg: tuple[float, float]
 ) -> None:
-    """Refuse turns of the tool that the arm cannot make above the goal.
+    """Reject tool rotations that the arm cannot perform above the goal.
 
     Args:
         turns_deg: Required tilt about x and about y, and required turn about the tool axis.
 
     Raises:
-        UnreachableError: The arm cannot make one of the turns; the message names it.
+        UnreachableError: The arm cannot perform one of the rotations; the message names it.
     """
     description, goal = arm_named(arm), goal_in_base(task.goal)
     inverse = InverseKinematics(Kinematics(description, tool), PERIOD_S)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    # It needs kinematics, which an observer should not load.
+    # This import needs kinematics, which an observer should not load.
     from palpate.core.trial.constraints import Trip
 
 
@@ -45,7 +45,7 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class TrialSetup:
-    """Data that distinguish one trial from another in the core.
+    """Data by which the core distinguishes one trial from another.
 
     Attributes:
         index: Number of the trial within its run, from 0.
@@ -75,9 +75,9 @@ class DecisionRecord:
         reinforcement: Reinforcement of the action; None until it is known, or if the action was interrupted.
         displacement_m: Commanded displacement of the tip, (2,), task frame.
         index: Index in the action set; None if the action is not in the set.
-        grounds: Inputs of the choice: force (3,), N, and torque (3,), N m, of the observation, the features, and
+        grounds: Inputs to the choice: force (3,), N, and torque (3,), N m, of the observation, the features, and
             numbers that the policy adds.
-        controller: Controller of an action in six degrees of freedom; empty for a step in the plane.
+        controller: Controller for an action in six degrees of freedom; empty for a step in the plane.
         spatial: The other parameters of such an action, (8,), in the order of :class:`~palpate.core.policy.Spatial`.
     """
 
@@ -99,7 +99,7 @@ class TrialTiming:
     """Timing of ticks and samples in a trial; always perfect in a simulator.
 
     Attributes:
-        worst_late_ns: Largest delay of a tick relative to its slot.
+        worst_late_ns: Maximum delay of a tick relative to its slot.
         late_ticks: Number of ticks that began more than a millisecond late.
         repeated_samples: Number of ticks at which a sensor had no new sample.
     """
@@ -116,7 +116,7 @@ class TrialReport:
 
     Attributes:
         exploration_time_s: Time from contact to the hole, or to the end of the trial.
-        peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
+        peak_force_N: Maximum norm of the measured force, tared, over the control ticks after taring.
         depth_m: Estimated final depth of the tip below the plate's surface.
         temperature: Exploration temperature during the trial; None for policies without one.
         trip: Cause of the supervisor's trip; None if there was none.
@@ -162,7 +162,7 @@ class Purpose(enum.IntEnum):
 
 TRIALS_OF_A_SERIES: Final = 500_000
 """Each multiple of this number starts a series of trials with separate random streams: training, evaluation, and
-fitting a perception, in this order."""
+perception fitting, in this order."""
 
 
 def generator(seed: int, purpose: Purpose, trial: int) -> np.random.Generator:

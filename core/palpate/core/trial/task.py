@@ -10,7 +10,7 @@ from palpate.core.trial.report import TrialReport, TrialSetup
 
 
 class Task(Protocol):
-    """The behaviour of an arm in a trial, which turns each tick's snapshot into a joint command, without I/O or clock.
+    """The behaviour of an arm in a trial: each tick, it turns a snapshot into a joint command, without I/O or a clock.
 
     A task must be a function of its configuration, the trial's setup and the snapshots; otherwise it cannot be
     replayed. It is reused for every trial; :meth:`begin` resets it.
@@ -31,7 +31,7 @@ class Task(Protocol):
 
     @abstractmethod
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """Process a snapshot, in the first half of a tick; :meth:`act` is the second half.
+        """Process a snapshot in the first half of a tick; :meth:`act` is the second half.
 
         Returns:
             The observation for a policy's choice in the second half; None at ticks without a choice.
@@ -41,19 +41,19 @@ class Task(Protocol):
         """
 
     def choose(self) -> None:
-        """Let the policy choose from the observation of :meth:`sense`; not called for tasks without a policy."""
+        """Let the policy choose, based on the observation from :meth:`sense`; not called for tasks without a policy."""
         return
 
     @abstractmethod
     def act(self) -> JointCommand:
-        """Return the command to the arm, in the second half of a tick."""
+        """Return the arm's command, in the second half of a tick."""
 
     @abstractmethod
     def interrupt(self) -> None:
         """End the trial as soon as possible, and any later trial immediately. A signal handler may call this.
 
         The first tick that detects it records the :data:`~palpate.core.trial.report.INTERRUPT` event, at which a replay
-        interrupts the trial.
+        also interrupts the trial.
         """
 
     @abstractmethod
