@@ -13,8 +13,8 @@ class Agent:
     """Agent that combines perception, policy and reinforcement.
 
     Attributes:
-        percept: Indices of the symbol and state last perceived in this trial; None before the first.
-        effort_N: Norm of the force in each tick of the running action; the phase that runs it appends to it.
+        percept: Indices of the latest perceived symbol and state in this trial; None before the first.
+        effort_N: Norm of the force at each tick of the current action, appended by the phase that runs the action.
         goes_on: True if an earlier choice continues, so that the policy is not consulted.
     """
 
@@ -55,7 +55,7 @@ class Agent:
         press_N: float = 0.0,
         limit_N: float = 0.0,
     ) -> Observation:
-        """Learn from the completed action; return the observation for the next :meth:`choose`."""
+        """Learn from the completed action, and return the observation for the next :meth:`choose`."""
         number = len(self.decisions)
         rest = position_m, reference_m, force_N, torque_Nm, number, turn_rad, depth_m, press_N, limit_N
         seen = Observation(0 if self.percept is None else self.percept[1], *rest)
@@ -65,7 +65,7 @@ class Agent:
         return observation
 
     def _learn_from(self, tick: int, seen: Observation) -> int:
-        """Learn from the previous action; return the resulting state."""
+        """Learn from the previous action, and return the resulting state."""
         state = self._observe(seen.position_m, seen.force_N, seen.torque_Nm)
         self._settle(next_state=state)
         return state
@@ -108,11 +108,11 @@ class Agent:
         return self._policy.choose(observation)
 
     def reached_goal(self) -> None:
-        """Record that the running action reached the hole."""
+        """Record that the current action reached the hole."""
         self._settle(next_state=None)
 
     def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
-        """Record a trial that ended without reaching the goal; its running action leads to the current state."""
+        """Record that the trial ended without reaching the goal; its last action leads to the current state."""
         if self._pending is not None:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
 

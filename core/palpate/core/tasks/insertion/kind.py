@@ -1,4 +1,4 @@
-"""The insertion as a kind of task, for use by the rest of palpate."""
+"""The insertion as a kind of task, which the rest of palpate uses."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class Insertion(TaskKind):
     options: type[Settings] = NoOptions
 
     def workspace(self, task: TaskConfig) -> Workspace:
-        """Return the box that contains all starts, the exploration area and the whole depth."""
+        """Return the box that contains all starts, the exploration area and the full depth."""
         # If the area is centred at the start, the two add up.
         side_mm = task.start_uncertainty_mm + task.area_half_width_mm
         return Workspace((side_mm, side_mm), task.ready_height_mm, task.insertion_depth_mm)

@@ -1,10 +1,10 @@
 """The insertion task, with approach to contact, exploration of the surface, and insertion to full depth.
 
-The task is a state machine without I/O. Per tick, at 140 Hz, it turns one :class:`~palpate.core.ports.values.Snapshot`
+The task is a state machine without I/O. At 140 Hz, it turns each :class:`~palpate.core.ports.values.Snapshot`
 into one joint command. An external policy may choose an action between the two halves of a tick. The task uses port
-data only. Encoders cannot measure the gripper's deflection, so the hole is found by the loss of the reaction force and
-confirmed by motion along the tool axis until there is contact again. Depth is the encoders' depth corrected by force
-over stiffness.
+data only. Encoders cannot measure the gripper's deflection, so the hole is detected by the loss of the reaction force
+and confirmed by motion along the tool axis until there is contact again. The encoders' depth is corrected by the force
+divided by the stiffness.
 """
 
 from typing_extensions import override
@@ -53,7 +53,7 @@ class InsertionTask(ContactTask):
         self._explore.begin(setup.start_m)
 
     def choose(self) -> None:
-        """Let the policy choose from the observation of :meth:`sense`, before :meth:`act`, so that a loop can time it.
+        """Let the policy choose, between :meth:`sense` and :meth:`act`, so that a loop can time the choice.
 
         Raises:
             LifecycleError: There is no choice at the current tick.
@@ -91,12 +91,12 @@ class InsertionTask(ContactTask):
 
     @property
     def percept(self) -> tuple[int, int] | None:
-        """Return the indices of the symbol and state last perceived in this trial; None before the first."""
+        """Return the indices of the latest perceived symbol and state in this trial, or None before the first."""
         return self._agent.percept
 
     @property
     def goes_on(self) -> bool:
-        """Return True if the observation of :meth:`sense` belongs to an earlier choice, so no policy is consulted."""
+        """Return True if the observation from :meth:`sense` belongs to an earlier choice; no policy is consulted."""
         return self._agent.goes_on
 
     @property

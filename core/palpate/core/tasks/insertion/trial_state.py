@@ -19,7 +19,7 @@ class InsertionState(TrialState):
         hole_tick: Tick at which the hole was found; None before that, and after a false drop.
         surface_m: Estimated height of the plate's surface below the nominal plane.
         slack_m: Uncertainty of that height; 0 if the plate was touched.
-        claimed: True if the policy has stated that the peg is in; the trial then ends with the verified result.
+        claimed: True if the policy has reported the peg as inserted; the trial then ends with the verified result.
         edge_m: Distance by which the surface may be higher, if the contact was brief enough to be the hole's edge.
     """
 
@@ -36,7 +36,7 @@ class InsertionState(TrialState):
         self.surface_m = self.slack_m = self.edge_m = 0.0
 
     def agent_begun(self) -> None:
-        """Adopt decisions and temperature after the agent has begun the trial."""
+        """Copy decisions and temperature to the report after the agent has begun the trial."""
         # The list is shared: an observer sees each decision when it is made.
         self.report.temperature, self.report.decisions = self._agent.temperature, self._agent.decisions
 

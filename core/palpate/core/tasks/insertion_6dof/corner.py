@@ -1,4 +1,4 @@
-"""The motions that bring a corner of a peg, or its flat, into its corner of the hole, and the forces there."""
+"""The motions that move a corner of a peg, or its flat, into its corner of the hole, and the forces there."""
 
 from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
@@ -8,12 +8,12 @@ from palpate.core.policy import ControllerKind, Observation, Spatial
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _TILT_RAD: Final = radians(2.0)
-"""Turn per action, 20 degrees/s. Slower arms take more actions."""
+"""Turn per action: 20 degrees/s. Slower arms take more actions."""
 _STEP_M: Final = 1.8e-3
 """Step per action above the plate: 18 mm/s, below the usual speed in free space."""
 _NEAR_M: Final = 0.5e-3
 _ASIDE_SHARE: Final = 0.25
-"""Sideways shift of further attempts with a flat, divided by the distance by which it comes down inside."""
+"""Lateral shift of later attempts with a flat, divided by the inside distance."""
 _STOOD_SHARE: Final = 0.55
 """Fraction of the depth that a tool reaches when lowered, because compliance during the descent reduces its tilt."""
 _SLIPS_SHARE: Final = 0.3
@@ -22,7 +22,7 @@ _SUNK_SHARE: Final = 0.15
 """Fractions of the depth that classify the tool. A shallower tilted corner is on the plate, and a deeper one is in its
 corner of the hole. The same applies to an upright tool."""
 _CLEARS_M: Final = 0.4e-3
-"""Height of a corner that moves over the plate; depth is known to 0.15 mm, and a dither adds the same again."""
+"""Height of a corner that moves over the plate; depth is known to 0.15 mm, and a dither adds as much again."""
 _WEDGED_N: Final = 1.5
 """Lateral force above which a tool is wedged on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
@@ -30,7 +30,7 @@ _LEAD_SHARE: Final = 1.0 / 60.0
 """Advance per action divided by the inside distance, while the force on each wall is below the friction limit."""
 _LONGEST_PUSH: Final = 30
 _SLOWEST_M: Final = 0.5e-3
-"""Number of actions in the longest push in place, and distance per action towards that place."""
+"""Number of actions in the longest stationary push, and distance per action on the way there."""
 _WALL_SHARE: Final = 0.5
 """Force on a loaded wall, divided by the push."""
 _QUIET_SHARE: Final = 0.2
@@ -74,7 +74,7 @@ class Corner:
 
     def take(self, number: int) -> None:
         """Select a corner by its number in the order of attempts."""
-        # Neighbours of the first corner on both sides in turn: 0, -1, 1, -2, 2 ...
+        # The neighbours of the first corner, alternating between both sides: 0, -1, 1, -2, 2 ...
         place = -(number + 1) // 2 if number % 2 else number // 2
         self.number, self._heading_rad = number, 0.0 if self._flat else (2 * place + 1) * self.half_rad
         self._aside_m = place * _ASIDE_SHARE * self._inside_m if self._flat else 0.0
@@ -124,7 +124,7 @@ class Corner:
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
 
     def passed(self, observation: Observation) -> bool:
-        """Return True if a corner was pushed as far past its nominal position as it came down inside it."""
+        """Return True if a corner was pushed past its nominal position by as much as it came down inside it."""
         x, y, _ = observation.reference_m
         return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 
@@ -151,9 +151,9 @@ class Corner:
         return max(ceil(turns), ceil((hypot(dx, dy) - _NEAR_M) / _STEP_M), 0)
 
     def tilting(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """Return the next action, which first moves up, then in equal steps over the corner and to the tilt."""
+        """Return the next action: first move up, then tilt in equal steps while moving over the corner."""
         self.tilted += 1
-        # What the speed limit leaves of the lift is done in the next actions.
+        # If the speed limit shortens the lift, the next actions complete it.
         rise_m = max(self.height_m + _CLEARS_M + observation.depth_m, 0.0)
         if self.tilted == 1 and hypot(*observation.force_N[:2]) > _WEDGED_N:
             return (0.0, 0.0), Spatial(ControllerKind.LIFT, rise_m)
@@ -163,13 +163,13 @@ class Corner:
         return (dx / left, dy / left), Spatial(ControllerKind.LIFT, rise_m, turn)
 
     def pushing(self, observation: Observation, upright: float) -> Spatial:
-        """Push against both walls, turning upright by a fraction of the tilt; the corner stays in place."""
+        """Push against both walls while turning upright by a fraction of the tilt; the corner stays in place."""
         tilt_x, tilt_y, yaw = observation.turn_rad
         c, s = cos(self._heading_rad + yaw), sin(self._heading_rad + yaw)
         turn = -upright * tilt_x, -upright * tilt_y, 0.0
         push = self._push * c, self._push * s
         down_m = self.down_m * (_STOOD_SHARE if upright else 1.0)
-        # Keep this depth of the corner, and the tip at the corresponding height for the tilt.
+        # Keep the corner at this depth, and the tip at the height that corresponds to the tilt.
         rise_m = self.radius_m * sin((1.0 - upright) * hypot(tilt_x, tilt_y)) - down_m
         return Spatial(ControllerKind.PUSH, rise_m, turn, push, (self.radius_m * c, self.radius_m * s))
 

@@ -17,7 +17,7 @@ QUIET_ACTIONS: Final = 2
 """Number of consecutive actions in which both walls must carry load without torque."""
 DRIVEN_ACTIONS: Final = 7
 LONGEST_WITHDRAWAL: Final = 20
-"""Number of actions after which a tool that is still in the hole is inserted again."""
+"""Number of actions after which insertion is tried again if the tool is still in the hole."""
 STAND_SHARE: Final = 0.2
 """Turn towards upright per action, as a fraction of the tilt."""
 _STUCK_SHARE: Final = 0.62
@@ -34,7 +34,7 @@ class _Act(Enum):
 
 
 class CornerFirst(FixedPolicy):
-    """Policy that pushes a corner against both walls until no torque remains, then inserts upright or tries another.
+    """Policy that pushes a corner against both walls until no torque remains, then inserts or tries another corner.
 
     A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole that is pushed against both
     walls does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it,
@@ -106,12 +106,12 @@ class CornerFirst(FixedPolicy):
         _, corner, tip, wall, torque = self._corner.facts(observation)
         self._quiet = self._quiet + 1 if wall > 1.0 and abs(torque) < 1.0 else 0
         if wedged := tip > 1.0:
-            # A corner in its place turns only because of the forces on it.
+            # A seated corner turns only because of the forces on it.
             self._driven = 0
         if self._quiet >= QUIET_ACTIONS and (wedged or (self._drove and not self._driven)):
             self._stage = _Act.STAND
         elif self._quiet >= QUIET_ACTIONS and not self._drove:
-            # Wedged: turn further in the direction so far, then to the other side.
+            # Wedged: continue turning in the same direction, then turn to the other side.
             self._driven, self._drove = 2 * DRIVEN_ACTIONS, True
             self._side = copysign(1.0, observation.turn_rad[2])
         elif (

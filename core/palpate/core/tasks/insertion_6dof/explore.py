@@ -22,7 +22,7 @@ _PULL_N: Final = 1.2
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _GIVEN_M: Final = 3e-4
-"""Largest compliance of a tool wedged in a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
+"""Maximum compliance of a tool wedged during a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """Height of the lowest corner above the plate at which there is no contact."""
@@ -37,16 +37,16 @@ _HOLD: Final = Spatial(ControllerKind.LIFT)
 _SUNK_SHARE: Final = 0.62
 """Depth, divided by that of a tilted corner, at which an upright pushing tool is in the hole."""
 _DEEPEST_SHARE: Final = 0.93
-"""Largest depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
+"""Maximum depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT: Final = 1.0
-"""Gain of the compliance times the arm's lag; above it, the tool oscillates at a wall, from pi / 2 without end."""
+"""Compliance gain times the arm's lag; above 1, the tool oscillates at a wall, and from pi / 2 it never stops."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """Tilt above which a tool is on an edge or a corner, so that loss of contact does not indicate a hole."""
 
 
 class SpatialExplore(Explore):
-    """Exploration by actions in six degrees of freedom, each a motion at constant speed.
+    """Exploration with actions in six degrees of freedom, each a motion at constant speed.
 
     Args:
         equipment: Objects shared by the phases.
@@ -88,7 +88,7 @@ class SpatialExplore(Explore):
     @override
     def enter(self) -> None:
         super().enter()
-        # The first pause lasts until the plate responds; the force of the approach follows its motion however late.
+        # The first pause lasts until the plate responds; during the approach, even a late force follows the motion.
         self._monitor.moves_on()
         self._spatial, self.countdown, self._monitor.spent = _STEP, 1, True
 
@@ -99,14 +99,14 @@ class SpatialExplore(Explore):
     @property
     def _low(self) -> bool:
         """Return True if the lowest corner may be in contact."""
-        # The encoders alone give an upper bound of the height, independent of the force that corrects them.
+        # The encoders alone give an upper bound on the height, independent of the force that corrects them.
         tip_m = max(self._measurement.tip_depth_m, self._measurement.position_m[2]) - self._state.surface_m
         if tip_m > -_CLEAR_M:
             return True
         return tip_m + self._corner_m * sin(hypot(*self._motion.turn_rad[:2])) > -_CLEAR_M
 
     def _look_for_lag(self, path_m_s: Vector3) -> None:
-        """Update the lag of the encoders behind a tool moving in air, over the whole trial."""
+        """Update the estimate, over the whole trial, of the lag of the encoders behind a tool moving in air."""
         (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, path_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
         self._path_m2_s2 += vx * vx + vy * vy + vz * vz
@@ -220,12 +220,12 @@ class SpatialExplore(Explore):
         dithers = self._low or spatial == _HOLD
         if not dithers or spatial.controller is ControllerKind.STEP:
             return velocity
-        # The response of servos to a dither shows less than their lag.
+        # A dither underestimates the lag of the servos.
         self._path_m_s = None
         return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
-        """Return the velocity with the dither, also sideways at a wall; in place if the budget is spent."""
+        """Add the dither to a velocity, also laterally at a wall; if the budget is spent, only dither in place."""
         monitor, (vx, vy, vz), (fx, fy, _) = self._monitor, velocity_m_s, self._measurement.force_N
         ux, uy = monitor.direction or (0.0, 0.0)
         if not monitor.spent:
@@ -248,7 +248,7 @@ class SpatialExplore(Explore):
         return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
-        """Return the velocity of a tool wedged in a lift: it complies, and moves up unless it is blocked."""
+        """Return the velocity of a tool wedged during a lift: it complies, and moves up unless it is blocked."""
         (x, y, z), (fx, fy, fz), k = (
             self._motion.reference_m,
             self._measurement.force_N,

@@ -19,16 +19,16 @@ _STUCK_TICKS: Final = 2 * CONTROL_RATE_HZ
 _SEATING_TICKS: Final = CONTROL_RATE_HZ
 """Longest time for a tilted peg on an edge of the floor to comply until it is flat."""
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Number of ticks per turn of a wobble, and of ticks without progress before it begins."""
+"""Number of ticks per turn of a wobble, and number of ticks without progress before it begins."""
 TILTED_RAD: Final = 0.03
-"""Largest tilt of an inserted peg, 26 mrad in trials without a fault; withdrawing a peg with more tilt bends the
+"""Maximum tilt of an inserted peg (26 mrad in trials without a fault); withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
 """Distance that a wobbling peg must sink to indicate that the walls held it."""
 
 
 class SpatialInsert(Insert):
-    """Phase that lowers the peg and complies with all torques; if it sticks, exploration resumes and the trial goes on.
+    """Phase that lowers the peg and complies with all torques; if the peg sticks, the trial resumes exploration.
 
     Args:
         options: Options for the compliance of the tool.
@@ -41,7 +41,7 @@ class SpatialInsert(Insert):
             options.insert_tilt_rad_per_Nms, options.insert_yaw_rad_per_Nms, _FASTEST_RAD_S
         )
         self._wobble_rad_s = radians(options.wobble_deg_s)
-        # Tight shapes sink in contact; the search raises the tool, and a drift then shows in the air.
+        # Tight shapes sink while in contact; the search raises the tool, and a drift then becomes visible in the air.
         self._drop_m = 0.0
 
     @override

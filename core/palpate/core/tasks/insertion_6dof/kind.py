@@ -1,4 +1,4 @@
-"""The insertion in six degrees of freedom as a kind of task, for use by the rest of palpate."""
+"""The insertion in six degrees of freedom as a kind of task, which the rest of palpate uses."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class SpatialTask(InsertionTask):
 
 
 _MARGIN_DEG: Final = 2.0
-"""Margin of the supervisor over the largest commanded turn."""
+"""Margin of the supervisor over the maximum commanded turn."""
 
 
 class Insertion6Dof(Insertion):
@@ -84,7 +84,7 @@ class Insertion6Dof(Insertion):
 
     @override
     def learner_options(self, task: TaskConfig) -> tuple[Action, ...]:
-        # A flat is recognised at other depths than corners.
+        # A flat is recognised at depths other than those of corners.
         return () if options_of(SpatialOptions, task).flat_deg else OPTIONS
 
     @override

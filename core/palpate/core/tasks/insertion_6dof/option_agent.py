@@ -16,7 +16,7 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _TILT, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("tilt", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
-"""Largest distance of a pushed tool from the centre, divided by the area's half-width."""
+"""Maximum distance of a pushed tool from the centre, divided by the area's half-width."""
 _TILTS: Final = (1.0, 1.2)
 """Fractions of the tilt. With less tilt, one corner in three or four slips out; with more, it becomes a lever between
 its walls."""
@@ -59,7 +59,7 @@ _BY_RULE: Final = {
     ("corner seated", _PUSH): _STAND, ("corner seated", _DRIVE): _STAND, ("corner wedged", _PUSH): _DRIVE,
     ("corner turning", _DRIVE): _PUSH, ("upright in the hole", _INSERT): _WITHDRAW,
 }  # fmt: skip
-"""Next option of the corner-first policy in special cases, by situation and previous option."""
+"""The corner-first policy's next option in special cases, by situation and previous option."""
 
 
 def can_start(option: str, state: str) -> bool:
@@ -108,7 +108,7 @@ class OptionRunner:
         corner, tilt_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
         self._done += 1
         if kind == _INSERT or self._done >= corner.longest_push:
-            # It also terminates without success after as many actions as the longest push.
+            # It also terminates without success after the number of actions in the longest push.
             return True
         if kind == _TILT:
             return corner.over(observation)
@@ -160,7 +160,7 @@ class OptionRunner:
 
 
 class OptionAgent(Agent):
-    """Agent that executes its choice action by action; symbols, states and learning refer to whole options.
+    """Agent that executes its choice action by action; symbols, states and learning apply to whole options.
 
     Args:
         runner: Runner of the options.
@@ -184,7 +184,7 @@ class OptionAgent(Agent):
         if self._running is not None and not self._runner.terminated(seen):
             return seen.state
         if self._pending is not None:
-            # A stuck insertion took time although no action ran.
+            # An insertion that got stuck took time although no action ran.
             self._least_ticks = tick - self._began
         self._running, self.goes_on, self._began = None, False, tick
         return super()._learn_from(tick, seen)

@@ -18,14 +18,14 @@ class SpatialOptions(Settings):
     TABLE: ClassVar[str] = "task.options"
 
     corners: Annotated[float, Range(0.0, 12.0)] = 0.0
-    """Number of corners, evenly spaced about the axis, the first at half their angle from the task's x; 0 if there are
-    none."""
+    """Number of corners, evenly spaced about the axis; the first is at half their angle from the task's x; 0 if there
+    are none."""
     corner_mm: Annotated[float, Range(0.1, 100.0)] = 20.0
     """Distance of the corners, or of the flat, from the peg's axis."""
     flat_deg: Annotated[float, Range(0.0, 80.0)] = 0.0
-    """Half the angle of a keyed peg's flat, across the task's x, as seen from the axis; 0 if there is none."""
+    """Half the angle that a keyed peg's flat, across the task's x, subtends at the axis; 0 if there is none."""
     tilt_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
-    """Tilt that brings one corner down first."""
+    """Tilt at which one corner goes down first."""
     down_share: Annotated[float, Range(0.1, 1.0)] = 0.9
     """Depth to which a tilted corner or flat is lowered in the hole, divided by the height of its neighbours or tip."""
     inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5
@@ -43,16 +43,16 @@ class SpatialOptions(Settings):
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
     """Compliance in tilt in the hole."""
     wobble_deg_s: Annotated[float, Range(0.5, 8.0)] = 4.0
-    """Turn rate of the wobble, two circles in tilt per second, of a tool stuck in the hole or possibly on its floor. A
+    """Turn rate of the wobble (two circles in tilt per second) of a tool stuck in the hole or possibly on its floor. A
     wedged peg then sinks further."""
     tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
     """Mass of everything on the force sensor, used to compensate its weight when the tool tilts."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0
     """Height of the tool's centre of mass above the tip."""
     most_tilt_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
-    """Largest tilt of the tool."""
+    """Maximum tilt of the tool."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
-    """Largest turn of the tool about its axis."""
+    """Maximum turn of the tool about its axis."""
 
     @property
     def neighbour_height(self) -> float:
