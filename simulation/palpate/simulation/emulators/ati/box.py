@@ -1,4 +1,4 @@
-"""An emulated Net F/T box with a transducer, and a server that provides its RDT stream and its settings page."""
+"""An emulated Net F/T box with a transducer, and a server that provides its RDT stream and settings page."""
 
 import select
 import socket
@@ -21,7 +21,7 @@ class EmulatedBox:
     """A box that receives requests and sends records at its own rate. It uses neither sockets nor a clock.
 
     Args:
-        wrench: Function of the time in ns that returns force and torque on the transducer, (6,), in the box's units.
+        wrench: Function that returns force and torque on the transducer at a time in ns, (6,), in the box's units.
         rate_Hz: Records per second, at most 7000.
 
     Attributes:
@@ -41,7 +41,7 @@ class EmulatedBox:
             self._wanted = int.from_bytes(request[4:])
 
     def next_event_ns(self) -> int:
-        """Return the time of the next datagram; a distant time if there is none."""
+        """Return the time of the next datagram, or a distant time if there is none."""
         return self._begin_ns + (self._sent + 1) * _NS // self._rate_Hz if self.streams else 1 << 62
 
     def step(self, now_ns: int) -> list[bytes]:
@@ -72,7 +72,7 @@ class EmulatedBox:
 
 
 class NetFtServer:
-    """Thread that serves a box on this computer; like a real box, it sends to the client of the last request."""
+    """Thread that serves a box on this computer. Like a real box, it sends to the client with the latest request."""
 
     host = "127.0.0.1"
 

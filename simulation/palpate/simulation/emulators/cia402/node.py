@@ -1,9 +1,9 @@
-"""An emulated CiA 402 servo drive as a node on a CAN bus: NMT, heartbeat, SDO, PDO, EMCY, and a motor.
+"""An emulated CiA 402 servo drive as a node on a CAN bus, with NMT, heartbeat, SDO, PDO, EMCY, and a motor.
 
 It represents a modern refit: there is no evidence that any Zebra Zero had such drives.
 
-Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection set). Process data are the first RPDO,
-which takes effect at the next SYNC, and the first TPDO, which is sent at each SYNC; other PDOs can be switched off.
+Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection set). Process data use the first RPDO,
+which takes effect at the next SYNC, and the first TPDO, which is sent at each SYNC. Other PDOs can be disabled.
 """
 
 import enum
@@ -45,7 +45,7 @@ _NMT_RESETS: Final = (0x81, 0x82)
 
 
 class CanopenDrive(CanNode):
-    """An emulated drive. Set ``outgoing``, a filter for its frames, to drop, delay, change or repeat frames."""
+    """An emulated drive. Set ``outgoing`` to a filter that drops, delays, changes or repeats its frames."""
 
     def __init__(self, node: int, motors: JointPlant, axis: int) -> None:
         self.node = node
@@ -71,7 +71,7 @@ class CanopenDrive(CanNode):
         return self._flush()
 
     def reset(self) -> None:
-        """Interrupt the power supply: the state is lost, and the drive then sends a boot-up message."""
+        """Interrupt the power supply. The state is lost, and the drive then sends a boot-up message."""
         self._power_up(self._now_ns or 0)
 
     def fail(self, code: int, vendor: bytes = b"") -> None:
@@ -80,7 +80,7 @@ class CanopenDrive(CanNode):
         self.emergency(code, vendor)
 
     def emergency(self, code: int, vendor: bytes = b"") -> None:
-        """Send only an EMCY message; code 0 reports that the fault has ended."""
+        """Send only an EMCY message. Code 0 reports that the fault is over."""
         self.objects[0x1001] = int(code & 0xFF00 != 0)
         self._send(0x080 + self.node, _EMCY.pack(code, self.objects[0x1001], vendor))
 
@@ -130,7 +130,7 @@ class CanopenDrive(CanNode):
                 self.fail(EMCY_FOLLOWING_ERROR)
 
     def _show(self) -> None:
-        """Update the status and position, which are read only when a frame arrives."""
+        """Update the status and the position, which are read only when a frame arrives."""
         self.objects[od.STATUSWORD] = self.machine.statusword
         self.objects[od.POSITION] = self._servo.measured
 
@@ -209,7 +209,7 @@ class CanopenDrive(CanNode):
             self._servo.retarget()
 
     def send_message(self, can_id: int, data: bytes) -> None:
-        """Send an answer of the SDO server; ``canopen`` requires this name."""
+        """Send an answer of the SDO server. The ``canopen`` library requires this name."""
         self._send(can_id, bytes(data))
 
     def _send(self, identifier: int, data: bytes) -> None:

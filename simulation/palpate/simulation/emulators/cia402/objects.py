@@ -1,7 +1,7 @@
-"""The object dictionary of an emulated drive: sizes, access, defaults, and abort codes for refused accesses.
+"""The object dictionary of an emulated drive: sizes, access, defaults, and abort codes for rejected accesses.
 
-Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above). Transfers are made by
-``canopen.sdo.SdoServer``, for which the dictionary acts as a node.
+Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above).
+``canopen.sdo.SdoServer`` performs the transfers and uses the dictionary as its node.
 """
 
 from collections.abc import Callable
@@ -56,16 +56,16 @@ class Entry:
     mappable: bool = False
 
     def encode(self) -> bytes:
-        """Return the value as bytes on the bus."""
+        """Return the value as bytes for the bus."""
         return self.value.to_bytes(self.size, "little", signed=self.signed)
 
     def decode(self, data: bytes) -> None:
-        """Set the value from bytes on the bus."""
+        """Set the value from bytes received over the bus."""
         self.value = int.from_bytes(data, "little", signed=self.signed)
 
 
 class ObjectDictionary:
-    """All objects of a drive, with their values after power-up; ``written`` receives each index that an SDO wrote."""
+    """All objects of a drive, with their values after power-up. ``written`` receives each index written via SDO."""
 
     def __init__(self, node: int, *, serial: int, written: Callable[[int], object]) -> None:
         self.object_dictionary: dict[int, object] = {}
@@ -125,11 +125,11 @@ class ObjectDictionary:
         return found
 
     def get_data(self, index: int, subindex: int, *, check_readable: bool = False) -> bytes:
-        """Read an object by SDO; ``canopen`` requires this name."""
+        """Read an object via SDO. The ``canopen`` library requires this name."""
         return self.entry(index, subindex).encode()
 
     def set_data(self, index: int, subindex: int, data: bytes, *, check_writable: bool = False) -> None:
-        """Write an object by SDO; ``canopen`` requires this name."""
+        """Write an object via SDO. The ``canopen`` library requires this name."""
         entry = self.entry(index, subindex)
         if not entry.writable:
             raise SdoAbortedError(ABORT_READ_ONLY)

@@ -40,7 +40,7 @@ _REMOTE: Final = 1 << 9
 _FOLLOWS_COMMAND: Final = 1 << 12
 
 POWERED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
-"""States in which the motor is under torque."""
+"""States in which the motor produces torque."""
 
 
 class PowerMachine:
@@ -52,7 +52,7 @@ class PowerMachine:
 
     @property
     def statusword(self) -> int:
-        """Object 0x6041, including the bits that are not part of the state, as a real drive sets them."""
+        """Object 0x6041, including bits outside the state, which a real drive also sets."""
         word = self.state.value | _REMOTE
         if self.state not in (PowerState.NOT_READY, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT):
             word |= _VOLTAGE_ENABLED
@@ -81,7 +81,7 @@ class PowerMachine:
             self.state = PowerState.FAULT_REACTION
 
     def stopped(self, *, stay: bool) -> None:
-        """Complete a fault reaction, or a quick stop after which the motor may keep its torque (0x605A, 5 to 8)."""
+        """Complete a fault reaction or a quick stop, after which the motor may keep its torque (0x605A, 5 to 8)."""
         if self.state is PowerState.FAULT_REACTION:
             self.state = PowerState.FAULT
         elif self.state is PowerState.QUICK_STOP and not stay:
@@ -127,7 +127,7 @@ class DriveServo:
 
     @property
     def stationary(self) -> bool:
-        """Return True if a stop has been completed."""
+        """Return True if a stop is complete."""
         return self._speed == 0.0
 
     @property
@@ -137,13 +137,13 @@ class DriveServo:
 
     @property
     def following_error(self) -> bool:
-        """Return whether the motor lags too far behind the demand."""
+        """Return True if the motor lags too far behind the demand."""
         window = self._objects[FOLLOWING_ERROR_WINDOW]
         watched = self._objects[MODE] == CSP and window != _NO_WINDOW
         return watched and abs(self._demand - self.measured) > window
 
     def engage(self) -> None:
-        """Switch the torque on, and hold the current position until the next target."""
+        """Switch the torque on, and hold the current position until the first target."""
         self._demand = self._goal = float(self.measured)
         self._speed = 0.0
 
@@ -159,7 +159,7 @@ class DriveServo:
             self._demand = self._goal
 
     def advance(self, elapsed_ns: int, *, stopping: bool) -> None:
-        """Advance the demand, and pass it to the motor."""
+        """Advance the demand, and pass it on to the motor."""
         elapsed_s = elapsed_ns * _NS
         if stopping:
             self._slow_down(elapsed_s)

@@ -8,7 +8,7 @@ from palpate.simulation.emulators.jr3.node import BOOT_NS, Jr3Node, Notice, Samp
 from palpate.simulation.emulators.lines import BusFrame
 
 POLL_ns = 1_000_000
-"""Pause of the main loop between two checks for commands. FACT: jr3-mbed-firmware-can main.cpp."""
+"""Time between two checks for commands in the main loop. FACT: jr3-mbed-firmware-can main.cpp."""
 
 _QUEUE_FRAMES = 32
 _NODE_BITS = 0x7F
@@ -31,9 +31,9 @@ class CanOperation(IntEnum):
 class Jr3CanNode:
     """A `CanNode` with the firmware functions that a streaming host needs. SYNC, RESET and ZERO are not emulated.
 
-    Commands wait in a queue of 32 for the main loop, which reads it every millisecond. Therefore `feed` never returns
-    the acknowledgement of its own command, which follows up to a millisecond later. A full queue drops the oldest
-    command (INFERENCE: circular buffer of Mbed OS).
+    Commands wait in a queue of 32, which the main loop reads every millisecond. Therefore `feed` never returns the
+    acknowledgement of its own command, which follows within a millisecond. A full queue drops the oldest command
+    (INFERENCE: circular buffer of Mbed OS).
 
     Raises:
         ValueError: The node number is not from 1 to 127.
@@ -48,7 +48,7 @@ class Jr3CanNode:
         self._next_poll_ns: int | None = None
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Receive a frame from the bus; a frame with this node's number is queued."""
+        """Receive a frame from the bus. A frame with this node's number is queued."""
         frames = self.advance(now_ns)
         if self.firmware.serving and arbitration_id & _NODE_BITS == self.node_id:
             self._commands.append((arbitration_id & ~_NODE_BITS, data))
@@ -71,7 +71,7 @@ class Jr3CanNode:
         return [] if self.firmware.silent else frames
 
     def reboot(self, now_ns: int) -> None:
-        """Interrupt the power; the node sends BOOTUP after the boot time."""
+        """Interrupt the power. The node sends BOOTUP after the boot time."""
         self._commands.clear()
         self.firmware.reboot(now_ns)
 

@@ -7,7 +7,7 @@ from enum import Enum, IntEnum, auto
 from palpate.simulation.emulators.jr3 import sensor
 
 WrenchSource = Callable[[int], Iterable[float]]
-"""Function of the time in ns that returns the true wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
+"""Function that returns the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
 
 _COUNTER_MODULUS = 65536
 _FRESH_WORDS = (0xA5A5,) * 6
@@ -43,14 +43,14 @@ class Sample:
 
 
 class Jr3Node:
-    """A node that samples, filters and streams as time, passed to its methods, advances.
+    """A node that samples, filters and streams as the time passed to its methods advances.
 
-    The first time is that of power-up. The input is read once per step and held for all acquisitions since the previous
-    step, so quickly changing loads require short steps.
+    The first time passed is that of power-up. The input is read once per step and used for all acquisitions since the
+    previous step, so quickly changing loads require short steps.
 
     Attributes:
-        connected: Whether the sensor is plugged into the board. Without it, acquisitions stop and streams repeat
-            themselves (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp).
+        connected: Whether the sensor is plugged into the board. Without it, acquisitions stop and streams repeat the
+            last sample (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp).
         serving: Whether the board has booted; before that, it ignores received commands.
     """
 
@@ -74,12 +74,12 @@ class Jr3Node:
         self._period_ns = 0
 
     def reboot(self, now_ns: int) -> None:
-        """Interrupt the power: the state is lost, and the boot sequence begins."""
+        """Interrupt the power. The state is lost, and the boot sequence begins."""
         self._power_down()
         self._booted_ns = now_ns + self._boot_ns
 
     def advance(self, now_ns: int) -> list[Sample | Notice]:
-        """Advance the time; return samples of the asynchronous stream and notices in chronological order."""
+        """Advance the time. Return samples of the asynchronous stream and notices in chronological order."""
         if self._booted_ns is None:
             self.reboot(now_ns)
         happened: list[Sample | Notice] = []
@@ -113,7 +113,7 @@ class Jr3Node:
         )
 
     def start(self, cut_off_cHz: int, now_ns: int, period_us: int) -> None:
-        """Start sampling, or change the settings if already sampling; has no effect unless the node is ready.
+        """Start sampling, or change the settings if already sampling. This has no effect unless the node is ready.
 
         A start after a stop begins with the filter at zero (FACT: it is local to the sampling thread, jr3-mbed-firmware
         Jr3Controller.cpp). While sampling, only the cut-off and the period change (INFERENCE, same source).
@@ -129,7 +129,7 @@ class Jr3Node:
         self._next_sample_ns = now_ns + sensor.ACQUISITION_PERIOD_ns
 
     def stop(self) -> None:
-        """Stop sampling; the filter state and the frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
+        """Stop sampling. The filter state and the frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
         if self.state is BoardState.READY:
             self._stop_sampling()
 
@@ -137,6 +137,6 @@ class Jr3Node:
         """Return the six unsigned 16-bit words of a full-scale answer.
 
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
-        previous content. The content of a fresh buffer is assumed.
+        previous content. The content of a new buffer is assumed.
         """
         return sensor.WRIST_FULL_SCALES if self.state is BoardState.READY else _FRESH_WORDS

@@ -14,14 +14,14 @@ WRIST_FULL_SCALES = (115, 111, 185, 56, 52, 61)
 """Fx, Fy, Fz in N and Mx, My, Mz in 0.1 N m. FACT: example in jr3-mbed-firmware-can can-plotter.py."""
 
 SHORTEST_PERIOD_ns = 222_000
-"""Shortest period of samples on the bus; shorter requested periods are raised to it. CALC: two CAN frames of 111 bits
-at 1 Mbit/s."""
+"""Minimum period of samples on the bus. Shorter requested periods are raised to it. CALC: two CAN frames of 111 bits at
+1 Mbit/s."""
 
 ACQUISITION_PERIOD_ns = 128_500
 """Time between complete six-axis acquisitions: 128.5 us, 7782 per second. FACT: jr3-mbed-firmware Jr3Controller."""
 
 UNFILTERED = 0
-"""Cut-off that switches the filter off. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
+"""Cut-off that disables the filter. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
 
 _TENTHS: Final = (1.0, 1.0, 1.0, 10.0, 10.0, 10.0)
 _MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Pseudo-terminals, slcan adapters and virtual CAN, with line timing and fault injection."""
+"""Pseudo-terminals, slcan adapters and a virtual CAN bus, with line timing and fault injection."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""An emulated CAN bus with its frames and nodes. Frames take no time and reach all nodes in the order sent."""
+"""An emulated CAN bus with its frames and nodes. Frames take no time and reach all nodes in sending order."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ class CanNode(Protocol):
 
 
 class EmulatedCanBus:
-    """A bus with emulated nodes and one host, at one bit rate, without I/O, arbitration or a load limit."""
+    """A bus with emulated nodes, one host and a fixed bit rate, without I/O, arbitration or a load limit."""
 
     def __init__(self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = 1_000_000) -> None:
         self.bit_rate_Hz = bit_rate_Hz
@@ -39,7 +39,7 @@ class EmulatedCanBus:
         self._sent: deque[tuple[CanNode | None, BusFrame]] = deque()
 
     def send(self, frame: BusFrame) -> None:
-        """Accept a frame from the host; it reaches the nodes when the time next advances."""
+        """Accept a frame from the host. It reaches the nodes when the time next advances."""
         self._sent.append((None, frame))
 
     def advance(self, now_ns: int) -> list[BusFrame]:

@@ -23,10 +23,10 @@ _TERMIOS2: Final = struct.Struct("=40xI")
 
 
 class PtyLine:
-    """A raw pseudo-terminal; the device uses the master, and the host opens the slave's path.
+    """A raw pseudo-terminal. The device uses the master, and the host opens the slave's path.
 
-    The server also keeps the slave open, because a master without an open slave cannot be read, and hosts may connect
-    and disconnect.
+    The server also keeps the slave open, because hosts may connect and disconnect, and a master without an open slave
+    cannot be read.
     """
 
     def __init__(self, baud: int = 38400) -> None:
@@ -58,7 +58,7 @@ class PtyLine:
             return 0
 
     def close(self) -> None:
-        """Hang up."""
+        """Hang up the line."""
         os.close(self.master)
         os.close(self._slave)
 
@@ -66,12 +66,12 @@ class PtyLine:
 _NS: Final = 1_000_000_000
 _READ_SIZE: Final = 4096
 _BACKLOG_BYTES: Final = 16_384
-"""Buffer size for a host that does not read; more bytes are lost, as in a UART without handshake (assumed)."""
+"""Buffer size for a host that does not read. Further bytes are lost, as in a UART without handshake (assumed)."""
 _WAKES_LATE_NS: Final = 60_000  # usual delay of a wake-up on an ordinary kernel
 
 
 class PtyServer(Generic[Emulator]):
-    """Context manager with a thread that connects an emulator to a pseudo-terminal; if ``paced``, bytes take time."""
+    """Context manager with a thread that connects an emulator to a pseudo-terminal. If ``paced``, bytes take time."""
 
     def __init__(
         self, emulator: Emulator, clock_ns: Callable[[], int] = time.monotonic_ns, *, paced: bool = True
@@ -85,7 +85,7 @@ class PtyServer(Generic[Emulator]):
 
     @property
     def path(self) -> str:
-        """Path that the host opens; raises OSError while unplugged."""
+        """Path that the host opens. Raises OSError while unplugged."""
         if self._line is None:
             raise OSError("the emulated port is not plugged in")
         return self._line.path
@@ -108,7 +108,7 @@ class PtyServer(Generic[Emulator]):
             yield self._serial.emulator
 
     def unplug(self) -> None:
-        """Unplug the adapter, if plugged in: the host sees a hang-up, and the device keeps its power."""
+        """Unplug the adapter if it is plugged in. The host sees a hang-up, and the device keeps its power."""
         with self._lock:
             line, self._line = self._line, None
             self._serial.disconnect()

@@ -1,4 +1,4 @@
-"""A serial line between a host and an emulated device: byte timing, and the effect of a wrong rate."""
+"""A serial line between a host and an emulated device, with byte timing and the effect of a wrong rate."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,14 +11,14 @@ _BITS_PER_BYTE: Final = 10  # 8N1
 _RX_GRAIN_NS: Final = 500_000
 _LONGEST_BYTE: Final = 12  # a slow byte covers at most as many fast ones as a byte at 19200 baud covers at 230400
 _POLL_NS: Final = 1_000_000
-"""Longest time between two calls of `advance`."""
+"""Maximum time between two calls of `advance`."""
 _RATE_TOLERANCE: Final = 0.04  # half a bit in ten is 5 %, shared by both ends (assumed)
 
 
 class SerialEmulator(Protocol):
-    """A device at the byte level. It reads no clock: times are passed as `now_ns`.
+    """A device at the byte level. It reads no clock, because times are passed as `now_ns`.
 
-    `now_ns` never decreases by more than the period of the line's wake-ups; an emulator ignores a decrease.
+    `now_ns` never decreases by more than the line's wake-up period. An emulator ignores a decrease.
     """
 
     @property
@@ -36,7 +36,7 @@ Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
 class SerialLine(Generic[Emulator]):
-    """A line without I/O or a clock of its own. If ``paced``, each byte takes 10 bits. The device needs no host."""
+    """A line without I/O or a clock. If ``paced``, each byte takes 10 bits. The device also works without a host."""
 
     def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
         self.emulator = emulator
@@ -53,13 +53,13 @@ class SerialLine(Generic[Emulator]):
         self._rx_clear_ns = self._tx_clear_ns = now_ns
 
     def disconnect(self) -> None:
-        """Disconnect the host; bytes on the line are lost."""
+        """Disconnect the host. Bytes on the line are lost."""
         self._host_baud = None
         self._rx.clear()
         self._tx.clear()
 
     def next_event_ns(self) -> int:
-        """Return the time of the next event for `step`: the poll, the next delivery, or the end of received bytes."""
+        """Return the time of the next event for `step`: a poll, a delivery, or the end of received bytes."""
         due_ns = self._polled_ns + _POLL_NS
         if self._tx:
             due_ns = min(due_ns, self._tx[0][0])
@@ -69,7 +69,7 @@ class SerialLine(Generic[Emulator]):
         return due_ns
 
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Accept bytes from the host and determine when each arrives at the other end of the line."""
+        """Accept bytes from the host and determine when each byte arrives at the other end of the line."""
         if not data or self._host_baud is None:
             return
         baud, host_baud = self.emulator.baud, self._host_baud()
@@ -100,7 +100,7 @@ class SerialLine(Generic[Emulator]):
         return arrived
 
     def _send(self, reply: bytes, start_ns: int, baud: int) -> None:
-        """Send bytes to the host; they become readable when the last has arrived."""
+        """Send bytes to the host. They become readable when the last one has arrived."""
         if not reply or self._host_baud is None:
             return
         host_baud = self._host_baud()
@@ -110,7 +110,7 @@ class SerialLine(Generic[Emulator]):
         self._tx.append((self._tx_clear_ns, data))
 
     def _garbage(self, data: bytes, stretch: float) -> bytes:
-        """Return the bytes that a receiver at a different line rate reads, about `stretch` times as many."""
+        """Return what a receiver at a different line rate reads: about `stretch` times as many bytes."""
         return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
 

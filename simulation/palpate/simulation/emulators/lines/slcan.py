@@ -1,4 +1,4 @@
-"""An emulated USB-CAN adapter for the slcan protocol, with emulated nodes on its bus; a ``PtyServer`` serves it."""
+"""An emulated USB-CAN adapter for the slcan protocol, with emulated nodes on its bus. A ``PtyServer`` serves it."""
 
 import re
 from typing import Final
@@ -9,9 +9,9 @@ _DONE, _ERROR = b"\r", b"\a"
 _BIT_RATES_Hz: Final = dict(
     zip(b"012345678", (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000), strict=True)
 )
-"""Bit rates of the S command. FACT: LAWICEL CANUSB manual; python-can's slcan takes 7 for 750 kbit/s."""
+"""Bit rates of the S command. FACT: LAWICEL CANUSB manual. python-can's slcan uses 7 for 750 kbit/s."""
 _LONGEST_LINE_BYTES: Final = 31
-"""Longest line for a classic frame: T, 8 digits, length, 16 digits, and space for a timestamp. CALC."""
+"""Maximum line length for a classic frame: T, 8 digits, length, 16 digits, and space for a timestamp. CALC."""
 _FRAME: Final = re.compile(rb"t([0-7][0-9a-fA-F]{2})([0-8])((?:[0-9a-fA-F]{2})*)")
 
 
@@ -19,7 +19,7 @@ class SlcanAdapter:
     """A USB-CAN adapter as a ``SerialEmulator``.
 
     It supports the commands that hosts need: S sets the bit rate, O opens, C closes, and t sends a frame. Extended and
-    remote frames are refused, because no emulated node reacts to them. An empty line is ignored (assumed; python-can
+    remote frames are rejected, because no emulated node reacts to them. An empty line is ignored (assumed; python-can
     sends one while it sets the bit rate). An adapter whose bit rate differs from that of the bus exchanges no frames.
     """
 

@@ -1,4 +1,4 @@
-"""Motors driven by the emulated servos, and the gears between the motors and the arm."""
+"""Motors driven by the emulated servos, and the gears between motors and arm."""
 
 from collections.abc import Sequence
 from math import pi
@@ -11,7 +11,7 @@ from palpate.core.ports import JointVector
 
 AXES: Final = 6
 HOME_RAD: Final[JointVector] = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
-"""Joint angles at which the encoders are zero at power-up (FACT, brendandburns/ros2_zebra_zero)."""
+"""Joint angles at which the encoders read zero at power-up (FACT, brendandburns/ros2_zebra_zero)."""
 ARM_COUNTS_PER_rad: Final = 30_557.75
 """Ratio for joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
 WRIST_COUNTS_PER_rad: Final = 11_034.53
@@ -19,11 +19,11 @@ WRIST_COUNTS_PER_rad: Final = 11_034.53
 
 
 class ArmGears:
-    """Conversion between counts and joint angles by a matrix and its exact inverse.
+    """Conversion between counts and joint angles with a matrix and its exact inverse.
 
-    The wrist motors are coupled to joint 3 and to one another: joint 3 turns all three of them, and each wrist joint
-    needs two or three motors (FACT, forward relations of brendandburns/ros2_zebra_zero, whose rounded inverse agrees
-    with this one within a count).
+    The wrist motors are coupled to joint 3 and to one another: joint 3 turns all three, and each wrist joint needs two
+    or three motors (FACT, forward relations of brendandburns/ros2_zebra_zero, whose rounded inverse agrees with this
+    one within a count).
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class ArmGears:
         self._rad_per_count = _rows(np.asarray(np.linalg.inv(forward), dtype=np.float64))
 
     def counts(self, joints_rad: JointVector) -> tuple[float, ...]:
-        """Return encoder counts from home, (6,), unrounded."""
+        """Return encoder counts from home, (6,), not rounded."""
         offsets = [angle - home for angle, home in zip(joints_rad, HOME_RAD, strict=True)]
         return tuple(_product(row, offsets) for row in self._counts_per_rad)
 
@@ -53,7 +53,7 @@ class ArmGears:
 
 
 def _rows(matrix: npt.NDArray[np.float64]) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """Return the non-zero elements of the matrix; rounding residues of the inverse count as zero."""
+    """Return the non-zero elements of the matrix. Rounding residues of the inverse count as zero."""
     return tuple(
         tuple((i, float(value)) for i, value in enumerate(row) if abs(value) > 1e-12 * np.abs(matrix).max())
         for row in matrix
@@ -65,13 +65,13 @@ def _product(row: tuple[tuple[int, float], ...], values: list[float]) -> float:
 
 
 class DirectGears:
-    """One motor per joint; zero counts correspond to angle zero."""
+    """Gears with one motor per joint. Zero counts correspond to angle zero."""
 
     def __init__(self, counts_per_rad: Sequence[float]) -> None:
         self._scale = counts_per_rad
 
     def counts(self, joints_rad: JointVector) -> tuple[float, ...]:
-        """Return encoder counts, (n,), unrounded."""
+        """Return encoder counts, (n,), not rounded."""
         return tuple(q * k for q, k in zip(joints_rad, self._scale, strict=True))
 
     def joints_rad(self, counts: tuple[float, ...]) -> JointVector:
@@ -80,14 +80,14 @@ class DirectGears:
 
 
 class JointPlant:
-    """Motors controlled by emulated servos and drives, which move an arm simulated elsewhere, for instance in MuJoCo.
+    """Motors controlled by emulated servos and drives. They move an arm that is simulated elsewhere, such as in MuJoCo.
 
     A motor is either held at a set-point or free. All methods are called from the thread that runs the servos.
 
     In each control tick of that simulation, command its joint servos with `targets_rad()`, step it, and pass its exact
-    joint angles to `measured_rad()`. Encoders show these angles, so their counts are constant between two control ticks
-    while the set-points move. The position error limit must allow for this, and the modules' velocity item has the same
-    steps.
+    joint angles to `measured_rad()`. The encoders report these angles, so their counts are constant between two control
+    ticks while the set-points move. The position error limit must allow for this. The velocity reported by the modules
+    has the same steps.
     """
 
     def __init__(self, joints_rad: JointVector = HOME_RAD, gears: ArmGears | DirectGears | None = None) -> None:
@@ -96,7 +96,7 @@ class JointPlant:
         self._driven, self._held = list(self._motors), [False] * len(joints_rad)
 
     def set_motor_counts(self, axis: int, counts: float) -> None:
-        """Set the position, in counts, that the servo of an axis (from 0) holds."""
+        """Set the position, in counts, that the servo of an axis (numbered from 0) holds."""
         self._driven[axis], self._held[axis] = counts, True
 
     def release(self, axis: int) -> None:
@@ -109,7 +109,7 @@ class JointPlant:
         return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:
-        """Return the joint set-points that the motors hold, (n,) rad; a free motor keeps its position (INFERENCE)."""
+        """Return the joint set-points that the motors hold, (n,) rad. A free motor keeps its position (INFERENCE)."""
         return self._gears.joints_rad(tuple(self._driven))
 
     def measured_rad(self, joints_rad: JointVector) -> None:

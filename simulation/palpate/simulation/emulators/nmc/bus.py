@@ -12,11 +12,11 @@ _IDLE_LINE = 0xFF
 
 
 class NmcChain:
-    """A daisy chain of servo modules, starting at power-up; a `SerialEmulator` without a wall clock.
+    """A daisy chain of servo modules, beginning at power-up. It is a `SerialEmulator` without a wall clock.
 
-    A module receives nothing before its predecessor has an address (FACT, libnmc's start-up), and continues to receive
-    if the predecessor is reset later (assumed). Simultaneous answers of two modules are mixed (assumed: wired AND).
-    Axis i of the plant belongs to the i-th module of the chain.
+    A module receives nothing until its predecessor has an address (FACT, libnmc's start-up). It continues to receive if
+    the predecessor is reset later (assumed). Simultaneous answers of two modules are mixed (assumed: wired AND). Axis i
+    of the plant belongs to the i-th module of the chain.
     """
 
     def __init__(self, plant: JointPlant, modules: int = AXES) -> None:
@@ -28,7 +28,7 @@ class NmcChain:
 
     @property
     def baud(self) -> int:
-        """Line rate of most listening modules; modules with other rates receive nothing."""
+        """Line rate of most listening modules. Modules with other rates receive nothing."""
         rates = [module.baud for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
         return max(rates, key=rates.count)
 
@@ -43,7 +43,7 @@ class NmcChain:
         return replies
 
     def advance(self, now_ns: int) -> bytes:
-        """Run the servo ticks due by `now_ns`; decreasing times are ignored. Always returns no bytes."""
+        """Run the servo ticks due by `now_ns`, ignoring decreasing times. Always returns no bytes."""
         if self._next_tick_ns is None:
             self._next_tick_ns = now_ns + TICK_NS
         while self._next_tick_ns <= now_ns:

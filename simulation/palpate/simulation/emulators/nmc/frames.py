@@ -11,7 +11,7 @@ from typing import Final
 HEADER: Final = 0xAA
 """First byte of every command (FACT, libnmc), which is not part of the checksum."""
 TICK_NS: Final = 512_000
-"""Shortest servo tick (FACT, PIC-SERVO: 0.512 ms)."""
+"""Minimum servo tick (FACT, PIC-SERVO: 0.512 ms)."""
 POWER_UP_BAUD: Final = 19_200
 """Rate after power-up or hard reset, 8N1 (FACT, libnmc)."""
 _CLOCK_Hz: Final = 20_000_000
@@ -19,7 +19,7 @@ _DIVISORS: Final = {63: 19_200, 64: 19_200, 20: 57_600, 21: 57_600, 10: 115_200,
 
 
 class CommandCode(enum.IntEnum):
-    """Low nibble of the command byte, for the emulated commands (FACT, libnmc)."""
+    """Low nibble of the command byte for the emulated commands (FACT, libnmc)."""
 
     RESET_POS = 0x0
     SET_ADDR = 0x1
@@ -78,7 +78,7 @@ class StopMotorBits(enum.IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A complete command, to a module (address 0 to 0x7F) or a group (0x80 to 0xFF), with up to 15 bytes."""
+    """A complete command with up to 15 bytes, to a module (address 0 to 0x7F) or a group (0x80 to 0xFF)."""
 
     address: int
     command: int
@@ -89,9 +89,9 @@ class Frame:
 class FrameParser:
     """Parser that finds command frames in a stream of bytes.
 
-    As in the firmware, there is no time-out between bytes: a partial frame waits for the rest. Enough zeros complete
-    any partial frame (usually with a wrong checksum) and are skipped after it, since a zero is not a header. Therefore
-    hosts resynchronise with 20 or 30 zeros (FACT, libnmc).
+    As in the firmware, there is no time-out between bytes, so a partial frame waits for its remaining bytes. Zeros
+    eventually complete any partial frame, usually with a wrong checksum. Further zeros are skipped, because a zero is
+    not a header. Therefore hosts resynchronise with 20 or 30 zeros (FACT, libnmc).
     """
 
     def __init__(self) -> None:
@@ -123,7 +123,7 @@ def sealed(body: bytes) -> bytes:
 def baud_of_divisor(divisor: int) -> int:
     """Return the line rate selected by the data byte of SET_BAUD.
 
-    The divisors used by public hosts give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10
-    and 5 for 230400); others follow the usual UART formula with a 20 MHz clock (assumed).
+    The divisors used by public hosts give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10 and 5
+    for 230400); others follow the usual UART formula with a 20 MHz clock (assumed).
     """
     return _DIVISORS.get(divisor, _CLOCK_Hz // (16 * (divisor + 1)))

@@ -21,11 +21,11 @@ _POSITION_FIELDS: Final = frames.Load.POSITION | frames.Load.VELOCITY | frames.L
 
 
 class NmcModule:
-    """A servo module. The bus selects its frames; `execute()` handles the host's commands.
+    """A servo module. The bus selects its frames, and `execute()` handles the host's commands.
 
     Attributes:
-        rejected: Number of commands since construction with an unsuitable length or kind, which have no effect
-            (assumed: the firmware would use any content of its buffer). Only trapezoidal trajectories that start
+        rejected: Number of commands since construction with an unsuitable length or kind. They have no effect (assumed:
+            the firmware would use whichever content its buffer has). Only trapezoidal trajectories that start
             immediately are emulated; homing and outputs are not.
     """
 
@@ -37,7 +37,7 @@ class NmcModule:
         self._power_up()
 
     def power_up(self) -> None:
-        """Return to the state after power-up, as HARD_RESET does; the motor supply and the switches do not change."""
+        """Return to the state after power-up, as HARD_RESET does. The motor supply and the switches do not change."""
         previous = self.servo
         self.servo = PicServo(self._axis, self._plant, powered=previous.powered)
         self.set_limits(*previous.limits)
@@ -48,7 +48,7 @@ class NmcModule:
         self.servo.limits = (limit1, limit2)
 
     def tick(self) -> None:
-        """Execute one tick of 0.512 ms; the servo calculates at every SR-th tick."""
+        """Execute one tick of 0.512 ms. The servo calculates at every SR-th tick."""
         self._ticks += 1
         if self._ticks >= self.servo.gains.rate_divisor:
             self._ticks = 0

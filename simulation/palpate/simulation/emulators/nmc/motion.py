@@ -1,4 +1,4 @@
-"""Motion of a servo's set-point: trapezoid and velocity profiles."""
+"""Motion of a servo's set-point with trapezoid and velocity profiles."""
 
 from math import isqrt
 from typing import Final
@@ -12,7 +12,7 @@ class Profile:
 
     Velocity words are counts/s * 65536 * T and acceleration words counts/s^2 * 65536 * T^2 with T the tick's length in
     s (FACT, PIC-SERVO; 33.554432 and 0.017179869 for T = 0.512 ms). All are integers, so a move ends exactly on its
-    target. The firmware's rounding within a tick is not published; here the ramp down uses the largest velocity from
+    target. The firmware's rounding within a tick is not published. Here the ramp down uses the maximum velocity from
     which braking at the given acceleration still ends on the target (INFERENCE).
 
     Attributes:
@@ -48,7 +48,7 @@ class Profile:
             self._target += counts * ONE_COUNT
 
     def start_trapezoid(self, target_counts: int, velocity: int, acceleration: int) -> None:
-        """Move to a position, starting from the current velocity (as version 10 of the chip allows)."""
+        """Move to a position, starting at the current velocity (as version 10 of the chip allows)."""
         self._begin(acceleration)
         self._target, self._limit = target_counts * ONE_COUNT, velocity
 
@@ -92,7 +92,7 @@ class Profile:
 
 
 def _braking_speed(distance: int, step: int) -> int:
-    """Return the largest velocity of the next tick from which braking by ``step`` per tick stays within the distance.
+    """Return the maximum velocity in the next tick at which braking by ``step`` per tick stays within the distance.
 
     Braking from v covers v + (v - a) + ... = (k + 1) v - a k (k + 1) / 2 with k = floor(v / a).
     """

@@ -1,4 +1,4 @@
-"""Servo of a PIC-SERVO module: set-points, encoder register, trips and limits."""
+"""Servo of a PIC-SERVO module, with set-points, encoder register, trips and limits."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _TURN: Final = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class GainParameters:
-    """Parameters of SET_GAIN, all zero at power-up, so that the servo cannot move anything (INFERENCE).
+    """Parameters of SET_GAIN. All are zero at power-up, so the servo cannot move anything (INFERENCE).
 
     Attributes:
         kp: Proportional gain; with 0 the motor does not follow.
         kd: Derivative gain. It has no effect here, because the plant represents the closed loop.
-        output_limit: Largest duty, 0 to 255; with 0 the motor does not follow.
+        output_limit: Maximum duty, 0 to 255; with 0 the motor does not follow.
         error_limit: Position error in counts at which the servo switches off.
     """
 
@@ -41,14 +41,14 @@ class GainParameters:
 
     @classmethod
     def decoded(cls, data: bytes) -> GainParameters:
-        """Return the parameters in the 14 data bytes of SET_GAIN; the last compensates a dead band (FACT, libnmc)."""
+        """Return the parameters in the 14 data bytes of SET_GAIN. The last compensates a dead band (FACT, libnmc)."""
         kp, kd, ki, il, ol, cl, el, sr, _ = struct.unpack("<hhhhBBhBB", data[:14])
         return cls(kp, kd, ki, il, ol, cl, el, max(sr, 1))
 
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """Trajectory buffered by LOAD_TRAJ; words in 1/65536 counts per tick, and per tick squared."""
+    """Trajectory buffered by LOAD_TRAJ. The words are in 1/65536 counts per tick, and per tick squared."""
 
     control: int = 0
     position_counts: int = 0
@@ -57,7 +57,7 @@ class Trajectory:
 
 
 class PicServo:
-    """Servo of a motor. At power-up, the servo and amplifier are off; the gains and position register are zero.
+    """Servo of a motor. At power-up, servo and amplifier are off, and the gains and the position register are zero.
 
     The register is zero at the motor's position at power-up, regardless of the true pose of the arm (FACT: the encoders
     are incremental).
@@ -78,7 +78,7 @@ class PicServo:
 
     @property
     def error_counts(self) -> int:
-        """Commanded minus measured position, 0 while the servo is off."""
+        """Commanded minus measured position, or 0 while the servo is off."""
         return self.profile.counts - self.measured_counts if self.on else 0
 
     def start(self) -> None:
@@ -89,7 +89,7 @@ class PicServo:
             self.profile.start_trapezoid(load.position_counts, load.velocity, load.acceleration)
 
     def stop(self, how: StopMotorBits, here_counts: int) -> None:
-        """Execute STOP_MOTOR. The first bit set in this order is used: off, abrupt, smooth, here (assumed)."""
+        """Execute STOP_MOTOR. The first bit set in this order takes effect: off, abrupt, smooth, here (assumed)."""
         self.amplifier = bool(how & StopMotorBits.AMPLIFIER)
         if how & StopMotorBits.MOTOR_OFF:
             self.switch_off()
@@ -109,17 +109,17 @@ class PicServo:
         self._plant.release(self._axis)
 
     def set_position(self, counts: int) -> None:
-        """Set the register's value at the motor's current position; the set-point and error stay unchanged."""
+        """Set the value of the register at the motor's current position. The set-point and the error do not change."""
         self.measured_counts = self._plant.motor_counts(self._axis) - self._origin
         self._shift(counts - self.measured_counts)
 
     def clear_bits(self) -> None:
-        """Execute CLEAR_BITS; the position error bit returns immediately while the servo is off."""
+        """Execute CLEAR_BITS. While the servo is off, the position error bit is immediately set again."""
         self.overcurrent = self.wrapped = self.overrun = False
         self.position_error = not self.on
 
     def set_power(self, *, powered: bool) -> None:
-        """Switch the motor supply on or off; this never switches a servo on."""
+        """Switch the motor supply on or off. This never switches a servo on."""
         self.powered = powered
         if not powered:
             self.switch_off()

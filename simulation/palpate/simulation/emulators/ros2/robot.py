@@ -11,13 +11,13 @@ WRENCH: Final = "force_torque_sensor_broadcaster/wrench"
 
 
 class Ros2Robot:
-    """A robot whose joints the simulation moves. It uses neither sockets nor a clock.
+    """A robot whose joints are moved by the simulation. It uses neither sockets nor a clock.
 
-    According to the source of ros2_controllers, commands of a different size are dropped, and the last command is held
+    According to the source of ros2_controllers, commands of the wrong size are dropped, and the last command is held
     without a time limit.
 
     Args:
-        stop_ms: Time after the last velocity command at which the robot's driver stops the arm; 0 disables this.
+        stop_ms: Time without a velocity command after which the robot's driver stops the arm; 0 disables this.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Server for an emulated robot on this computer's loopback interface, with the DDS of ROS 2."""
+"""Server for an emulated robot on this computer's loopback interface, using the DDS of ROS 2."""
 
 import socket
 import threading
@@ -11,7 +11,7 @@ from palpate.simulation.emulators.ros2.robot import FRAME, JOINT_STATES, WRENCH,
 
 _NS: Final = 1_000_000_000
 _DOMAINS: Final = range(60, 100)
-"""Domains with ports below those that the system assigns."""
+"""Domains whose ports are below those that the system assigns."""
 _CONFIGURATION: Final = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers>
 <Peer address="127.0.0.1"/></Peers></Discovery><Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation>
@@ -62,7 +62,7 @@ class Ros2Server:
 
     @contextmanager
     def exclusive(self) -> Iterator[Ros2Robot]:
-        """Yield the robot; the server's thread does not access it in this context."""
+        """Yield the robot. The server's thread does not access it in this context."""
         with self._lock:
             yield self._robot
 
@@ -108,7 +108,7 @@ class Ros2Server:
 
 
 def _is_free(domain: int) -> bool:
-    """Return whether no participant uses the domain's first port."""
+    """Return True if no participant uses the domain's first port."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind(("", 7410 + 250 * domain))

@@ -1,4 +1,4 @@
-"""Emulated controller: modes, registers, control program and joint motion, without sockets or a clock."""
+"""Emulated controller with modes, registers, control program and joint motion, but without sockets or a clock."""
 
 import enum
 from collections.abc import Callable
@@ -77,10 +77,10 @@ class UrController:
     """A controller and its arm.
 
     Joints approach their servo target with the time constant of servoj's look-ahead (INFERENCE), within the limits of
-    speed and acceleration, and brake when the program ends for any reason.
+    speed and acceleration. They brake when the program ends for any reason.
 
     Attributes:
-        owner: The session that may write each input register.
+        owner: For each input register, the session that may write it.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class UrController:
 
     @property
     def stationary(self) -> bool:
-        """Return whether all joints are stationary."""
+        """Return True if all joints are stationary."""
         return not any(self._speed)
 
     def step(self, now_ns: int) -> None:
@@ -168,18 +168,18 @@ class UrController:
         self._target, self.runtime, self._watchdog_ns = None, RuntimeState.STOPPED, 0
 
     def protective_stop(self) -> None:
-        """Enter a protective stop, as after a collision: the program pauses, and the arm keeps its power."""
+        """Enter a protective stop, as after a collision. The program pauses, and the arm keeps its power."""
         self.safety_mode, self._target, self._tripped_ns = SafetyMode.PROTECTIVE_STOP, None, self._now_ns
         if self.runtime is RuntimeState.PLAYING:
             self.runtime = RuntimeState.PAUSED
 
     def emergency_stop(self) -> None:
-        """Press the emergency stop: the program ends, and the arm brakes and loses power."""
+        """Press the emergency stop. The program ends, and the arm brakes and loses power."""
         self.end_program()
         self.safety_mode, self.robot_mode = SafetyMode.ROBOT_EMERGENCY_STOP, RobotMode.POWER_OFF
 
     def release(self) -> None:
-        """Release the emergency stop; power and brakes are then switched on at the pendant."""
+        """Release the emergency stop. Power and brakes must then be switched on at the pendant."""
         self.safety_mode = SafetyMode.NORMAL
 
     def reboot(self) -> None:
@@ -212,7 +212,7 @@ class UrController:
         return f"could not understand: '{line}'"
 
     def _program(self) -> None:
-        """Run one pass of the control script's loop: input register 0 holds commands, output register 0 answers."""
+        """Run one pass of the control script's loop. Input register 0 holds commands, output register 0 answers."""
         command = int(self.inputs["input_int_register_0"])
         if command == _SERVO_J:
             requested = [float(self.inputs[f"input_double_register_{i}"]) for i in range(JOINTS)]

@@ -1,4 +1,4 @@
-"""Server for an emulated controller on this computer's sockets, at the fixed ports of Universal Robots."""
+"""Server for an emulated controller on this computer's sockets, at the standard ports of Universal Robots."""
 
 import select
 import socket
@@ -21,7 +21,7 @@ _HOPELESS: Final = 1 << 20
 
 
 class _Connection:
-    """A connection with its received and outgoing bytes."""
+    """A connection with its received bytes and its outgoing bytes."""
 
     def __init__(self, connection: socket.socket, session: RtdeSession | None = None) -> None:
         connection.setblocking(False)
@@ -92,7 +92,7 @@ class UrServer:
 
     @contextmanager
     def exclusive(self) -> Iterator[UrController]:
-        """Yield the controller; the server's thread does not access it in this context."""
+        """Yield the controller. The server's thread does not access it in this context."""
         with self._lock:
             yield self._controller
 

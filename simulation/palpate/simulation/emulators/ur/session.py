@@ -27,7 +27,7 @@ def _names(payload: bytes) -> list[str]:
 
 
 class RtdeSession:
-    """Session of a client. An invalid package breaks it, after which the client is disconnected."""
+    """Session of a client. An invalid package ends the session, and the client is then disconnected."""
 
     def __init__(self, controller: UrController) -> None:
         self.is_broken = False

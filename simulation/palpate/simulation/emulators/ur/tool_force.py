@@ -1,4 +1,4 @@
-"""Force sensor in the tool flange. It adds noise to the true wrench, as specified in the data sheet."""
+"""Force sensor in the tool flange. It adds noise to the true wrench according to the data sheet."""
 
 from collections.abc import Callable
 from typing import Final
