@@ -2,14 +2,14 @@
 
 ::
 
-    DriverError                     states the device, what happened, and what to do
-    ├── SettingError                a setting that cannot work
+    DriverError                     names the device, the problem and the remedy
+    ├── SettingError                an invalid setting
     ├── WiringError                 no device, the wrong one, wrong baud rate, no permission
-    ├── RefusedError                a command that no device may receive (NaN, beyond limits)
-    ├── StateError                  a request out of order
+    ├── RefusedError                a command that must not reach any device (NaN, beyond limits)
+    ├── StateError                  a request in the wrong state
     ├── SilentError                 the device does not answer, stops answering, or its cable is cut
-    │   └── LateError               it answers too late, or this computer was delayed
-    ├── GarbledError                its data have been invalid for too long
+    │   └── LateError               the device answers too late, or this computer was delayed
+    ├── GarbledError                the device has sent invalid data for too long
     └── DeviceFaultError            the device reports its own fault and waits for a person
 
 Malformed bytes do not raise errors: a codec counts them and continues.

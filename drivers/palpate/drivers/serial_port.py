@@ -9,7 +9,7 @@ import serial
 from palpate.drivers.errors import WiringError
 
 WRITE_TIMEOUT_S: Final = 0.1
-"""Longest wait for a port that accepts no bytes; without a limit, pyserial waits forever (FACT)."""
+"""Maximum wait for a port that accepts no bytes; without a limit, pyserial waits forever (FACT)."""
 
 
 class ByteStream(Protocol):
@@ -17,9 +17,9 @@ class ByteStream(Protocol):
 
     Attributes:
         baudrate: Line rate in bit/s.
-        timeout: Longest wait of ``read``, s. Drivers rarely set it, because that reconfigures the port on some systems
+        timeout: Maximum wait in ``read``, s. Drivers rarely set it, because that reconfigures the port on some systems
             (FACT, pyserial issue 394).
-        write_timeout: Longest wait of ``write``, s.
+        write_timeout: Maximum wait in ``write``, s.
     """
 
     baudrate: int
@@ -28,7 +28,7 @@ class ByteStream(Protocol):
 
     @property
     def in_waiting(self) -> int:
-        """Number of received bytes that have not been read."""
+        """Number of received bytes that have not yet been read."""
 
     def read(self, size: int = 1, /) -> bytes:
         """Return ``size`` bytes, or fewer after ``timeout``; raises ``OSError`` if the port is gone."""
@@ -73,7 +73,7 @@ def write_unless_stuck(port: ByteStream, data: bytes) -> None:
 
 def close_serial(port: Any) -> None:
     """Close a port immediately. Unsent bytes are discarded; Linux would wait 30 s for them (FACT, closing_wait)."""
-    # A port that is gone may raise anything here; it is closed next.
+    # A port that is gone may raise any exception here; it is closed next.
     with suppress(Exception):
         if port.out_waiting:
             port.reset_output_buffer()

@@ -6,7 +6,7 @@ from typing import Final
 START, STOP = (struct.pack(">HHI", 0x1234, command, 0) for command in (2, 0))
 """Requests that start and stop an unlimited stream."""
 RECORD: Final = struct.Struct(">3I6i")
-"""Layout of a record: number, count and status, followed by force and torque in counts."""
+"""Layout of a record: number, count and status, then force and torque in counts."""
 
 SATURATED: Final = 1 << 17
 _SUMMARY: Final = 1 << 31

@@ -13,17 +13,17 @@ from palpate.drivers.errors import DeviceFaultError, WiringError
 
 RDT_PORT: Final = 49152
 _ASK_AGAIN_NS: Final = 100_000_000
-"""Time after which a stream that has not started is requested again, unless two periods are longer."""
+"""Time after which a stream that has not started is requested again; at least two periods."""
 _WRAP: Final = 1 << 32
 _MAX_DATAGRAMS: Final = 4096
-"""Maximum number of datagrams per call: more than a socket buffer holds, but a limit for fast streams."""
+"""Maximum number of datagrams per call. It exceeds the capacity of a socket buffer, but limits fast streams."""
 
 
 class UdpWire:
-    """UDP connection to a box; system errors are raised as OSError.
+    """UDP connection to a box; it raises OSError on system errors.
 
     Attributes:
-        address: The IPv4 address of the box; a name may resolve to several.
+        address: IPv4 address of the box, since a name may resolve to several.
 
     Raises:
         WiringError: The address of the box cannot be found.
@@ -71,7 +71,7 @@ class NetFt(PolledSensor):
         self._sequence = 0
 
     def start(self, now_ns: int) -> None:
-        """Request the stream, and drop the remaining records of an earlier stream."""
+        """Request the stream, and drop records left over from an earlier stream."""
         self._number = self._count = None
         self._requested_ns = now_ns
         self._receive()
@@ -128,7 +128,7 @@ class NetFt(PolledSensor):
         self.failure = self.failure or WiringError(NAME, f"the box cannot be reached ({error})", CHECK)
 
     def _is_new(self, number: int, count: int) -> bool:
-        """Return whether a record is newer than all previous ones. A new stream numbers its records from 1."""
+        """Return True if a record is newer than all previous ones. A new stream numbers its records from 1."""
         if self._count is not None and not 0 < (count - self._count) % _WRAP < _WRAP // 2:
             self.errors["old records"] += 1
             return False

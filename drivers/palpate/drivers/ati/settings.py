@@ -59,7 +59,7 @@ def parse_box(page: bytes) -> NetFtBox:
     """Parse the settings page.
 
     Raises:
-        SettingError: The box uses units other than N and N m, or it does not stream, or the page lacks a field.
+        SettingError: The box uses units other than N and N m, does not stream, or its page lacks a field.
     """
     fields = {tag: text.strip() for tag, text in re.findall(r"<(\w+)>([^<]*)</\1>", page.decode("utf-8", "replace"))}
     for tag, (accepted, remedy) in _REQUIRED.items():

@@ -25,13 +25,13 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier and the real length of its payload, which an interface may misstate."""
+    """A data frame with an 11-bit identifier and the actual length of its payload, which an interface may misreport."""
 
     can_id: int
     data: bytes = b""
 
 
-# Back ends log the errors that they then raise; without a handler, Python prints them next to our line.
+# Back ends log the errors that they raise; without a handler, Python also prints them.
 logging.getLogger("can").addHandler(logging.NullHandler())
 
 _LIBRARIES: Final = {"kvaser": "CANlib, libcanlib.so or canlib32.dll"}
@@ -40,15 +40,15 @@ FRAME_TIMEOUT_S: Final = 0.05
 OPEN_TIMEOUT_S: Final = 1.0
 """Time limit for opening the bus. Nothing moves yet, and a busy computer may be delayed by 50 ms (MEASURED)."""
 _STALLED_S: Final = 0.001
-"""Time limit after a frame was not accepted: short, as a stop sends many frames. With 0, pyserial loops (FACT)."""
+"""Time limit after a rejected frame; short because a stop sends many frames. With 0, pyserial loops (FACT)."""
 
 
 class BoundedSlcanBus(slcanBus):
     """Serial CAN adapter that raises ``can.CanError`` if it does not accept a frame within ``FRAME_TIMEOUT_S``.
 
     FACT (python-can 4.6.1, ``slcan.py``): ``slcanBus`` sends with no time limit and then drains (``tcdrain``), so an
-    adapter that stops taking bytes blocks its caller forever. Closing the bus writes to it first, so the port stays
-    open if that fails.
+    adapter that stops accepting bytes blocks its caller forever. Closing the bus first writes to it, so the port stays
+    open if this write fails.
     """
 
     _wait_s = FRAME_TIMEOUT_S
@@ -70,7 +70,7 @@ class BoundedSlcanBus(slcanBus):
             self._wait_s = FRAME_TIMEOUT_S
 
     def shutdown(self) -> None:
-        """Ask the adapter to leave the bus, if it still responds, and always close the port."""
+        """Instruct the adapter to leave the bus if it still responds, and always close the port."""
         can.BusABC.shutdown(self)
         if self.serialPortOrig.is_open:
             with suppress(can.CanError):
@@ -95,13 +95,13 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
             slcan.serialPortOrig.exclusive = True
             return slcan
         bus = can.Bus(channel=channel, interface=interface, bitrate=bitrate, **options)
-    except Exception as error:  # each back end has its own exceptions, and all mean that there is no bus
+    except Exception as error:  # each back end has its own exceptions, all of which mean that there is no bus
         problem = f"cannot be opened ({error})"
         remedy = "check the adapter, its name, that the interface is up, and that you may open it"
         if isinstance(error, TypeError):
             remedy = "give python-can what this interface needs, and no more, in [arm.can] or [force_sensor.can]"
         elif isinstance(error, NameError):
-            # FACT (python-can 4.6.1, kvaser): without its maker's library a back end only lacks the names.
+            # FACT (python-can 4.6.1, kvaser): without the vendor's library, names are undefined in this back end.
             problem = f"cannot be opened: the library of its maker is missing ({_LIBRARIES.get(interface, interface)})"
             remedy = f"install it; python-can's documentation of {interface} says from where"
         raise WiringError(f"CAN bus {interface} {channel}", problem, remedy) from error
@@ -120,7 +120,7 @@ class CanLink:
     time-out, 1 ms by default (FACT).
 
     Attributes:
-        garbled: Number of lines that the interface could not decode, and of frames of other kinds.
+        garbled: Number of lines that the interface could not decode, plus the number of frames of other kinds.
         send_failures: Number of frames that the interface did not accept, for example because its queue was full.
     """
 
@@ -147,7 +147,7 @@ class CanLink:
                 self.garbled += 1
                 self._unpoison()
                 continue
-            except Exception as error:  # pyserial raises TypeError for a closed port, other back ends anything
+            except Exception as error:  # pyserial raises TypeError for a closed port; others raise any exception
                 raise self._gone(error) from error
             if message is None:
                 break

@@ -12,7 +12,7 @@ from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
 _STILL_CYCLES, _STILL_COUNTS = 3, 2
-"""Number of consecutive cycles, and maximum motion per cycle in counts, by which a joint counts as stationary."""
+"""A joint is stationary after this number of consecutive cycles with at most this motion per cycle, in counts."""
 _NS: Final = 1e-9
 
 
@@ -48,7 +48,7 @@ class BringUp:
         """Configure all drives, start their process data, and wait for data from each drive."""
         self._exchange.heartbeat_on = False
         for objects in self._objects:
-            # A drive may still have power from a program that died.
+            # A drive may still have power after an earlier program died.
             objects.write(0x6040, 0, codec.Controlword.QUICK_STOP, 2)
         self._exchange.command_nmt(codec.NMT_PRE_OPERATIONAL)
         pairs = zip(self._objects, self._settings.joints, strict=True)
@@ -56,7 +56,7 @@ class BringUp:
         self._exchange.start_over()
         self._exchange.command_nmt(codec.NMT_START)
         deadline_ns = self._deadline_ns()
-        # Heartbeats from before the start would look like drives that left the operational state.
+        # Heartbeats from before the start would look as if drives had left the operational state.
         while not self._exchange.all_operational():
             if self._now_ns() > deadline_ns:
                 raise SilentError("arm", "not every drive became operational", "check power and node numbers")
@@ -114,7 +114,7 @@ class BringUp:
             views = self._run([codec.Controlword.QUICK_STOP] * len(self._objects))
             heard = [i for i, view in enumerate(views) if view.missed_in_a_row <= self._settings.missed_cycles]
             if not heard:
-                # They have received the stop; waiting longer has no effect.
+                # The drives have received the stop command; waiting longer has no effect.
                 raise SilentError("arm", "no drive answers a quick stop", "use the emergency stop")
             is_still = all(views[i].missed_in_a_row == 0 and abs(views[i].moved_counts) <= _STILL_COUNTS for i in heard)
             still = still + 1 if is_still else 0

@@ -1,7 +1,7 @@
 """Messages between a CiA 402 drive and its host: identifiers, process data, and the state machine as a table.
 
 FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. Standard knowledge (CiA 301 and CiA
-402-2): the predefined connection set, the transitions that a drive makes on its own, and the fault reset on a rising
+402-2): the predefined connection set, the transitions that a drive makes on its own, and the fault reset on the rising
 edge of bit 7.
 """
 
@@ -86,8 +86,8 @@ _TO_ENABLED: Final = {
     DriveState.ENABLED: Controlword.ENABLE_OPERATION,
     DriveState.QUICK_STOP: Controlword.DISABLE_VOLTAGE,
 }
-"""Next controlword on the path to operation enabled. The optional direct transition from quick stop is not used:
-after a stop, an arm passes through all states, as after power-up."""
+"""Next controlword on the path to the state "operation enabled". The optional direct transition from quick stop is not
+used: after a stop, an arm passes through all states, as after power-up."""
 
 
 def state_of(statusword: int) -> DriveState | None:
@@ -96,7 +96,7 @@ def state_of(statusword: int) -> DriveState | None:
 
 
 def command_towards(state: DriveState | None, goal: DriveState, *, by_operator: bool = False) -> Controlword:
-    """Return the next controlword towards operation enabled, or directly to off. Only an operator may reset faults."""
+    """Return the next controlword towards "operation enabled", or straight to off. Only operators may reset faults."""
     if state is DriveState.FAULT and by_operator:
         return Controlword.FAULT_RESET
     if state is None or goal is not DriveState.ENABLED:

@@ -158,8 +158,8 @@ class Cia402Arm(LatchingArm):
     def acknowledge(self) -> None:
         """Clear a latched fault. Only a person may decide to do this, never a program.
 
-        The drives are configured again, because one may have restarted, and receive a fault reset. They remain without
-        power.
+        The drives are configured again, because one may have restarted, and receive a fault reset. They remain switched
+        off.
         """
         self._require_fault()
         self._link.require_alive()
@@ -168,7 +168,7 @@ class Cia402Arm(LatchingArm):
         self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
-        """Stop, switch off the power if the bus still works, and end all traffic. May be repeated; never raises."""
+        """Stop, switch off the power if the bus still works, and end all traffic. Idempotent; never raises."""
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             self._state = ArmState.CLOSED
             return
@@ -176,7 +176,7 @@ class Cia402Arm(LatchingArm):
         if self._state is not ArmState.CONFIGURED:
             with contextlib.suppress(DriverError):
                 self._bring_up.come_to_rest()
-        # A failed drive must not keep the others under power.
+        # A failed drive must not keep the others powered.
         with contextlib.suppress(DriverError):
             self._bring_up.shut_down()
         self._bring_up.hang_up()

@@ -1,8 +1,8 @@
-"""Configuration of a drive by SDO: identity, process data, and the conditions under which it stops on its own.
+"""Configuration of a drive via SDO: identity, process data, and the conditions under which it stops on its own.
 
-FACT (``canopen`` 2.4.1): a PDO is configured while its identifier is marked invalid (bit 31). Standard knowledge, CiA
-301 and CiA 402-2: the objects below, their sizes and the option codes. The driver does not rely on a manufacturer's
-default mapping.
+FACT (``canopen`` 2.4.1): a PDO can be configured only while its identifier is marked invalid (bit 31). Standard
+knowledge, CiA 301 and CiA 402-2: the objects below, their sizes and the option codes. The driver does not rely on a
+manufacturer's default mapping.
 """
 
 from typing import Final
@@ -30,7 +30,7 @@ _DRIVE_PROFILE: Final = 402
 _STAY_IN_QUICK_STOP: Final = 6
 _QUICK_STOP_WHEN_HOST_IS_LOST: Final = 3
 _TENTH_OF_MS: Final = -4
-"""Power of ten of the period's unit in seconds, so the unit is 0.1 ms."""
+"""Exponent of ten for the unit of the period in seconds; the unit is 0.1 ms."""
 
 
 def identify(objects: Objects) -> str:
@@ -49,7 +49,7 @@ def identify(objects: Objects) -> str:
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
-    """Configure a pre-operational drive for cyclic operation; return notes on missing objects and the consequences."""
+    """Configure a pre-operational drive for cyclic operation; return notes on missing objects and the effects."""
     notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
@@ -77,10 +77,10 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
 
 
 def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[str, ...]:
-    """Enable or disable a drive's stop on loss of the host's heartbeat; return notes on missing objects.
+    """Set whether a drive stops when the host's heartbeat is lost; return notes on missing objects.
 
     Monitoring begins with the first heartbeat received (standard knowledge, CiA 301). A drive without this function
-    holds its last target when it loses the host.
+    holds its last target when it loses contact with the host.
     """
     stops = objects.write_if_known(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
     host = settings.host_node << 16 | settings.host_watchdog_ms

@@ -54,11 +54,11 @@ class CyclicExchange:
                 self._link.unsubscribe(service + node)
 
     def all_operational(self) -> bool:
-        """Return whether each node's latest heartbeat reports the operational state."""
+        """Return True if the latest heartbeat of each node reports the operational state."""
         return all(box.nmt_state == codec.NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
-        """Clear data that were received before the drives were configured."""
+        """Clear data received before the drives were configured."""
         self._mailbox.start_over()
         self.views = ()
 

@@ -2,8 +2,8 @@
 
 ``canopen`` receives in a thread of python-can. Three pitfalls were measured with ``canopen`` 2.4.1 and python-can
 4.6.1. An exception in a subscriber is only logged. A bus error, such as a malformed line from a serial adapter or an
-unplugged adapter, ends the thread without a message; the bus then merely appears quiet. Sending still works after
-that. Every cycle therefore calls :meth:`CanopenLink.require_alive`.
+unplugged adapter, ends the thread without a message; the bus then appears quiet, although sending still works. Every
+cycle therefore calls :meth:`CanopenLink.require_alive`.
 """
 
 import contextlib
@@ -72,7 +72,7 @@ class CanopenLink:
         return cls(network, f"CAN bus {interface} {channel}")
 
     def objects(self, node: int, timeout_s: float) -> Objects:
-        """Return the SDO access to a node.
+        """Return an accessor for the object dictionary of a node.
 
         ``canopen``'s node class is not used: its EMCY handler fails on a malformed frame before other subscribers
         receive it, and its drive class falls back to SDO with a warning at each read.
@@ -83,7 +83,7 @@ class CanopenLink:
         client.MAX_RETRIES = 2
 
         def take(identifier: int, data: bytearray, timestamp: float) -> None:
-            # canopen would parse a damaged frame; without it, it repeats the request once.
+            # canopen would parse a damaged frame; if the frame is dropped, it repeats the request once.
             if len(data) == _SDO_BYTES:
                 client.on_response(identifier, data, timestamp)
 
@@ -119,14 +119,14 @@ class CanopenLink:
         """
         try:
             self.network.send_message(identifier, data)
-        except Exception as error:  # the package raises the error that ended its receive thread here, of any type
+        except Exception as error:  # here the package raises the error, of any type, that ended its receive thread
             problem = f"does not take frames: {type(error).__name__}: {error}"
             remedy = "check the adapter; on socketcan a longer txqueuelen helps against full buffers"
             raise SilentError(self.name, problem, remedy) from error
 
     def close(self) -> None:
         """Release the bus. May be called repeatedly, even after the connection was lost."""
-        # The release of a lost bus raises the earlier error again.
+        # Releasing a lost bus raises the earlier error again.
         with contextlib.suppress(Exception):
             self.network.disconnect()
 

@@ -27,8 +27,8 @@ class NodeBox:
     """Latest data of one node; the cycle receives copies.
 
     Attributes:
-        answered: Whether the node answered the latest SYNC in time. A late answer cannot be distinguished from an
-            answer to the next SYNC, because process data carry no number.
+        answered: True if the node answered the latest SYNC in time. A late answer cannot be distinguished from an
+            answer to the next SYNC, because process data contain no number.
         active: EMCY messages for errors that have not been cleared.
     """
 

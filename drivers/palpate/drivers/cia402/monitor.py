@@ -1,4 +1,4 @@
-"""Detection of the conditions that latch a stop and that an operator must examine."""
+"""Detection of conditions that latch a stop and that an operator must check."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class AxisView:
     """State of one joint at the last SYNC; unknown values are None.
 
     Attributes:
-        state: State in the statusword; also None if it matches no pattern.
+        state: State in the statusword; None also if it matches no pattern.
         position_rad: Position as a joint angle.
         moved_counts: Change of the position counts since the previous answer.
         mode: Mode of operation that the drive reports.
@@ -43,8 +43,8 @@ def fault_of(
     """Return the most significant problem, or None if there is none.
 
     Args:
-        allowed: Permitted states of a drive under power, or None while the arm must be without power. Faults of the
-            drives and the pose are then ignored, because nothing moves.
+        allowed: Permitted states of a powered drive, or None while the arm must be without power. Faults of the drives
+            and the pose are then ignored, because nothing moves.
     """
     axes = list(zip(views, settings.joints, strict=True))
     for check in (_restarted, _reports, _silent):
@@ -63,7 +63,7 @@ def fault_of(
 
 
 def outside(position_rad: float, joint: JointDrive) -> bool:
-    """Return whether a measured angle is outside the joint's limits by more than the margin."""
+    """Return True if a measured angle exceeds the joint's limits by more than the margin."""
     return not joint.lower_rad - POSE_MARGIN_RAD <= position_rad <= joint.upper_rad + POSE_MARGIN_RAD
 
 

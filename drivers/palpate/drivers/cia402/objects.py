@@ -1,4 +1,4 @@
-"""Access to the object dictionary of a drive by SDO."""
+"""Access to the object dictionary of a drive via SDO."""
 
 from collections.abc import Callable
 from typing import Final

@@ -13,7 +13,7 @@ HEARTBEAT_MS: Final = 50
 ANSWER_SHARE: Final = 0.5
 """Fraction of the period within which all drives must have answered a SYNC."""
 POSE_MARGIN_RAD: Final = 0.02
-"""Accepted distance of a measured joint angle beyond its limits."""
+"""Accepted amount by which a measured joint angle may exceed its limits."""
 _INT32: Final = 2**31 - 1
 
 
@@ -21,8 +21,8 @@ _INT32: Final = 2**31 - 1
 class JointDrive:
     """Settings of a joint and its drive.
 
-    Each drive moves only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission above
-    this driver.
+    Each drive moves only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission model
+    above this driver.
 
     Attributes:
         node: CANopen node number, 1 to 127.
@@ -50,11 +50,11 @@ class JointDrive:
             raise SettingError(f"drive {self.node}", f"{most} counts need more than 32 bits", "lower counts_per_rad")
 
     def counts(self, angle_rad: float) -> int:
-        """Return the position counts of a joint angle, to the nearest count."""
+        """Return the position counts of a joint angle, rounded to the nearest count."""
         return round(angle_rad * self.counts_per_rad) + self.zero_counts
 
     def angle_rad(self, counts: int) -> float:
-        """Return the joint angle of position counts."""
+        """Return the joint angle for position counts."""
         return (counts - self.zero_counts) / self.counts_per_rad
 
 
@@ -64,7 +64,7 @@ class ArmSettings:
 
     Attributes:
         joints: One drive per joint, in the order of the kinematic model.
-        divider: Control ticks per cycle.
+        divider: Number of control ticks per cycle.
         missed_cycles: Number of consecutive unanswered cycles after which the arm latches a stop.
         heartbeat_timeout_ms: Time without a drive's heartbeat after which the arm latches a stop.
         host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops on its own.

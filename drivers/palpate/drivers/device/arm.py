@@ -46,7 +46,7 @@ def held_back(
     Args:
         within_rad: Requested set-point, already within the position limits, (n,).
         previous_rad: Previous set-point, (n,).
-        most_rad: Largest step of each joint, (n,).
+        most_rad: Maximum step of each joint, (n,).
     """
     share = 1.0
     for target, start, most in zip(within_rad, previous_rad, most_rad, strict=True):
@@ -88,7 +88,7 @@ class ArmDriver(Protocol):
     An error while the arm is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
     Raises:
-        StateError: From any request that is made in the wrong state, or with a joint outside its limits.
+        StateError: From any request made in the wrong state or with a joint outside its limits.
         RefusedError: From ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
         SettingError, WiringError: From ``open``: the device is missing, differs from the configuration or has different
             settings.
@@ -103,7 +103,7 @@ class ArmDriver(Protocol):
 
     @property
     def is_faulted(self) -> bool:
-        """Return whether a fault must be acknowledged."""
+        """True if a fault must be acknowledged."""
         return False
 
     @abstractmethod
@@ -124,7 +124,7 @@ class ArmDriver(Protocol):
 
     @abstractmethod
     def stop(self) -> None:
-        """Bring the arm to a stop. May be called at any time and repeatedly; never raises."""
+        """Stop the arm. May be called at any time and repeatedly; never raises."""
 
     @abstractmethod
     def disable(self) -> None:

@@ -21,9 +21,9 @@ class ForceSample:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
         torque_Nm: Torque about the origin of that frame, (3,).
         sequence: Number of the reading; always increases, even across streams and restarts.
-        receive_time_ns: Time of the poll that received the reading. The reading is older by the wait for that poll, the
-            transmission time and the sensor's filter delay.
-        saturated: Whether the reading is at or near the limit of the sensor's range, or the sensor reports this.
+        receive_time_ns: Time of the poll that received the reading. The reading itself is older: add the wait for that
+            poll, the transmission time and the filter delay.
+        saturated: True if the reading is at or near the limit of the sensor's range, or if the sensor says so.
     """
 
     force_N: Vector3
@@ -40,7 +40,7 @@ def listed(counts: Mapping[str, int]) -> str:
 
 
 class PolledSensor(ABC):
-    """Driver for a force sensor; ``remedy`` is the advice in the error for a silent sensor.
+    """Driver for a force sensor; the error for a silent sensor includes ``remedy``.
 
     Attributes:
         failure: Error after which no more samples are accepted, or None if there is none.

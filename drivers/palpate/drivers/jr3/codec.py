@@ -1,8 +1,8 @@
 """Conversion between CAN frames and messages, without I/O and without a clock.
 
-FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers composed of operation + node, little-endian
-payloads. Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already
-checked the 15-bit CRC, so a damaged frame either passed that check or was damaged between the controller and host.
+FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers equal to operation + node, little-endian payloads.
+Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already checked
+the 15-bit CRC, so a damaged frame either passed that check or was damaged between the controller and host.
 """
 
 import enum
@@ -32,10 +32,10 @@ _GARBAGE, _ORPHANS = "frames without sense", "halves of readings without the oth
 def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> CanFrame:
     """Return the CAN frame of a request.
 
-    FACT (jr3-mbed-firmware-can main.cpp): START carries a cut-off of 16 bits, followed by a period of 32 bits.
+    FACT (jr3-mbed-firmware-can main.cpp): START contains a 16-bit cut-off followed by a 32-bit period.
 
     Args:
-        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; only for START.
+        cutoff_cHz: Cut-off frequency of the low-pass filter in hundredths of a hertz, 0 for no filter; only for START.
         period_us: Time between readings in microseconds; only for START.
     """
     return CanFrame(op + node, struct.pack("<HI", cutoff_cHz, period_us) if op is Op.START else b"")
@@ -60,7 +60,7 @@ class CanDecoder:
         self._halves: dict[int, _Half] = {}
 
     def forget(self) -> None:
-        """Drop incomplete readings, because equal counters do not identify the same reading after a restart."""
+        """Drop incomplete readings, because after a restart equal counters do not identify the same reading."""
         self._errors[_ORPHANS] += len(self._halves)
         self._halves.clear()
 

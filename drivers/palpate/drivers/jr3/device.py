@@ -15,7 +15,7 @@ from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS,
 from palpate.drivers.jr3.sampling import RESTARTED, Sampler
 
 FIRST_READING_NS: Final = 500_000_000
-"""Longest wait for the first reading after START, in ns. Assumed."""
+"""Maximum wait for the first reading after START, in ns. Assumed."""
 _STALL_PERIODS: Final = 20
 """Number of periods without a new reading after which the sensor counts as silent. Assumed."""
 ACK_TIMEOUT_NS: Final = 250_000_000
@@ -33,11 +33,11 @@ class Jr3(PolledSensor):
     carries a tool and reads zero right after :meth:`open` has such firmware.)
 
     Args:
-        cutoff_Hz: Cut-off of the board's first-order low-pass filter, up to 655.35; 0 = unfiltered.
+        cutoff_Hz: Cut-off frequency of the board's first-order low-pass filter, up to 655.35; 0 for no filter.
         period_us: Time between readings, in microseconds.
 
     Attributes:
-        after_boot: Whether the board restarted during a run; kept until acknowledged.
+        after_boot: True if the board restarted during a run; kept until acknowledged.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class Jr3(PolledSensor):
     def _ask(self, op: Op) -> None:
         attempts = PING_ATTEMPTS if self.phase is Jr3Phase.PINGING else ATTEMPTS
         if self.phase is Jr3Phase.READING_SCALES:
-            # The request is not simply repeated: the answers for forces and moments look alike, so a late one could be
+            # The request is not simply repeated: answers for forces and moments look alike, so a late answer could be
             # mistaken for the other. The state is requested first; its short answer cannot overtake a late long one.
             attempts = 1
         self._exchange.begin(op, attempts, ACK_TIMEOUT_NS)
@@ -232,7 +232,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
     """Open a closed, silent or faulted sensor and wait until it streams.
 
     Raises:
-        DriverError: The sensor does not stream; the class of the error states why.
+        DriverError: The sensor does not stream; the class of the error indicates why.
     """
     device.open()
     _wait(device, clock_ns, sleep, {Jr3Phase.STREAMING}, timeout_s)

@@ -18,7 +18,7 @@ class Op(enum.IntEnum):
     """Commands to the board. The identifier of a command's frame is its value plus the node number.
 
     The synchronous mode is not used: CANopen's SYNC has the same identifier, 0x080, so an arm on the same bus would
-    trigger the sensor (FACT, same sources).
+    trigger the sensor (FACT, same source).
     """
 
     START = 0x200

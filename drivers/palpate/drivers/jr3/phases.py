@@ -72,7 +72,7 @@ TRANSITIONS = MappingProxyType(
         (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
     }
 )
-"""Next phase for each phase and event. For other pairs, events are ignored and requests are refused."""
+"""Next phase for each phase and event. For other pairs, events are ignored and requests are rejected."""
 
 REQUESTS = MappingProxyType(
     {
@@ -95,7 +95,7 @@ class RequestInFlight:
     """Holder of the only pending request.
 
     An acknowledgement with "not initialised" does not complete the request, which is repeated after its time-out. A
-    booting board sends such acknowledgements, with otherwise stale content (FACT).
+    booting board sends such acknowledgements, whose other fields are stale (FACT).
     """
 
     def __init__(self) -> None:
@@ -115,7 +115,7 @@ class RequestInFlight:
         self.request = None
 
     def due(self, now_ns: int) -> bool:
-        """Return whether the request must be sent now, for the first time or again; False after the last attempt."""
+        """Return True if the request must be sent now, for the first time or again; False after the last attempt."""
         if self.request is None or self._attempts_left == 0 or not self._waited(now_ns):
             return False
         self._attempts_left -= 1
@@ -123,7 +123,7 @@ class RequestInFlight:
         return True
 
     def exhausted(self, now_ns: int) -> bool:
-        """Return whether the last attempt has timed out, and drop the request if so."""
+        """Drop the request and return True if the last attempt has timed out."""
         if self.request is None or self._attempts_left > 0 or not self._waited(now_ns):
             return False
         self.request = None

@@ -15,7 +15,7 @@ _SETTLED_TAUS: Final = 5.0
 
 
 def settling_ns(cutoff_cHz: int) -> int:
-    """Return the time after which the filter counts as settled, in ns, or 0 if unfiltered.
+    """Return the time after which the filter counts as settled, in ns, or 0 without a filter.
 
     CALC: the filter is first-order (FACT, Jr3Controller.cpp of jr3-mbed-firmware), tau = 1/(2 pi cut-off); 0.4 s at
     2 Hz.
@@ -51,7 +51,7 @@ class Sampler:
             self._errors[REPEATED] += 1
             return None
         if ahead >= _WRAP // 2:
-            # The counter starts at 0 again. After several seconds of silence it may also have wrapped, harmlessly.
+            # The counter restarted at 0. After several seconds of silence it may also have wrapped, which is harmless.
             self._errors[RESTARTED] += 1
             self._settled_at_ns = now_ns + self._settling_ns
         self._counter, self.last_new_ns = reading.counter, now_ns

@@ -31,7 +31,7 @@ def read_stat(mask: StatusItem) -> NmcCommand:
 
 
 def load_traj(control: TrajectoryControl, position_counts: int, *words: int) -> NmcCommand:
-    """Load a motion to a position (s32).
+    """Load a motion to a position (signed 32-bit).
 
     Args:
         control: Optional bits SERVO and START_NOW.
@@ -49,7 +49,7 @@ def set_gain(*values: int) -> NmcCommand:
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
-    """Stop the motor in the way that ``control`` specifies; only ``StopControl.HERE`` takes a position (s32)."""
+    """Stop the motor in the way that ``control`` specifies; only ``StopControl.HERE`` takes a position (32-bit)."""
     position = b"" if position_counts is None else struct.pack("<i", position_counts)
     return NmcCommand(Code.STOP_MOTOR, bytes((control,)) + position)
 

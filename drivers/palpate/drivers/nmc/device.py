@@ -1,8 +1,8 @@
 """Communication with the modules on a synchronised line, one request at a time, each with a time-out.
 
 Replies carry no address, so a late one must not be mistaken for the answer to the next request. After every failure the
-line is flushed, and zeros complete any frame that a module may be waiting for, before anything else is sent. A busy
-computer may deliver data even later. Therefore the next reply is accepted only after the module has answered another
+line is flushed, and zeros complete any frame that a module may be waiting for, before anything else is sent. On a busy
+computer, data may arrive even later. Therefore the next reply is accepted only after the module has answered another
 request with a unique length: a line preserves order, so no older reply can follow.
 """
 
@@ -114,7 +114,7 @@ class NmcBus:
         """Send a command twice to each of these modules without waiting for replies, on a line that only transmits."""
         if self._is_dirty:
             self.resync()
-        # Their answers belong to no request.
+        # The answers to a broadcast belong to no request.
         self._is_dirty = True
         self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
 
@@ -123,7 +123,7 @@ class NmcBus:
         was_dirty = self._is_dirty
         if was_dirty:
             self.resync()
-        # Stays set if anything, including Ctrl-C, interrupts this exchange.
+        # The flag stays set if anything, including Ctrl-C, interrupts this exchange.
         self._is_dirty = True
         result = self._converse(address, command)
         # Before its items are set, the module's replies are unknown; start-up checks them itself.
@@ -151,7 +151,7 @@ class NmcBus:
         return result
 
     def _is_in_step(self, address: int) -> bool:
-        """Return whether the module answers a request whose reply cannot be mistaken for a late reply."""
+        """Return True if the module answers a request whose reply cannot be mistaken for a late reply."""
         usual = reply_size_bytes(self._masks[address])
         questions = [items for items in _QUESTIONS if reply_size_bytes(items) != usual]
         self._requested += 1
@@ -162,8 +162,8 @@ class NmcBus:
         """Send a command once, as in each control cycle, and return the reply, or None if it was lost or discarded.
 
         Raises:
-            SilentError: More replies in a row are missing than the settings allow, or the port is gone.
-            GarbledError: As many replies are invalid, or bytes arrive without a request.
+            SilentError: More consecutive replies are missing than the settings allow, or the port is gone.
+            GarbledError: The same number of replies are invalid, or bytes arrive without a request.
             WiringError: The line echoes.
         """
         result = self.attempt(address, command)
@@ -185,7 +185,7 @@ class NmcBus:
     def require(self, address: int, command: NmcCommand) -> Reply:
         """Send a command and return the reply; repeat failed exchanges as often as the settings allow.
 
-        Use this only for commands that may be executed twice without harm.
+        Use this only for commands that can safely be executed twice.
 
         Raises:
             SilentError, GarbledError, WiringError: As for :meth:`exchange`.

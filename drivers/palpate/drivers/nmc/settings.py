@@ -10,7 +10,7 @@ BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000
 """Data byte of SET_BAUD for each baud rate.
 
 FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all fit 1.25 MHz / (divisor + 1) within 3.5 %,
-except 230 400, which would really be 208 333 (-9.6 %): too far off for a UART, unless the modules have a different
+except 230 400, which would actually be 208 333 (-9.6 %): too far off for a UART, unless the modules have a different
 clock. INFERENCE from the same formula: 250 000, which it meets exactly.
 """
 
@@ -20,11 +20,11 @@ class BusSettings:
     """Settings of the communication with the modules.
 
     Attributes:
-        baud: Rate to change to after start-up, bit/s.
+        baud: Baud rate to use after start-up, bit/s.
         adapter_latency_s: Time that the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
             adapter in low-latency mode, 0.016 by default.
-        slack_s: Additional delay of a reply that is accepted, to allow for the operating system.
-        reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the Linux port of libnmc waits 0.1 ms by mistake.
+        slack_s: Additional delay accepted for a reply, to allow for the operating system.
+        reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the Linux port of libnmc mistakenly waits 0.1 ms.
     """
 
     baud: int = 115_200
@@ -36,7 +36,7 @@ class BusSettings:
 ERRORS_IN_A_ROW: Final = 2
 """Number of consecutive failures, at one module or on the whole bus, that requires a restart. FACT (libnmc)."""
 MAX_MODULES: Final = 31
-"""Largest number of modules in the address chain. INFERENCE."""
+"""Maximum number of modules in the address chain. INFERENCE."""
 BITS_PER_BYTE: Final = 10
 """Bits per byte on the line: one start bit, eight data bits and one stop bit."""
 

@@ -1,8 +1,8 @@
 """Start-up of the bus. It resets and addresses the modules, or takes over running modules, and sets the baud rate.
 
 FACT (libnmc): send 20 zeros, HARD_RESET to all twice, and SET_ADDR to address 0 with 1, 2, ..., until none answers.
-Each reply enables the next module in the chain. Modules may still use the rate of an earlier run, so the reset is sent
-at every known rate.
+Each reply enables the next module in the chain. Modules may still use the baud rate of an earlier run, so the reset is
+sent at every known rate.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ _RESETS: Final = 2
 _TRIES: Final = 3
 _UNADDRESSED: Final = 0
 _BAUD_SETTLE_S: Final = 0.01
-"""Wait after SET_BAUD, for the ports of the modules and of the host. INFERENCE."""
+"""Wait after SET_BAUD, for the ports of the modules and the host to settle. INFERENCE."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,9 +27,9 @@ _RUN_RAD_S: Final = 0.01
 _RUN_S: Final = 0.5
 _WAIT_S: Final = 1.0
 _STILL_RAD: Final = 0.1 * _RUN_RAD_S * 0.25 * _WAIT_S
-"""Largest motion of a stationary arm in the last quarter of the wait."""
+"""Maximum motion of a stationary arm in the last quarter of the wait."""
 _GAIN_PER_S: Final = 10.0
-"""Added velocity per radian of lag."""
+"""Additional velocity per radian of lag."""
 
 
 class Ros2Arm(LatchingArm):
@@ -54,7 +54,7 @@ class Ros2Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Start commanding the controller; the arm holds its position."""
+        """Start sending commands to the controller; the arm holds its position."""
         self._require("enable()", ArmState.CONFIGURED)
         require_one_publisher(self._link)
         self._await_news()
@@ -105,13 +105,13 @@ class Ros2Arm(LatchingArm):
             self._hold()
 
     def run_out(self) -> float | None:
-        """Move the last joint slowly, stop the commands, and wait for the robot's own stop.
+        """Move the last joint slowly, stop sending commands, and wait for the robot to stop by itself.
 
         Returns:
             Time until the joint was stationary, s; None if it had to be stopped.
 
         Raises:
-            DriverError: The joint does not follow, or the robot falls silent.
+            DriverError: The joint does not follow, or the robot stops sending data.
         """
         self._require("run_out()", ArmState.ENABLED)
         if not self.settings.velocities:
@@ -143,7 +143,7 @@ class Ros2Arm(LatchingArm):
     def acknowledge(self) -> None:
         """Clear a fault; it stays if its cause persists. Only a person may decide to do this."""
         self._require_fault()
-        # A restarted robot has a different clock.
+        # The clock of a restarted robot is different.
         self._stamps = StampClock(self._link.reads)
         require_one_publisher(self._link)
         self._await_news()
@@ -165,7 +165,7 @@ class Ros2Arm(LatchingArm):
         self._seen_rad, self._time_ns, self._heard_ns = angles[-1], times_ns[-1], now_ns
 
     def _await_news(self) -> None:
-        """Wait for a new message, because the received ones may be old or precede a fault."""
+        """Wait for a new message, because those already received may be old or precede a fault."""
         self._link.take()
         begin_ns, before_ns = self._now_ns(), self._time_ns
         while self._time_ns == before_ns:

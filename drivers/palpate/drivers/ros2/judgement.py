@@ -10,9 +10,9 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME
 
 _NS: Final = 1_000_000_000
 _LEAP_NS: Final = _NS // 4
-"""Lead of a message's timestamp over its arrival above which the clock counts as set ahead."""
+"""Maximum lead of a timestamp over the arrival of its message; above it, the clock was set forward."""
 _DRIFT: Final = 1e-4
-"""Largest relative drift between two clocks."""
+"""Maximum relative drift between two clocks."""
 _LOOK_S: Final = 0.01
 _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the messages"
 
@@ -29,7 +29,7 @@ class StampClock:
         """Return the measurement times of messages received together, in increasing order.
 
         Raises:
-            GarbledError: The publisher's clock was set, or the messages carry no time.
+            GarbledError: The publisher's clock was changed, or the messages contain no time.
         """
         stamps_ns = [message.header.stamp.sec * _NS + message.header.stamp.nanosec for message in messages]
         for stamp_ns in stamps_ns:
@@ -92,7 +92,7 @@ def await_publisher(link: Ros2Link, timeout_s: float, sleep: Callable[[float], N
 
 
 def require_one_publisher(link: Ros2Link) -> None:
-    """Refuse a topic with several publishers."""
+    """Raise an error if a topic has several publishers."""
     if (found := link.publishers()) > 1:
         problem = f"{found} publishers send {link.reads}"
         raise WiringError(NAME, problem, "end all but one; one that has died counts for up to 20 s")
@@ -111,7 +111,7 @@ def no_publisher(link: Ros2Link) -> DriverError:
 
 
 def require_subscriber(link: Ros2Link) -> None:
-    """Refuse to send commands if there is no controller, or only one with different requirements."""
+    """Raise an error if there is no controller for the commands, or only one with different requirements."""
     if link.subscribers():
         return
     unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]

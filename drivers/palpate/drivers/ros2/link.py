@@ -12,10 +12,10 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME, Ros2Network
 
 EXTRA: Final = "pip install 'palpate[ros2]'"
 _MOST: Final = 64
-"""Length of the queue of received messages; the oldest are dropped."""
+"""Maximum number of queued received messages; the oldest are dropped."""
 _ENDPOINTS: Final = 500
 _ACKNOWLEDGED_NS: Final = 100_000_000
-"""Longest wait for the robot to acknowledge the last command."""
+"""Maximum wait for the robot to acknowledge the last command."""
 _ALIVE: Final = 16
 _EXISTS: Final = -4
 _domains: Final = dict[int, tuple[str, Any]]()
@@ -32,7 +32,7 @@ class Ros2Link:
         self._writer: Any = None
 
     def open(self) -> None:
-        """Join the domain, and start to discover other participants.
+        """Join the domain, and start discovering other participants.
 
         Raises:
             SettingError: The library is missing, or this computer cannot join.
@@ -81,7 +81,7 @@ class Ros2Link:
         except Exception as error:
             # Invalid bytes raise various errors.
             raise GarbledError(NAME, f"a message of {self.reads} is no {self.kind}", "see who sends it") from error
-        # A publisher that leaves sends a sample without fields.
+        # A publisher that leaves the domain sends a sample without fields.
         return [each for each in taken if each.sample_info.valid_data]
 
     def write(self, values: Sequence[float]) -> None:
@@ -121,7 +121,7 @@ class Ros2Link:
     def close(self) -> None:
         """Leave the domain; never raises."""
         if self._writer is not None:
-            # Otherwise the robot would not get a holding command sent just before.
+            # Otherwise a hold command sent just before would not reach the robot.
             with suppress(Exception):
                 self._writer.wait_for_acks(_ACKNOWLEDGED_NS)
         self._reader = self._writer = self._participant = None
@@ -142,7 +142,7 @@ def _open_domain(network: Ros2Network) -> None:
         try:
             _domains[network.domain] = configuration, Domain(network.domain, configuration)
         except DDSException as error:
-            # Other code in this process has opened it with the library.
+            # Other code in this process has already opened the domain with the library.
             if error.code != _EXISTS:
                 raise
     elif _domains[network.domain][0] != configuration:

@@ -30,8 +30,8 @@ class Ros2ArmSettings:
 
     Attributes:
         period_s: Time between two commands.
-        velocities: Command velocities instead of positions.
-        start_s: Longest wait for the publisher and the first message.
+        velocities: True to command velocities instead of positions.
+        start_s: Maximum wait for the publisher and the first message.
         silence_s: Time without joint angles that counts as a fault.
     """
 

@@ -1,6 +1,6 @@
 """Driver for the arm. It checks the arm on opening, commands it in every cycle, and stops it on any error.
 
-A stop brakes with servoStop. Without set-points, or without the client's process, the controller's watchdog ends the
+A stop brakes with servoStop. If set-points or the client process are missing, the controller's watchdog ends the
 control program, which also brakes the arm.
 """
 
@@ -48,7 +48,7 @@ class UrArm(LatchingArm):
         self._cycled_ns = 0
 
     def open(self) -> None:
-        """Connect to the controller without any motion."""
+        """Connect to the controller without moving the arm."""
         self._require("open()", ArmState.NEW)
         seen = self._reach()
         try:
@@ -65,7 +65,7 @@ class UrArm(LatchingArm):
         return self._seen
 
     def enable(self) -> None:
-        """Start the control program with the controller's watchdog, without motion. Also restores a lost link."""
+        """Start the control program with the controller's watchdog, without motion. Also restores a lost connection."""
         self._require("enable()", ArmState.CONFIGURED)
         try:
             seen = self._fresh()
@@ -200,6 +200,6 @@ class UrArm(LatchingArm):
             raise WiringError(NAME, problem, "switch the pendant to remote control")
 
     def _ask_tcp(self) -> None:
-        # Only the control program knows the tool centre point.
+        # Only the control program provides the tool centre point.
         self._link.call("control", _PROGRAM_S, 0.0)
         self.tcp_offset = tuple(self._link.call("tcp", _ANSWER_S))

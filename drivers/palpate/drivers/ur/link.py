@@ -1,4 +1,4 @@
-"""Connection to the process that runs ur_rtde. All waits are bounded."""
+"""Connection to the process that runs ur_rtde. Every wait has a time limit."""
 
 import json
 import select
@@ -61,7 +61,7 @@ class UrLink:
     """Connection to the controller through ur_rtde in a separate process.
 
     Args:
-        set_priority: Function that puts the calling thread into the real-time class, which the process inherits.
+        set_priority: Function that gives the calling thread real-time priority, which the process inherits.
         real_time_factor: Controller seconds per real second; below 1 for an emulated controller.
     """
 
@@ -78,7 +78,7 @@ class UrLink:
         self._lost = ""
 
     def stamp_ns(self) -> int:
-        """Return the time on the clock of the states: the monotonic system clock, scaled to the controller's pace."""
+        """Return the time on the clock of the states: the monotonic system clock, scaled by ``real_time_factor``."""
         return round(time.monotonic_ns() * self._real_time_factor)
 
     def open(self, timeout_s: float) -> UrHello:
@@ -107,7 +107,7 @@ class UrLink:
         """Send a request and wait for the answer.
 
         Raises:
-            DriverError: The request was refused, or was not answered in time. A time-out closes the link.
+            DriverError: The request was rejected, or was not answered in time. A time-out closes the link.
         """
         self._requested += 1
         number, deadline_ns = self._requested, time.monotonic_ns() + round(timeout_s * 1e9)
@@ -149,7 +149,7 @@ class UrLink:
         return UrState(**fields)
 
     def close(self) -> None:
-        """Ask the controller to end its program, and then end the process. Never raises."""
+        """Instruct the controller to end its program, then end the process. Never raises."""
         process, line, errors = self._process, self._line, self._errors
         self._process = self._line = self._errors = None
         self._answers = {}
@@ -183,7 +183,7 @@ class UrLink:
             problem = f"the client takes no set-points: {self.host} does not answer it"
             raise SilentError(NAME, problem, CHECK) from error
         except OSError as error:
-            # Its last message says more than its end.
+            # The last message of the process is more informative than the broken connection.
             with suppress(OSError):
                 self._take()
             raise self._gone() from error

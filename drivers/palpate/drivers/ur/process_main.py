@@ -25,7 +25,7 @@ _VARIABLES: Final = [
 
 
 class Served:
-    """The client, and the execution of requests to it."""
+    """The ur_rtde client, and the execution of requests."""
 
     def __init__(self, line: socket.socket, host: str, rate_Hz: float) -> None:
         self._line, self._host, self._rate_Hz = line, host, rate_Hz
@@ -83,13 +83,13 @@ class Served:
         try:
             answer = {"id": requested["id"], "value": self._ways[requested["op"]](*requested["args"])}
         except Exception as error:
-            # Any error from the client is passed on in its own words.
+            # The text of any error from the client is passed on unchanged.
             answer = {"id": requested["id"], "error": str(error).strip() or repr(error)}
         self._line.send(json.dumps(answer).encode())
 
     @contextmanager
     def _ahead(self) -> Iterator[None]:
-        """Let the client start threads with a higher priority than that of its caller, which waits without sleeping."""
+        """Let the client start threads with a higher priority than the calling thread, which polls without sleeping."""
         policy, own = os.sched_getscheduler(0), self._priority
         if own > 1:
             os.sched_setscheduler(0, policy, os.sched_param(own))
@@ -154,7 +154,7 @@ class Served:
             "tcp_pose": receive.getActualTCPPose(),
         }  # fmt: skip
         if receive.getTimestamp() != timestamp_s:
-            # A package arrived meanwhile, so the parts would be from different times.
+            # A package has arrived in the meantime, so the parts would be from different times.
             return
         self._timestamp_s = timestamp_s
         with suppress(BlockingIOError):
@@ -162,10 +162,10 @@ class Served:
 
 
 def main() -> None:
-    """Serve, then exit without returning and without the client's own clean-up, which may wait without limit."""
+    """Serve, then exit without returning and without the client's own clean-up, which may wait indefinitely."""
     fd, host, rate_Hz = sys.argv[1:]
     with suppress(OSError):
-        # The client waits without sleeping, so it must not run on a processor reserved for the loop.
+        # The client polls without sleeping, so it must not run on a processor reserved for the loop.
         os.sched_setaffinity(0, range(os.cpu_count() or 1))
     line = socket.socket(fileno=int(fd))
     served = Served(line, host, float(rate_Hz))

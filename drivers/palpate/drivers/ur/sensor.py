@@ -26,7 +26,7 @@ class UrToolForce(PolledSensor):
         try:
             state = self._link.state()
         except DriverError as error:
-            # A lost connection is not restored automatically.
+            # The driver does not restore a lost connection automatically.
             self.failure = self.failure or WiringError(error.device, error.problem, error.remedy)
             return []
         if state is None or state.timestamp_s == self._timestamp_s:

@@ -1,4 +1,4 @@
-"""Settings of a Universal Robots controller, and checks before and during motion."""
+"""Settings for a Universal Robots controller, and checks before and during motion."""
 
 import re
 from collections.abc import Sequence
@@ -58,7 +58,7 @@ class UrSettings:
 
 
 def require_version(hello: UrHello, host: str) -> None:
-    """Refuse untested versions of the controller's software."""
+    """Reject untested versions of the controller software."""
     found = re.search(r"(\d+)\.(\d+)", hello.version)
     if found is None or int(found[1]) != 5 or int(found[2]) < 9:
         problem = f"the software of its controller at {host} is {hello.version!r}, untried"
@@ -66,8 +66,8 @@ def require_version(hello: UrHello, host: str) -> None:
 
 
 def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
-    """Refuse impossible data, which a client reads after it has lost the start of a package."""
-    # A restarted controller counts time from zero.
+    """Reject impossible data, which a client reads after losing the start of a package."""
+    # The time of a restarted controller starts at zero.
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
     farthest_rad = max(map(abs, seen.q_rad))

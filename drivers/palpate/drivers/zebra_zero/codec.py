@@ -36,7 +36,7 @@ SixCounts: TypeAlias = tuple[int, ...]
 
 
 def six(values: Sequence[float]) -> Six:
-    """Return the values if they are six finite numbers; otherwise refuse them."""
+    """Return the values; raise an error unless they are six finite numbers."""
     if len(values) != JOINTS or not all(isfinite(value) for value in values):
         raise RefusedError(DEVICE, f"{values} are not {JOINTS} finite angles", "correct the caller; nothing was sent")
     a, b, c, d, e, f = (float(value) for value in values)
@@ -80,7 +80,7 @@ class Transmission:
         return six([d + home for d, home in zip((d1, d2, d3, d4, d5, d6), HOME_RAD, strict=True)])
 
     def motor_rates(self, joint_rates: Sequence[float]) -> Six:
-        """Return each motor's largest velocity or acceleration in counts, from joint rates (6,) in rad/s or rad/s2."""
+        """Return each motor's maximum velocity or acceleration in counts for joint rates (6,) in rad/s or rad/s2."""
         unit_rates = [self._motors(six([rate * (i == j) for i in range(JOINTS)])) for j, rate in enumerate(joint_rates)]
         return six([sum(abs(unit[axis]) for unit in unit_rates) for axis in range(JOINTS)])
 

@@ -1,4 +1,4 @@
-"""Driver for the Zebra Zero. It finds, enables, moves and stops the arm in the caller's loop, without threads."""
+"""Driver for the Zebra Zero. It finds, enables, moves and stops the arm in the caller's loop and uses no threads."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -68,8 +68,8 @@ class ZebraZero(LatchingArm):
     def open(self) -> None:
         """Find six servo modules; take the arm's position from stored counters or a person's confirmation.
 
-        Modules that still have their addresses are taken over unchanged; others are reset, with motors off and
-        counters at zero. There is no index for homing (FACT: the port), so only a person can confirm the position.
+        Modules that still have their addresses are taken over unchanged; others are reset, with motors off and counters
+        at zero. The encoders have no index for homing (FACT: the port), so only a person can confirm the position.
         """
         self._require("open()", ArmState.NEW)
         found = self._servos.attach()
@@ -152,7 +152,7 @@ class ZebraZero(LatchingArm):
         if self.stopped not in (servos.StopOutcome.STATIONARY, servos.StopOutcome.LINE_DEAD):
             self._halt()
         if self._power_lost:
-            # Nothing holds the arm anyway, and a supply that returns must not pull it to an old set-point.
+            # Nothing holds the arm anyway, and when power returns it must not be pulled to an old set-point.
             self._power_lost = False
             with suppress(DriverError):
                 self._servos.off()
@@ -192,7 +192,7 @@ class ZebraZero(LatchingArm):
 
     def close(self) -> None:
         """Stop the arm; its servos continue to hold it. May be called at any time and repeatedly; never raises."""
-        # Store them again: the counters stored as the motors stopped were read while the arm still swung.
+        # Store the counters again: those stored as the motors stopped were read while the arm was still swinging.
         self.stop()
         self._state = ArmState.CLOSED
 
@@ -213,7 +213,7 @@ class ZebraZero(LatchingArm):
         if requested_rad is None or self._state is not ArmState.ENABLED:
             return (NOP,) * JOINTS
         limits = self.settings.limits
-        # At most one period counts, so that a late cycle gets no longer step.
+        # At most one period counts, so a late cycle is not allowed a longer step.
         step_s = min((now_ns - self._stepped_ns) * 1e-9, 1.0 / self.settings.rate_Hz)
         within = clamped(requested_rad, limits.lower_rad, limits.upper_rad)
         self.setpoint_rad = held_back(within, self.setpoint_rad, [limits.velocity_rad_per_s * step_s] * JOINTS)

@@ -23,7 +23,7 @@ class FaultKind(enum.Enum):
 
 
 TRIPPED: Final = (FaultKind.POSITION_ERROR, FaultKind.OVERCURRENT, FaultKind.SERVO_OFF)
-"""Faults on which the firmware switches a motor off; a stop must not switch it on again."""
+"""Faults that make the firmware switch a motor off; a stop must not switch it on again."""
 
 _BY_HAND: Final = "switch the motors off, move the joint back by hand, then acknowledge"
 _REMEDIES: Final = {
@@ -51,7 +51,7 @@ def fault_in(axis: int, reply: Reply, settings: ZebraZeroSettings, *, should_be_
 
     Args:
         axis: Motor, 1 to 6.
-        should_be_on: Whether the servo should be on; otherwise, its position error bit and supply have no meaning.
+        should_be_on: True if the servo should be on; otherwise, its position error bit and supply have no meaning.
     """
     aux = Aux(0) if reply.aux is None else reply.aux
     shown = (

@@ -66,7 +66,7 @@ def bring_to_rest(
 ) -> StopOutcome:
     """Stop the motors smoothly with their amplifiers on, or abruptly after a time-out.
 
-    If the line is dead, send the command once and do not wait.
+    If the line is dead, the command is sent once, without waiting.
 
     Args:
         addresses: Modules whose servos are on. A servo that has switched itself off stays off.
@@ -106,7 +106,7 @@ def _poll(bus: NmcBus, address: int, reached: set[int], moving: set[int]) -> boo
         reached.add(address)
         moving.discard(address)
     elif address not in reached:
-        # Modules do not acknowledge a group command, so each one gets its own.
+        # Modules do not acknowledge a group command, so each one receives its own command.
         if isinstance(bus.attempt(address, SMOOTH), Reply):
             reached.add(address)
     elif reply.status & NmcStatus.MOVE_DONE:
@@ -123,7 +123,7 @@ _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
 
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
-    """Return the modules; refuse anything but six servos."""
+    """Return the modules; raise an error unless they are six servos."""
     kinds = [module.identity.name for module in modules]
     if len(modules) != JOINTS or any(module.identity.type_code != SERVO for module in modules):
         raise WiringError(
@@ -146,7 +146,7 @@ def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
 
 
 class Servos:
-    """The motors of the arm, with positions in counts only; ``on`` holds the axes, 1 to 6, whose servos are on."""
+    """The motors of the arm, with positions in counts only; ``on`` contains the axes, 1 to 6, whose servos are on."""
 
     def __init__(self, bus: NmcBus, settings: ZebraZeroSettings) -> None:
         self._bus, self._settings = bus, settings
@@ -196,13 +196,13 @@ class Servos:
     def enable(self, axis: int) -> ArmFaultError | None:
         """Let a servo hold its motor in its current position; return a fault, if any.
 
-        The abrupt stop makes the current position the one to be held, and the trapezoid that loads velocity and
+        The abrupt stop makes the current position the position to hold, and the trapezoid that loads velocity and
         acceleration for later goes to that same position, so nothing moves.
         """
         was_on = axis in self.on
         if not was_on:
             self._bus.require(axis, _OFF)
-        # From here on the servo may be on, even without a reply.
+        # From here on the servo may be on, even if there is no reply.
         self.on.add(axis)
         held = _position(self._bus.require(axis, ABRUPT))
         if not was_on:

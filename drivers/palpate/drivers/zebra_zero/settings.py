@@ -18,8 +18,8 @@ class JointLimits:
         lower_rad: Lower limits, (6,). FACT: the port. Evidence: medium for joints 1 to 3, weak for the wrist (a note in
             the client says that its limits are still to be fixed).
         upper_rad: Upper limits, (6,), from the same source.
-        velocity_rad_per_s: Highest joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
-        acceleration_rad_per_s2: Highest joint acceleration, enforced by firmware with trapezoids. CALC from the port's
+        velocity_rad_per_s: Maximum joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
+        acceleration_rad_per_s2: Maximum joint acceleration, enforced by firmware with trapezoids. CALC from the port's
             servo default of 10 000 on joints 1 to 3. (One configuration of the port has 0.2, a different software cap.)
     """
 
@@ -46,7 +46,7 @@ FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 class Streaming(enum.Enum):
     """Method for sending set-points to a motor, determined by the firmware of the modules.
 
-    ``TRAPEZOID`` loads a new target position while the last is still being approached, so the firmware's own limits on
+    ``TRAPEZOID`` loads a new target while the motor is still approaching the last one, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new position
     during a motion is taken as an offset, and the arm moves to a wrong place. ``STOP_HERE`` sets the servo's position
     without a profile (FACT: Logosol, libnmc), which works on both but leaves only this driver's limits in force.
@@ -59,14 +59,14 @@ class Streaming(enum.Enum):
 RESERVE: Final = 0.1
 """Fraction of the period that the bus must leave free."""
 LIMIT_TOLERANCE_RAD: Final = 0.02
-"""Distance of a measured pose beyond the limits that counts as a fault."""
+"""Distance beyond the limits at which a measured pose counts as a fault."""
 STORED_TOLERANCE_COUNTS: Final = 200
-"""Largest difference from the stored counters at which their position is adopted."""
+"""Maximum difference from the stored counters at which the stored position is used."""
 PROFILE_MARGIN: Final = 1.25
 """Ratio of the firmware's own velocity and acceleration limits to those of the joints, so that a profile can catch up
 with its set-points."""
 STOP_TIMEOUT_S: Final = 1.0
-"""Time within which a stop must be complete. CALC: braking from the highest velocity takes 53 ms."""
+"""Time within which a stop must be complete. CALC: braking from the maximum velocity takes 53 ms."""
 
 
 ERROR_LIMIT_COUNTS: Final = 4000
@@ -80,9 +80,9 @@ class ZebraZeroSettings:
     """Settings of the Zebra Zero arm. Values without a mark are choices of this driver.
 
     Attributes:
-        divider: Control ticks per ``cycle``; refused if the bus cannot carry the rate.
-        require_power: Treat a missing motor supply as a fault. INFERENCE: some amplifiers may not report it.
-        use_limit_inputs: Treat an active limit input as a fault. NOT FOUND: whether the arm has limit switches.
+        divider: Number of control ticks per ``cycle``; rejected if the bus cannot carry the rate.
+        require_power: True to treat a missing motor supply as a fault. INFERENCE: some amplifiers may not report it.
+        use_limit_inputs: True to treat an active limit input as a fault. NOT FOUND: whether the arm has limit switches.
 
     Raises:
         SettingError: The bus cannot carry the rate.
@@ -108,7 +108,7 @@ class ZebraZeroSettings:
 
     @property
     def highest_rate_Hz(self) -> float:
-        """Highest rate that leaves the reserve (CALC); both streaming methods take the same time."""
+        """Maximum rate that leaves the reserve (CALC); both streaming methods take the same time."""
         line = nmc.SerialTiming(self.bus.baud, self.bus.adapter_latency_s)
         setpoint = nmc.stop_motor(nmc.StopControl.AMP_ENABLE | nmc.StopControl.HERE, 0)
         exchange_s = line.exchange_s(setpoint.size_bytes + nmc.reply_size_bytes(REPLY_ITEMS))

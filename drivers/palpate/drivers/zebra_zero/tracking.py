@@ -19,8 +19,8 @@ from palpate.drivers.zebra_zero.settings import (
 class Tracking:
     """Filter that accepts only plausible replies.
 
-    A reply from another axis, or a damaged one with the right sum, appears as an impossible jump of a motor: more than
-    twice the motion at the highest velocity, plus the position error at which the firmware switches off. It is not
+    A reply from another axis, or a damaged one with the correct sum, appears as an impossible jump of a motor: more
+    than twice the motion at the maximum velocity, plus the position error at which the firmware switches off. It is not
     detected if another axis happens to be at that position.
     """
 
@@ -52,14 +52,14 @@ class Tracking:
         return {axis: Reply(status=status, aux=aux) for axis, status, aux, time_ns in news if time_ns is not None}
 
     def agrees(self, stored_counts: Sequence[int]) -> bool:
-        """Return whether the counters agree with those of an earlier run."""
+        """Return True if the counters agree with those of an earlier run."""
         if len(stored_counts) != JOINTS:
             return False
         pairs = zip(self._counts, stored_counts, strict=True)
         return all(abs(a - b) <= STORED_TOLERANCE_COUNTS for a, b in pairs)
 
     def begin_at(self, counts: SixCounts) -> None:
-        """Restart at these counts, whose time is unknown."""
+        """Restart at these counts, whose measurement time is unknown."""
         self._counts = list(counts)
         self._time_ns = [None] * JOINTS
         self._misses = [0] * JOINTS
@@ -109,7 +109,7 @@ class Rounds:
         """
         for axis, command in zip(AXES, commands, strict=True):
             self._visit(axis, command)
-        # This check also runs without news of an axis, because the other axes may be outside their limits.
+        # This check also runs if the axis did not reply, because the other axes may be outside their limits.
         fault = self.beyond_limits() if self._servos.on else None
         if fault is not None:
             raise fault
