@@ -27,7 +27,7 @@ from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Join
 _HANG_NS: Final = 500_000_000
 _JOIN_S: Final = 0.01
 _MANY_STEPS: Final = 1500
-"""Maximum number of steps to a limit that is tested; the nearest limit is always tested."""
+"""Limits that are more than this number of steps away are not tested, except the nearest one."""
 
 
 class ArmCommandContract(DeviceContract[ArmCommandRig]):
@@ -38,7 +38,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
     _poses: int = 0
     """Number of poses sent."""
     _halted: bool = True
-    """Whether a command was in progress at the last halt, or the pose is unknown."""
+    """True if a command was in progress at the last halt, or if the pose is unknown."""
     _stopped: bool = False
 
     @override
@@ -86,7 +86,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         self._stopped = self._stopped or rig.device.life is Life.ACTIVE
 
     def rest(self, rig: ArmCommandRig) -> None:
-        """Require that the arm is at its last target, or close to the place where a command was halted."""
+        """Require that the arm is at its last target, or close to the point at which a command was halted."""
         with suppress(ClauseNotApplicable):
             parameter(rig.position_rad, "position_rad")
             rig.advance(rig.settle_ticks if self._halted else 0)
@@ -97,7 +97,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 self._rest_rad, self._halted = here_rad, False
 
     def _next_pose(self, rig: ArmCommandRig) -> JointVector:
-        """Return the home pose with one joint moved; each call uses the next joint and the other direction."""
+        """Return the home pose with one joint moved; each call uses the next joint and the opposite direction."""
         self._poses += 1
         joint = self._poses % len(rig.home_rad)
         return _shifted(rig.home_rad, rig.step_rad if self._poses % 2 else -rig.step_rad, joint)
@@ -140,7 +140,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
 
     def _check_limit(self, rig: ArmCommandRig, joint: int, limit_rad: float, beyond_rad: float) -> None:
         clause, end = "position limit", tuple(beyond_rad if i == joint else q for i, q in enumerate(rig.home_rad))
-        # The target moves in small steps, because an arm without limits would jump to it.
+        # The target moves in small steps, because an arm without limits would jump to a distant target.
         for requested in chain(ramp(rig.home_rad, end, rig.step_rad), repeat(end, rig.limit_ticks)):
             applied = self._send(rig, requested)
             _require_within(clause, rig, applied.position_rad, 0.0)
@@ -191,7 +191,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         """If several commands arrive in one tick, only the last one is executed, and no backlog remains."""
         with self.rig(Life.ACTIVE) as rig:
             parameter(rig.position_rad, "position_rad")
-            # There are more commands than ticks to settle, so that a queue cannot be empty at the first check.
+            # More commands are sent than there are ticks to settle, so a queue cannot be empty at the first check.
             for _ in range(rig.settle_ticks + 5):
                 self._send(rig, _shifted(rig.home_rad, rig.step_rad))
             applied = self._send(rig, _shifted(rig.home_rad, -rig.step_rad))
@@ -200,7 +200,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 _require_at("newest command", _where(rig), applied.position_rad, rig.tolerance_rad)
 
     def test_stop_works_in_every_state(self) -> None:
-        """``stop`` opens nothing, raises no error and returns in time in any state, even if repeated or unplugged."""
+        """In any state and with the cable cut, repeated ``stop`` calls open nothing, raise no error and are quick."""
         for life, cut in (*((life, False) for life in Life), (Life.ACTIVE, True)):
             with self.rig(Life.CONSTRUCTED) as rig:
                 if (life is Life.FAULTED and rig.provoke_fault is None) or (cut and rig.disconnect is None):
@@ -222,7 +222,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 require("stop", not opened, "a resource that it opened", "stop() to open nothing")
 
     def test_stop_works_from_another_thread(self) -> None:
-        """``stop`` works from any thread and is effective once it has returned."""
+        """``stop`` works from any thread and has taken effect when it returns."""
         with self.rig(Life.ACTIVE) as rig:
             returned: list[Exception | None] = []
 
@@ -266,7 +266,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
 
 
 def _limits_in_reach(rig: ArmCommandRig) -> list[tuple[int, float, float]]:
-    """Return the limits to test, the nearest first: joint, limit, and an angle beyond it."""
+    """Return the limits to test, nearest first, each as joint, limit, and an angle beyond the limit."""
     limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
     rooms = sorted(
         (abs(limit_rad - q), joint, limit_rad, outward)
@@ -303,7 +303,7 @@ def _where(rig: ArmCommandRig) -> JointVector:
 
 
 def _far(one_rad: JointVector, other_rad: JointVector) -> float:
-    """Return the largest joint distance between two poses."""
+    """Return the maximum joint distance between two poses."""
     return max((abs(a - b) for a, b in zip(one_rad, other_rad, strict=True)), default=0.0)
 
 

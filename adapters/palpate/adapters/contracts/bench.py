@@ -48,13 +48,13 @@ class DeviceRig(Generic[DeviceT]):
 
     Attributes:
         advance: Function that advances world and time by a number of control ticks, in every adapter state.
-        is_open: Function that returns whether the adapter holds a connection or another resource.
-        provoke_fault: Function that makes the active device fail, and returns when the adapter has latched the fault.
+        is_open: Function that returns True if the adapter holds a connection or another resource.
+        provoke_fault: Function that makes the active device fail and returns once the adapter has latched the fault.
         disconnect: Function that cuts the cable, in any state of the adapter.
         reconnect: Function that restores the connection that ``disconnect`` cut.
-        dispose: Function that releases the rig's own resources after the adapter was closed.
+        dispose: Function that releases the rig's own resources after the adapter has been closed.
         call_budget_ns: Maximum duration of a reading or a command.
-        runs_by_itself: Whether the world continues between two calls, as with real hardware.
+        runs_by_itself: True if the world keeps running between calls, as with real hardware.
         settle_ticks: Number of ticks after which a small move is complete, or a reading reflects a change.
     """
 
@@ -115,8 +115,8 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     """A force sensor on the test bench.
 
     Attributes:
-        push_N: Function that exerts a force (fx, fy, fz) on the tool, in the sensor frame, until the next call; (0, 0,
-            -10) is a surface that presses against the tool axis. It must also work before ``configure``.
+        push_N: Function that exerts a force (fx, fy, fz) on the tool, in the sensor frame, until the next call. (0, 0,
+            -10) represents a surface that presses against the tool axis. It must also work before ``configure``.
         load_N: Force that is safe and well within the range.
         overload_N: Force that may exceed the range but causes no damage on this rig.
         tolerance_N: Maximum error, including noise, of a settled reading.
@@ -145,7 +145,7 @@ class MovingRig(DeviceRig[DeviceT]):
     """Common part of the rigs for the two ports of an arm.
 
     Attributes:
-        step_rad: Motion within one tick that is permitted for every joint in both directions.
+        step_rad: Motion per tick that is permitted for every joint in both directions.
         tolerance_rad: Maximum distance of a stationary arm from its command, or of an encoder from the joint; less than
             half of ``step_rad``.
     """
@@ -180,14 +180,14 @@ class ArmCommandRig(MovingRig[ArmCommand]):
 
     Attributes:
         home_rad: Initial joint angles, (n,), within the limits. If one joint is close to a limit, the clause on
-            position limits is quick.
+            position limits runs quickly.
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
-        fast_step_rad: Motion within one tick that is too fast; at home, at least one joint has room for it.
+        fast_step_rad: Motion per tick that is too fast; in the home pose, at least one joint has room for it.
         position_rad: Function that returns the true joint angles, (n,).
         turn_by_hand: Function that moves the joints of the inactive arm to these angles from outside.
         stop_budget_ns: Maximum duration of ``stop``.
-        limit_ticks: Maximum delay, in ticks, of the arm on its path to the nearest position limit.
+        limit_ticks: Maximum number of ticks by which the arm may lag on its way to the nearest position limit.
     """
 
     home_rad: JointVector

@@ -56,7 +56,7 @@ class ClockContract(ABC):
         require("past deadline", at_once, f"{passed_ns} ns went by", f"at most {2 * rig.tolerance_ns} ns")
 
     def test_absolute_deadlines_do_not_drift(self) -> None:
-        """In a long sequence of absolute deadlines, the last is met as accurately as the first."""
+        """In a long sequence of absolute deadlines, the last one is met as accurately as the first."""
         rig = self.make()
         deadline_ns = rig.clock.now_ns()
         for count in range(1, rig.deadlines + 1):

@@ -16,7 +16,7 @@ from palpate.core.ports import Life
 RigT = TypeVar("RigT", bound=DeviceRig[Any])
 
 LONG_TICKS: Final = 300
-"""Number of stationary ticks after which temporary effects have ended."""
+"""Number of stationary ticks after which transient effects have ended."""
 
 _CALLS: Final = 9
 _HANG_NS: Final = 500_000_000
@@ -28,7 +28,7 @@ class DeviceContract(ABC, Generic[RigT]):
     """Clauses for the life cycle of a device; the suite of each port adds further clauses."""
 
     may_command: bool = True
-    """Whether commands, including commands that are too fast, may be sent to the arm. It is False for a real arm."""
+    """True if commands, including commands that are too fast, may be sent to the arm; False for a real arm."""
 
     @abstractmethod
     def make(self) -> RigT:
@@ -47,7 +47,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Fail the clause unless the active device works."""
 
     def start_work(self, rig: RigT) -> None:
-        """Start an activity of the active device, to be interrupted by the next request."""
+        """Start an activity of the active device that the next request interrupts."""
 
     def disturb(self, rig: RigT) -> None:
         """Cause events that are possible in any state."""
@@ -60,7 +60,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
     @contextmanager
     def rig(self, life: Life) -> Iterator[RigT]:
-        """Yield a new rig with its adapter in this state, and release it afterwards."""
+        """Yield a new rig with its adapter in the given state, and release it afterwards."""
         rig = self.make()
         try:
             bring(rig, life)
@@ -91,7 +91,7 @@ class DeviceContract(ABC, Generic[RigT]):
                 _require_no_thread(clause, before)
 
     def test_life_follows_the_table(self) -> None:
-        """After any sequence of requests, work, faults and cut cables, the state is correct and the device works."""
+        """After any sequence of requests, work, faults and cable cuts, the state is correct and the device works."""
         with self.rig(Life.CONSTRUCTED) as rig:
             live = rig.runs_by_itself or not self.may_command
         # Five life cycles detect every unsafe adapter in the tests.
@@ -154,7 +154,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:
-    """Bring the adapter of a new rig to a state; an active adapter is given time for a first sample."""
+    """Bring the adapter of a new rig to a state; an active adapter gets one tick to provide its first sample."""
     provoke = parameter(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
     if life is not Life.CONSTRUCTED:
         rig.device.configure()

@@ -36,7 +36,7 @@ from palpate.core.ports import Vector3
 CONTEXT: Final = PolicyContext(("a", "b", "c", "d"), compass_actions(0.7e-3), TaskBounds(3.5e-3, 0.05))
 """Task of the practice trials: four states, defined by the direction of the torque, and eight compass steps."""
 _ACTIONS: Final = 12
-"""Maximum number of actions in a practice trial, which then ends in the hole."""
+"""Maximum number of actions in a practice trial, after which it ends in the hole."""
 _FOUND_M: Final = 0.4e-3
 _CUE_NM: Final = 0.02
 _NOISE_NM: Final = 0.003
@@ -70,7 +70,7 @@ class Practice:
         return decisions
 
     def rest(self, policy: Policy, trial: int) -> Iterator[Decision]:
-        """Run a trial that has begun, action by action."""
+        """Run the rest of a trial that has begun, one action at a time."""
         world = np.random.default_rng((self._seed, trial, 1))
         (x, y), (hole_x, hole_y) = world.uniform(-2e-3, 2e-3, (2, 2)).tolist()
         for number in range(_ACTIONS):

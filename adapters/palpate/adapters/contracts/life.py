@@ -76,7 +76,7 @@ class _Living:
         elif step in ("work", "refuse"):
             self._refuse()
         elif step == "wait":
-            # An active arm may stop by itself if it receives no commands for long.
+            # An active arm may stop by itself if it receives no commands for a long time.
             rig.advance(1 if active else _PAUSE_TICKS)
         else:
             self._ask(_ONWARD[self._life])

@@ -28,7 +28,7 @@ _SILENT_TICKS: Final = 30
 _TIMEOUT_TICKS: Final = 200
 _MANY_TOLERANCES: Final = 8.0
 _PLAUSIBLE_RAD: Final = 4.0 * pi
-"""Maximum plausible joint angle; angles in degrees soon exceed it."""
+"""Maximum plausible joint angle; angles in degrees quickly exceed it."""
 _NOTHING: Final = (0.0, 0.0, 0.0)
 _SHARES: Final = (0.5, -0.7, -0.9)
 """Components of the load as fractions, chosen to distinguish every axis and sign."""
@@ -36,7 +36,7 @@ _SHARES: Final = (0.5, -0.7, -0.9)
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
 _Vector: TypeAlias = tuple[str, int, float, float]
-"""Name, length, upper bound of each component, and half the maximum difference between readings of the same load."""
+"""Name, length, bound of each component, and half the maximum difference between readings under the same load."""
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 
@@ -248,7 +248,7 @@ def _moving_arm(rig: JointEncoderRig) -> Any:
 
 
 def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: float, ticks: int) -> None:
-    """Fail the clause unless the encoder reads these angles at once, or within a number of ticks."""
+    """Fail the clause unless the encoder reads these angles immediately or within a number of ticks."""
     found = rig.device.read().position_rad
     while ticks and not _near(found, expected, tolerance_rad):
         rig.advance(1)
@@ -258,7 +258,7 @@ def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: f
 
 
 def _sides(rig: ForceSensorRig) -> list[_Side]:
-    """Return the kinds of load, each as control, part of the sample, safe load, overload and tolerance."""
+    """Return each kind of load as a control, a part of the sample, a safe load, an overload and a tolerance."""
     push, force, torque = parameter(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
     sides: list[_Side] = [(push, force, rig.load_N, rig.overload_N or 0.0, rig.tolerance_N)]
     if rig.twist_Nm is not None:
