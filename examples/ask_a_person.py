@@ -31,7 +31,7 @@ ENDING = ("", "\x03", "\x04", "\x1b")
 
 
 class Person(Policy):
-    """A policy that prompts a person for each action."""
+    """A policy that asks a person to choose each action."""
 
     temperature = None
 

@@ -35,7 +35,7 @@ def quick_copy(folder: Path) -> Path:
 
 
 def print_table(table: Path) -> None:
-    """Print the means over the seeds from the study's table of all runs."""
+    """Print the means over the seeds, from the study's table of all runs."""
     groups: defaultdict[tuple[str, str], list[dict[str, str]]] = defaultdict(list)
     with table.open(encoding="utf-8", newline="") as stream:
         for row in csv.DictReader(stream):

@@ -28,7 +28,7 @@ FELT_Nm = 0.005
 
 
 class Homing(Policy):
-    """A policy that follows the torque with steps that become shorter when it reverses."""
+    """A policy that follows the torque, with steps that become shorter each time the torque reverses."""
 
     @property
     def temperature(self) -> float | None:
@@ -40,11 +40,11 @@ class Homing(Policy):
         return True
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Reset the policy for a new trial; all random choices in the trial must use ``rng``."""
+        """Reset the policy for a new trial. All random choices in the trial must use ``rng``."""
         self._heading_rad, self._step_m = float(rng.uniform(0.0, 2 * pi)), FIRST_STEP_M
 
     def choose(self, observation: Observation) -> Decision:
-        """Choose a step; all quantities are in SI units and in the task frame, z into the hole."""
+        """Choose a step. All quantities are in SI units and in the task frame, with z into the hole."""
         tx, ty, _ = observation.torque_Nm
         if hypot(tx, ty) > FELT_Nm:
             # Pressed beside the hole, the peg is supported on the far side only: the hole is at heading (-ty, tx).

@@ -2,7 +2,7 @@
 
 The script records two trials and replays them. Every command and decision is identical, and the exit code is 0. It then
 changes one line in a copy of the core in a way that looks harmless: m (F - F0) becomes m F - m F0. Replaying the same
-trials with this copy gives exit code 1, and the output states the first tick, the field and the cause. A pipeline that
+trials with this copy gives exit code 1, and the output gives the first tick, the field and the cause. A pipeline that
 ends with ``palpate replay trials/`` therefore detects unintended changes in behaviour.
 
 It takes about ten seconds.

@@ -72,7 +72,7 @@ def recorded(path: Path) -> Recorded | None:
 
 
 def simulated_N(trial: Recorded, parameters: Any) -> Array:
-    """Simulate the forces that the commands of a trial cause, tared and delayed, (ticks, 3)."""
+    """Simulate the forces caused by the commands of a trial, tared and delayed, (ticks, 3)."""
     values = {name: float(each.value[0]) for name, each in parameters.items()}
     springs = trial.config.cell.compliance
     across = values["across_N_per_mm"] / springs.lateral_N_per_mm
@@ -102,7 +102,7 @@ def simulated_N(trial: Recorded, parameters: Any) -> Array:
 
 
 def residual_N(trial: Recorded, parameters: Any) -> Array:
-    """Return the recorded minus the simulated forces, each averaged over SMOOTH_TICKS ticks, (n, 3)."""
+    """Return the recorded minus the simulated forces, both averaged over SMOOTH_TICKS ticks, (n, 3)."""
     rest = (trial.force_N - simulated_N(trial, parameters))[SETTLED.start :]
     rest = rest[~np.isnan(rest[:, 0])]
     means: Array = rest[: len(rest) // SMOOTH_TICKS * SMOOTH_TICKS].reshape(-1, SMOOTH_TICKS, 3).mean(axis=1)
@@ -110,13 +110,13 @@ def residual_N(trial: Recorded, parameters: Any) -> Array:
 
 
 def sliding_share(force_N: Array) -> float:
-    """Return the lateral force divided by the axial force after the contact."""
+    """Return the ratio of the lateral force to the axial force after the contact."""
     across, along = np.hypot(force_N[:, 0], force_N[:, 1]), np.abs(force_N[:, 2])
     return float(np.nansum(across[TOUCHED_TICKS:]) / np.nansum(along[TOUCHED_TICKS:]))
 
 
 def configured(config: RunConfig) -> Any:
-    """Return the parameters to fit, with their bounds. For the plate's height, 1 mm denotes the nominal one."""
+    """Return the parameters to fit with their bounds. For the plate height, 1 mm denotes the nominal height."""
     springs = config.cell.compliance
     axial, across = springs.axial_N_per_mm, springs.lateral_N_per_mm
     bounds = {
@@ -149,9 +149,9 @@ def optimized(start: Any, names: Iterable[str], residual: Callable[[Any], list[A
 
 
 def fit(trials: Sequence[Recorded]) -> None:
-    """Fit the cell to trials with one arm and tool, and print the results.
+    """Fit the cell to trials with a single arm and tool, and print the results.
 
-    Contact and sliding are fitted first, because far from the solution the stick-slip of the simulated peg is random.
+    Contact and sliding are fitted first, because the stick-slip of the simulated peg is random far from the solution.
     """
     recorded_share = np.array([sliding_share(trial.force_N) for trial in trials])
 
@@ -185,7 +185,7 @@ def fit(trials: Sequence[Recorded]) -> None:
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and run the script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("logs", nargs="+", help="logs, or folders with logs, from one arm and tool")
     parser.add_argument("--most", type=int, default=4, help="maximum number of logs to use; more logs take more time")

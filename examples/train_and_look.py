@@ -1,9 +1,9 @@
 """Train a policy, and inspect the result.
 
 Q-learning inserts the peg repeatedly. The script prints a line for every trial; most of the first trials take several
-seconds, and most of the later ones one or two. At the end it prints the best action for each state. The output folder
-contains the policy, the learning curve, a log of every trial, and a plot of forces, tip position, states and actions in
-the last trial.
+seconds, and most of the later ones take one or two. At the end it prints the best action for each state. The output
+folder contains the policy, the learning curve, a log of every trial, and a plot of forces, tip position, states and
+actions in the last trial.
 
 It takes about half a minute, or a few seconds with ``--quick``, which is too short to learn anything.
 
@@ -21,7 +21,7 @@ from palpate.core.errors import PalpateError, require_whole
 
 
 def tell(scored: ScoredTrial) -> None:
-    """Print one line for a trial; success is determined by the simulator's ground truth."""
+    """Print one line for a trial. Success is determined by the simulator's ground truth."""
     report, word = scored.report, "inserted" if scored.success else "failed"
     print(f"trial {report.setup.index:3d}: {scored.exploration_time_s:5.1f} s of exploration, {word}", flush=True)
 

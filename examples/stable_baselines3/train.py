@@ -5,8 +5,8 @@
     python examples/stable_baselines3/train.py --out runs/sb3 --agent ppo       PPO on tip and wrench, free steps
     python examples/stable_baselines3/train.py --out runs/sb3 --trials 60       a short form
 
-Both learn from scratch in ``palpate/PegInsertion-v0`` on trials 0, 1, 2, ... of one seed. They have the same starts and
-sensor errors, but take different actions. The results are saved as ``curves.csv`` and ``learning_curves.png``.
+Both learn from scratch in ``palpate/PegInsertion-v0`` on trials 0, 1, 2, ... of one seed. The starts and sensor errors
+are the same, but the actions differ. The results are saved as ``curves.csv`` and ``learning_curves.png``.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ palpate run --task surface-follow --trials 3 --out runs/follow
 palpate replay runs/follow
 
 The tool moves straight down to the first contact, then back and forth along x. While the force is constant, so is the
-deflection of the gripper's springs, and the flange moves like the tip. The surface therefore has the slope of the
-commanded path, averaged over about ten ticks. A damping controller regulates the normal force, with slope feedforward.
+deflection of the gripper springs, and the flange moves like the tip. The surface slope is therefore that of the
+commanded path, averaged over about ten ticks. A damping controller with slope feedforward regulates the normal force.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from palpate.core.trial import (
 
 _APPROACH_M_S: Final = 0.008
 _YIELD_M_S: Final = 0.01
-"""Highest speed along the normal, which limits the effect of a dead sensor until the next lift."""
+"""Maximum speed along the normal, which limits the effect of a dead sensor until the next lift."""
 _SETTLE_TICKS: Final = 28
 """Number of ticks after a dither until the pressing force is steady again."""
 _ARRIVED_M: Final = 5e-5
@@ -60,7 +60,7 @@ class FollowOptions(Settings):
     TABLE: ClassVar[str] = "task.options"
 
     stroke_mm: Annotated[float, Range(1.0, 1000.0)] = 100.0
-    """Distance between turning points along x, centred at the nominal goal."""
+    """Distance between the turning points along x, centred at the nominal goal."""
     way_mm: Annotated[float, Range(1.0, 100_000.0)] = 1000.0
     """Length of the whole path."""
     speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 20.0
@@ -68,19 +68,19 @@ class FollowOptions(Settings):
     lead_ahead: Annotated[float, Range(0.0, 1.0)] = 1.0
     """Fraction of the slope that is fed forward; 0 uses only the damping controller."""
     relief_mm: Annotated[float, Range(0.1, 50.0)] = 8.0
-    """Largest distance of the surface from the nominal plane; a larger distance is reported as a contact mismatch."""
+    """Maximum distance of the surface from the nominal plane. A larger distance is reported as a contact mismatch."""
     tolerance_N: Annotated[float, Range(0.01, 100.0)] = 0.5
-    """Largest root-mean-square force error."""
+    """Maximum root-mean-square force error."""
 
 
 class FollowPhase(Enum):
-    """Names of the task's own phases, which appear in the events of the log."""
+    """Names of the phases of this task, which appear in the events of the log."""
 
     FOLLOW = "follow"
 
 
 class FollowTask(ContactTask):
-    """Task whose base class lifts, moves to the start, tares and enforces limits; `_follow` adds the other phases."""
+    """Task whose base class lifts, moves to the start, tares and enforces limits. `_follow` adds the other phases."""
 
     def __init__(self, task: TaskConfig, control: ControlConfig, measurement: Measurement, motion: TipMotion) -> None:
         free = PositionControl(control.position_gain_per_s, task.travel_speed_mm_s * 1e-3, PERIOD_S)
@@ -97,7 +97,7 @@ class FollowTask(ContactTask):
 
     @override
     def _follow(self) -> None:
-        """Enter the phase after the completed one."""
+        """Enter the phase that follows the completed one."""
         if self._state.phase is Phase.SETTLE:
             self._enter(Phase.APPROACH, self._approach)
         else:
@@ -106,7 +106,7 @@ class FollowTask(ContactTask):
 
 
 def _press(task: TaskConfig, control: ControlConfig, measurement: Measurement, speed_m_s: float) -> DampingControl:
-    """Create the controller along the normal; a pressing force has a negative z."""
+    """Create the controller along the normal. A pressing force has a negative z component."""
     pressing = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
     return DampingControl(control.damping_N_s_per_m, pressing, speed_m_s, measurement.axial_N_per_m, PERIOD_S)
 
@@ -143,7 +143,7 @@ class ContourApproach(RunningPhase):
 
 
 class Follow(RunningPhase):
-    """Phase that moves back and forth along x. Before each stroke the response of the force to a dither is verified."""
+    """Phase that moves back and forth along x. Before each stroke, a dither verifies that the force responds."""
 
     over = False
 
@@ -175,13 +175,13 @@ class Follow(RunningPhase):
 
     @property
     def normal_force_N(self) -> float:
-        """Return the force on the tool along the surface normal; positive while pressing."""
+        """Return the force on the tool along the surface normal, which is positive while pressing."""
         x, _, z = self._measurement.force_N
         return (self._slope * x - z) / sqrt(1.0 + self._slope * self._slope)
 
     @override
     def step(self) -> Vector3:
-        """Return the velocity along the surface, or the velocity during a verification."""
+        """Return the velocity along the surface or, during a verification, the verification velocity."""
         state, reference_m = self._state, self._motion.reference_m
         pressed_N = self.normal_force_N
         depth_m = self._measurement.tip_depth_m
@@ -247,7 +247,7 @@ class Follow(RunningPhase):
 
 
 class SurfaceFollow(TaskKind):
-    """The task's implementation of palpate's interface; the entry point refers to the only instance of this class."""
+    """The task's implementation of palpate's interface. The entry point refers to the only instance of this class."""
 
     preset: Mapping[str, Any] = {
         "task": {"goal": {"x_mm": 430.0}, "ready_height_mm": 8.0, "time_limit_s": 120.0},

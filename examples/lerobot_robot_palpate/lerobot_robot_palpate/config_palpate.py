@@ -18,8 +18,8 @@ class PalpateConfig(RobotConfig):
         out: Folder for palpate's own recording on a rig.
         seed: Random seed for the trials.
         joints: Number of joints of the arm.
-        decision_limit_s: Longest pause between two LeRobot actions on a rig. The peg rests on the plate during a pause.
-            After a longer one the arm is stopped and the rig is latched.
+        decision_limit_s: Maximum pause between two LeRobot actions on a rig. The peg rests on the plate during a pause.
+            After a longer pause, the arm is stopped and the rig is latched.
     """
 
     scenario: str = "paper"

@@ -26,7 +26,7 @@ from palpate.core.trial import Outcome
 
 _NS: Final = 1_000_000_000
 _SAME_NS: Final = 1_000
-"""Largest delay at which a tick still counts as simultaneous with a frame, because both times are rounded."""
+"""Maximum delay at which a tick still counts as simultaneous with a frame, because both times are rounded."""
 _WRENCH: Final = ["force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm"]
 _DTYPES: Final = {"f": "float32", "i": "int64", "b": "bool", "U": "string"}
 """LeRobot data type for each numpy kind."""

@@ -31,7 +31,7 @@ class Palpate(Robot):
     the command applied in the previous tick. For the wrench and the joints they also contain the age in s and the
     run-clock time of measurement, split into whole seconds (``wrench_source_s``) and microseconds
     (``wrench_source_us``), both of which float32 represents exactly. Actions are ``delta_x`` and ``delta_y``, fractions
-    of the longest step from -1 to 1, in the task frame.
+    of the maximum step from -1 to 1, in the task frame.
     """
 
     config_class = PalpateConfig
@@ -87,12 +87,12 @@ class Palpate(Robot):
         self._note(*env.reset(seed=c.seed))
 
     def get_observation(self) -> dict[str, float]:
-        """Return the measurements from the time when the latest decision was due."""
+        """Return the measurements from the time at which the latest decision was due."""
         self._connected()
         return dict(self._seen)
 
     def send_action(self, action: dict[str, Any]) -> dict[str, float]:
-        """Take a step, shortened to the longest allowed step if necessary, and return the applied step."""
+        """Take a step, shortened to the maximum step if necessary, and return the step that was taken."""
         env = self._connected()
         x, y = (float(action[name]) for name in _ACTIONS)
         scale = max(1.0, hypot(x, y))

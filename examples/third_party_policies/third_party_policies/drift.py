@@ -1,4 +1,4 @@
-"""A custom learner that learns on which side the hole has been, and searches there if it measures no torque."""
+"""A custom learner that learns on which side the hole has been, and searches there if there is no torque."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FELT_Nm = 0.005
 
 
 class Drift(Policy):
-    """A policy that follows the torque with its own steps; without torque it moves towards the mean of earlier holes.
+    """A policy that follows the torque with its own steps, and without torque moves towards the mean of earlier holes.
 
     Because it provides its learned state, ``palpate train`` accepts it, and logs and policy files contain this state.
     """
@@ -48,7 +48,7 @@ class Drift(Policy):
         return Decision(Action("drift", step), index=None, source="drift")
 
     def learn(self, transition: Transition) -> None:
-        """Do nothing, because the policy learns from episode outcomes; this method receives only actions of the set."""
+        """Do nothing, because the policy learns from episode outcomes. This method receives only actions of the set."""
 
     def end_trial(self, episode: EpisodeOutcome) -> None:
         if episode.inserted:

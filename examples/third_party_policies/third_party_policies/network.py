@@ -4,7 +4,7 @@
     POLICY_NETWORK=net.onnx palpate run --rig rig.toml --policy third_party_policies.network:Network
 
 The network takes (position x y z, reference x y z, force x y z, torque x y z) in mm, N and N mm as a float32 tensor of
-shape (12,), or (1, 12) if an ONNX file requires it. It returns a value for each action; the highest is selected.
+shape (12,), or (1, 12) if an ONNX file requires it. It returns a value for each action; the highest one is selected.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from palpate.core.policy import Decision, Observation, Policy, PolicyContext, Tr
 
 
 def torch_script(path: str) -> Callable[[Sequence[float]], list[float]]:
-    """Return a function that computes the values with a TorchScript file."""
+    """Return a function that computes the action values with a TorchScript file."""
     import torch
 
     torch.set_num_threads(1)  # sums in one order: equal input, equal bits
@@ -36,7 +36,7 @@ def torch_script(path: str) -> Callable[[Sequence[float]], list[float]]:
 
 
 def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
-    """Return a function that computes the values with an ONNX file."""
+    """Return a function that computes the action values with an ONNX file."""
     try:
         import onnxruntime
     except ModuleNotFoundError as error:
@@ -56,7 +56,7 @@ def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
 
 
 class Network(Policy):
-    """A policy that chooses the action with the highest value in the network ``POLICY_NETWORK``, without learning."""
+    """A non-learning policy that chooses the action with the highest value in the network ``POLICY_NETWORK``."""
 
     temperature = None
 
@@ -86,7 +86,7 @@ class Network(Policy):
         """Do nothing, because this policy does not learn."""
 
     def get_state(self) -> dict[str, Any]:
-        """Return the digest of the network file, so that a replay with a different network is refused."""
+        """Return the digest of the network file, so that a replay with a different network is rejected."""
         return {"sha256": self._digest}
 
     def set_state(self, state: Mapping[str, Any]) -> None:

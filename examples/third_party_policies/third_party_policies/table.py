@@ -1,4 +1,4 @@
-"""A tabular learner that estimates the cost of each action in each state, and usually takes the cheapest."""
+"""A tabular learner that estimates the cost of each action in each state, and usually takes the cheapest action."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Table(FixedPolicy):
         return Decision(self._actions[index], index, "table")
 
     def learn(self, transition: Transition) -> None:
-        """Update the table between two choices; the value of the goal, a next_state of None, is 0."""
+        """Update the table between two choices. The value of the goal, for which next_state is None, is 0."""
         ahead = 0.0 if transition.next_state is None else float(self._q[transition.next_state].max())
         at = transition.state, transition.action_index
         self._q[at] += RATE * (transition.reinforcement + ahead - self._q[at])

@@ -1,4 +1,4 @@
-"""The arm, whose encoders and servos form a single device, so that one object serves both ports."""
+"""The arm. Its encoders and servos form a single device, so one object serves both ports."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
     Args:
         at: Host and port.
         clock: The run's clock.
-        limiter: Limiter that applies position and velocity limits, and reports its changes.
+        limiter: Limiter that enforces position and velocity limits, and reports its changes.
     """
 
     def __init__(self, at: tuple[str, int], clock: Clock, limiter: CommandLimiter) -> None:
@@ -47,7 +47,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
         return last
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a limited command without waiting for a reply; only the samples reveal a lost connection."""
+        """Send a limited command without waiting for a reply. Only missing samples reveal a lost connection."""
         self._require_active("send()")
         if len(command.position_rad) != self._limiter.joints:
             raise CommandError(f"the arm has {self._limiter.joints} joints", len(command.position_rad))
@@ -62,7 +62,7 @@ class BenchArm(BenchDevice, ArmCommand, JointEncoder):
         return applied
 
     def stop(self) -> None:
-        """Hold the current position, from any thread and in any state. This only writes, so it cannot block."""
+        """Hold the current position, from any thread and in any state. This method only writes, so it cannot block."""
         self._stopped = True
         self._say("S")
 

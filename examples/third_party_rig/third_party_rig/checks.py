@@ -1,7 +1,7 @@
-"""Contract checks of all three ports over TCP. Run with ``palpate rig check third_party_rig.checks:ArmChecks``.
+"""Contract checks of all three ports over TCP. Run them with ``palpate rig check third_party_rig.checks:ArmChecks``.
 
 The checks use fake devices and a clock that only ``advance`` moves. For your devices, use ``MonotonicClock``, sleep in
-``advance``, set ``runs_by_itself=True``, and omit the arguments that do not apply; their clauses are then skipped.
+``advance``, set ``runs_by_itself=True``, and omit arguments that do not apply. Checks that need them are then skipped.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class ForceChecks(ForceSensorContract):
     """Checks of the ForceSensor contract."""
 
     def make(self) -> ForceSensorRig:
-        """Create a new rig; the adapter does not remove the sensor's offset or the weight of its tool."""
+        """Create a new rig. The adapter does not remove the sensor's offset or the weight of its tool."""
         clock, force, torque = FakeClock(), [0.0] * 3, [0.0] * 3
         device = FakeDevice("bench-force", clock, lambda: (1.0 + force[0], force[1], -4.0 + force[2], *torque))
         sensor = BenchForceSensor(device.address, clock)

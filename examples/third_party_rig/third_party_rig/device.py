@@ -1,4 +1,4 @@
-"""Base class of both devices, which opens, closes and renews the link, and monitors the age of samples."""
+"""Base class of both devices. It opens, closes and renews the link, and monitors the age of samples."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BenchDevice(ManagedDevice):
         return self._link is not None
 
     def _take_in(self) -> Validity:
-        """Read the received samples, keep the latest one, and return its validity.
+        """Read the received samples, store the latest one, and return its validity.
 
         Raises:
             DeviceError: The link has failed; the fault is latched.
@@ -101,7 +101,7 @@ class BenchDevice(ManagedDevice):
         self._let_go()
 
     def _say(self, line: str) -> None:
-        """Send a line without raising an error; after a lost connection, the device holds its position by itself."""
+        """Send a line without raising an error. After a lost connection, the device holds its position by itself."""
         if self._link is not None:
             try:
                 self._link.write(line)

@@ -1,4 +1,4 @@
-"""A fake arm and a fake force sensor, which serve both links over TCP.
+"""A fake arm and a fake force sensor, both of which serve their links over TCP.
 
     python -m third_party_rig.fake --rig-file rig.toml     both devices in front of palpate's simulated work cell
 
@@ -26,7 +26,7 @@ POWER_UP_NS = 7_000_000_000
 
 
 class FakeDevice:
-    """A fake device that sends samples when ``tick`` is called, and serves its clients in a thread.
+    """A fake device that sends a sample at each call of ``tick``, and serves its clients in a thread.
 
     Args:
         kind: Name of the device in its greeting.
@@ -46,7 +46,7 @@ class FakeDevice:
         self.plug_in()
 
     def plug_in(self) -> None:
-        """Start listening, at the same address as before if there was one."""
+        """Start listening, at the previous address if there was one."""
         self._listener = socket.create_server(self.address)
         self.address = self._listener.getsockname()
         self._watched, self._ended = selectors.DefaultSelector(), False
@@ -139,7 +139,7 @@ class FakeDevice:
 
 
 class FakeServos:
-    """Joint set-points, which take effect one tick after a request; every word except ``G`` discards a pending one."""
+    """Joint set-points that take effect one tick after a request. Every command except ``G`` discards a pending one."""
 
     def __init__(self, home_rad: Sequence[float]) -> None:
         self.held_rad = self._told_rad = tuple(home_rad)
@@ -194,7 +194,7 @@ def serve(rig_file: Path, ended: threading.Event) -> None:
 
 
 def main() -> None:
-    """The command line."""
+    """Parse the command line, and serve both devices."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig-file", type=Path, required=True, help="file to write, with the ports of both devices")
     ended = threading.Event()

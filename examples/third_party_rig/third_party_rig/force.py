@@ -14,7 +14,7 @@ RANGE_N, RANGE_Nm = 200.0, 20.0
 
 
 class BenchForceSensor(BenchDevice, ForceSensor):
-    """Sensor of raw wrenches in the sensor frame, z along the tool axis and out of the tool; pressing gives -Fz.
+    """Sensor of raw wrenches in the sensor frame, with z along the tool axis and out of the tool. Pressing gives -Fz.
 
     Args:
         at: Host and port.
@@ -40,7 +40,7 @@ class BenchForceSensor(BenchDevice, ForceSensor):
         return last
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the sensor facts that the rig file need not specify."""
+        """Return the sensor facts, which then need not be in the rig file."""
         ranges_N, ranges_Nm = (RANGE_N,) * 3, (RANGE_Nm,) * 3
         return SensorFactsTable(range_N=ranges_N, range_Nm=ranges_Nm, rate_Hz=CONTROL_RATE_HZ, frame="sensor")
 

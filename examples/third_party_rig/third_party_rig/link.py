@@ -1,4 +1,4 @@
-"""The connection to a device, which sends lines of text over TCP, and the device's clock.
+"""The connection to a device, which sends lines of text over TCP, and the clock of the device.
 
 The device sends the greeting ``HELLO name channels``. After ``B`` it sends a sample immediately and then one per tick
 until ``E``, as ``T number microseconds value value ...``. Its time starts when it is switched on. ``F text`` reports a
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 CONNECT_S = 1.0
 DRIFT = 1e-4
-"""Largest drift between two clocks, as a fraction of the elapsed time."""
+"""Maximum drift between two clocks, as a fraction of the elapsed time."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Reading:
 
 
 class DeviceClock:
-    """Converter from device time to run time; the sample with the shortest delay so far determines the offset.
+    """Converter from device time to run time. The sample with the shortest delay so far determines the offset.
 
     A delay is never negative, so each sample gives an upper bound on the offset. Because clocks drift, the bound rises
     slowly with time. A converted time is never later than the receive time, and the order of samples is preserved.
@@ -51,7 +51,7 @@ class DeviceClock:
 
 
 class Link:
-    """An open connection; once it is open, no method blocks except ``line``.
+    """An open connection. Once it is open, no method except ``line`` blocks.
 
     Raises:
         OSError: There is no device, it is the wrong one, or the connection has ended; any method may raise this.
@@ -70,7 +70,7 @@ class Link:
             raise
 
     def line(self) -> str:
-        """Return the next line, waiting for at most a second; used only when a device is opened or activated."""
+        """Return the next line, waiting for at most a second. Use it only while opening or activating a device."""
         self._socket.settimeout(CONNECT_S)
         try:
             while b"\n" not in self._rest:
@@ -96,7 +96,7 @@ class Link:
         return news
 
     def write(self, line: str) -> None:
-        """Send a line; success does not mean that it arrives, and only missing data reveal an unplugged cable."""
+        """Send a line. Success does not mean that it arrives, and only missing data reveal an unplugged cable."""
         self._socket.send(line.encode("ascii") + b"\n")
 
     def close(self) -> None:
