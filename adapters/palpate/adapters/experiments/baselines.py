@@ -34,7 +34,7 @@ class Baseline(FixedPolicy):
 
 
 class Oracle(Baseline):
-    """Strategy that moves straight to the true hole, which ``hole_m`` returns: (x, y, ...), task frame."""
+    """Strategy that moves straight to the true hole; ``hole_m`` returns its position (x, y, ...), task frame."""
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
         super().__init__("oracle", ())
@@ -56,8 +56,8 @@ class OraclePose(Baseline):
             vector from the task's axes to the hole's, (3,), rad, and, if drawn, ``heading_deg``.
         tilt_rad: Tilt of the peg in the grip.
         heading_deg: Heading of that tilt, unless it was drawn.
-        step_m: Longest step of an action.
-        turn_rad: Longest turn of an action.
+        step_m: Maximum step per action.
+        turn_rad: Maximum turn per action.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class OraclePose(Baseline):
 
 
 class TorqueFollowing(Baseline):
-    """Hand-written rule that steps towards the hole as the torque indicates, or at random below the torque threshold.
+    """Hand-written rule that steps towards the hole as indicated by the torque, or at random below a torque threshold.
 
     A peg pressed near the hole is supported only on the side away from it, so the contact force has a lever arm about
     the tip: in the task frame the hole is at heading (-tau_y, tau_x).

@@ -64,7 +64,7 @@ _ACCEPTED: Final = "none, last-action, last-2, last-3 and so on, or an automaton
 
 
 def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] = ()) -> StateIdentifier:
-    """Return the named state identification over these symbols.
+    """Return the named state identification for these symbols.
 
     Args:
         memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in order; or the path of an
@@ -106,14 +106,14 @@ def plain_perception(config: RunConfig) -> Perception:
 
 
 def task_bounds(config: RunConfig) -> TaskBounds:
-    """Return the region that a belief must cover: the whole area for all possible centres."""
+    """Return the region that a belief must cover: the exploration area around every possible centre."""
     task = config.task
     half_mm = task.area_half_width_mm + (task.start_uncertainty_mm if task.area_centre == "start" else 0.0)
     return TaskBounds(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ, task.longest_step_m)
 
 
 def needs_fitting(config: RunConfig) -> bool:
-    """Return whether the perception must be fitted to samples."""
+    """Return True if the perception must be fitted to samples."""
     return config.perception.features != "channels" or config.perception.symbols in ("random", "clusters")
 
 
@@ -188,7 +188,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(
     config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
 ) -> Supervisor:
-    """Return the supervisor between the task and the arm; by default, it has a new latch that no trip has set."""
+    """Return the supervisor between the task and the arm; by default, with a new latch that no trip has set."""
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration
@@ -208,12 +208,12 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
 
 
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
-    """Build a task once before a folder is created, because some settings are refused only then.
+    """Build a task once before a folder is created, because some settings are rejected only then.
 
     The sensor of a rig must be read before :func:`require_limits` can be called.
 
     Raises:
-        ConfigurationError: A setting is refused.
+        ConfigurationError: A setting is rejected.
     """
     task = config.task
     plate_mm = task.surface_uncertainty_mm + task.depth_tolerance_mm

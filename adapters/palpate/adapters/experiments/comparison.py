@@ -58,7 +58,7 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
     """Run policies and all baselines of the task on the same trials, and record them; Ctrl-C ends the comparison early.
 
     Raises:
-        ConfigurationError: A setting or a policy is refused.
+        ConfigurationError: A setting or a policy is rejected.
         OutputError: The folder already holds a run.
     """
     folder.require_free()
@@ -72,7 +72,7 @@ def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, s
             # Two runs may have folders with the same name, or with the name of a baseline.
             taken = policy.label in summaries or (policy.label in BASELINES and policy.name not in BASELINES)
             logs = f"{policy.label}-{number}" if taken else policy.label
-            # Each policy has its own rig, so that all start with the same clock.
+            # Each policy has its own rig, so that all of them start at the same clock time.
             with run, shown(policy.label) as bar:
                 rows = run.rows(policy, trials, recording, command="compare", subfolder=logs, on_trial=bar.update)
             finished = len(rows) == trials

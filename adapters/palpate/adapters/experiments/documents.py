@@ -60,7 +60,7 @@ def load_examples(
     Other columns are ignored. Names are checked if ``states`` and ``actions`` are given.
 
     Raises:
-        ConfigurationError: The file cannot be used; the error states the file and the line.
+        ConfigurationError: The file cannot be used; the error gives the file and the line.
     """
     reader = csv.DictReader(io.StringIO(read_text(path, _EXAMPLES, newline=""), newline=""), strict=True)
     examples = []
@@ -78,7 +78,7 @@ def load_examples(
                 check_known(where, state, action, states, actions)
             examples.append((state, action))
     except csv.Error as error:
-        # Only the inner reader has counted the line that failed.
+        # Only the inner reader has counted the invalid line.
         raise ConfigurationError(
             f"{_EXAMPLES}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV"
         ) from error

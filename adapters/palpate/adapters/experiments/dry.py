@@ -91,7 +91,7 @@ def dry_trial(
 
 
 def _moved(config: RunConfig, tip: pin.SE3) -> RunConfig:
-    """Return the configuration with the hole straight below the tip."""
+    """Return the configuration with the hole directly below the tip."""
     plate = tip * pin.SE3(np.eye(3), np.array([0.0, 0.0, config.task.ready_height_mm * 1e-3]))
     upright = goal_in_base(GoalConfig()).rotation
     x_mm, y_mm, z_mm = (round(float(value) * 1e3, 6) for value in plate.translation)

@@ -70,7 +70,7 @@ class ChosenPolicy:
 
     @property
     def baseline(self) -> str:
-        """Name of the policy if no policy file can hold it, or else an empty string."""
+        """Name of the policy if it cannot be stored in a policy file; otherwise an empty string."""
         return self.name if self.document is None else ""
 
     def on(self, rig: Rig) -> Policy:
@@ -78,7 +78,7 @@ class ChosenPolicy:
         return self._made(lambda: true_hole_m(rig))
 
     def _made(self, hole_m: policies.Hole) -> Policy:
-        """Return the policy; it is made once without a rig, so that errors appear before anything is built."""
+        """Return the policy. It is also created once without a rig, so that errors appear before anything is built."""
         if self._policy is not None:
             return self._policy
         if self.document is None:
@@ -119,7 +119,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
 def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
     """Run one complete trial in the simulator with separate objects, without effect on the run.
 
-    Late imports, caches and the interpreter's adaptation then do not delay the first ticks of a real arm.
+    This keeps late imports, cold caches and interpreter warm-up from delaying the first ticks of a real arm.
     """
     # The version data of all logs are collected once, which takes up to half a second and blocks other threads.
     for stated in (made_with, processor, core_sha256):

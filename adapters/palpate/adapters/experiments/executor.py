@@ -137,7 +137,7 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
 
 @contextmanager
 def interrupts_wait() -> Iterator[None]:
-    """Block Ctrl-C while a worker starts, because a worker inherits this thread's mask until it ignores the signal."""
+    """Block Ctrl-C while a worker starts, because the worker inherits this signal mask until it ignores Ctrl-C."""
     # The resource tracker would unblock the signal when it starts with the first worker.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

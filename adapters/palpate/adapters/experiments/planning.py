@@ -1,4 +1,4 @@
-"""Simulated trials, in several processes, of a policy, or of a job in worlds drawn from its ranges."""
+"""Simulated trials in several processes, either of a policy, or of a job in randomly drawn cells."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def run_blocks(
         PalpateError: A trial failed. The message is that of the trial's error.
     """
     rows, losses = list[TrialRow](), list[str]()
-    # Existing workers keep the working folder in which they were started.
+    # Workers that are already running keep the working folder in which they started.
     path = None if folder is None else folder.path.absolute()
     calls = ((config, policy, path, first, min(BLOCK, trials - first)) for first in range(0, trials, BLOCK))
     with closing(in_processes(_run_block, calls, jobs)) as blocks:
@@ -62,7 +62,7 @@ def run_blocks(
 def _run_block(
     config: RunConfig, policy: str, folder: Path | None, first: int, trials: int
 ) -> tuple[list[ScoredTrial], list[str], str]:
-    """Return the trials, recording failures, and the text of a final error, because not every error can be pickled."""
+    """Return the trials, recording failures, and the text of any error, because not every error can be pickled."""
     problem, done = "", list[ScoredTrial]()
     chosen, ready, begin = ChosenPolicy(policy, config), ready_pose(config), FIRST_EVALUATION_TRIAL + first
     with ExitStack() as opened:
@@ -80,9 +80,9 @@ def _run_block(
 
 
 SERIES: Final = 10
-"""Number of trials of a new learner; the first trains it and does not count."""
+"""Number of trials per new learner; the first one trains it and does not count."""
 _LEAST_FRICTION: Final = 0.1
-"""Lowest friction of dry metal on metal or plastic."""
+"""Minimum friction of dry metal on metal or plastic."""
 _NOISE_SHARES: Final = (0.8, 1.25)
 _STIFFNESS_SHARES: Final = (0.9, 1.1)
 """Range of the stiffness of a gripper, which is known to within about ten per cent."""
@@ -125,7 +125,7 @@ def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> Run
 def run_series(
     config: RunConfig, policy: str, numbers: range, world: Callable[[int], RunConfig] | None = None
 ) -> Iterator[ScoredTrial]:
-    """Run trials of a rule, or of a new learner, each in its own ``world`` if given; a trip ends only its own trial."""
+    """Run trials of a rule or a new learner, each in its own ``world`` if given; a trip ends only its own trial."""
     ready, rigs = ready_pose(config), list[Rig]()
     perception = plain_perception(config) if policy else build_perception(config)
     rule = baseline(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)
@@ -141,7 +141,7 @@ def run_series(
 
 
 def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
-    """Return whether a trial was falsely reported as inserted."""
+    """Return True if a trial was falsely reported as inserted."""
     truth = scored.truth
     return truth is not None and task_kind(config.task.name).untrue(config.task, scored.report, truth, fit_of(config))
 
@@ -149,7 +149,7 @@ def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
 def simulate(
     config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
 ) -> Iterator[tuple[list[ScoredTrial], int]]:
-    """Run a job's trials in series, each with its own policy; yield the trials that count, and the number run."""
+    """Run a job's trials in series, each with a new policy; yield the trials that count, and the number run."""
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
     yield from in_processes(_series, blocks, jobs)
 

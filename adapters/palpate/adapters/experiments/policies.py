@@ -1,4 +1,4 @@
-"""Policies by name or from a file: baselines, and learners with programmed and example states."""
+"""Policies, given by name or file: baselines, and learners with programmed and example states."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -38,13 +38,13 @@ from palpate.core.trial import N_PER_KGF, options_of
 ORACLE_SPEED_M_S: Final = 0.01
 
 _TURN_SHARE: Final = 0.75
-"""Fraction of the fastest turn that is used. At full speed, a wrist exceeded the supervisor's lag limit once in 100."""
+"""Fraction of the maximum turning speed to use. At full speed, a wrist exceeded the lag limit in 1 of 100 cases."""
 
 _NEVER: Final = -1e6
-"""Q of an option that cannot start; it is then not drawn at any temperature."""
+"""Q of an option that cannot start, so low that the option is never selected at any temperature."""
 
 Hole = Callable[[], Sequence[float]]
-"""Function that returns the numbers of :func:`pose_of`, or the first three of them."""
+"""Function that returns the values of :func:`pose_of`, or the first three of them."""
 
 
 def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[str, float]) -> tuple[float, ...]:
@@ -54,7 +54,7 @@ def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[s
 
 
 OUTSIDE: Final = "environment"
-"""Source of decisions that an external agent makes through an environment."""
+"""Source of decisions that an external agent makes in an environment."""
 
 BASELINES: Final = ("oracle", "torque", "spiral-10", "spiral-5", "random", "corner-first", "oracle-pose")
 
@@ -70,7 +70,7 @@ def baselines_of(config: RunConfig) -> list[str]:
 
 
 NO_POLICY: Final = "none"
-"""Name in place of a policy for tasks without policies."""
+"""Placeholder name for tasks without policies."""
 
 
 def policy_for(config: RunConfig, name: str) -> str:
@@ -96,7 +96,7 @@ def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
         ConfigurationError: The name is unknown.
     """
     task, action_s = config.task, config.task.ticks_per_action / CONTROL_RATE_HZ
-    # The actions of the task, because a baseline has no options.
+    # Use the task's own actions, because baselines have no options.
     actions = task_kind(task.name).actions(task)
     match name:
         case "none":
@@ -124,7 +124,7 @@ def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialO
     """Return the options of an insertion in six degrees of freedom.
 
     Raises:
-        ConfigurationError: The task is a different one.
+        ConfigurationError: The task is of a different kind.
     """
     if task_kind(config.task.name).options is not SpatialOptions:
         raise ConfigurationError("policy", policy, "a policy of this task; it is one of --task insertion-6dof")
@@ -150,7 +150,7 @@ def learning_parameters(config: RunConfig) -> Settings:
 
 
 def learning_policy(config: RunConfig, perception: Perception, code: str = "") -> Policy:
-    """Return a new learner, of third-party ``code`` if given, combined with the programmed and example states."""
+    """Return a new learner, from third-party ``code`` if given, combined with the programmed and example states."""
     if code:
         return third_party_policy(third_party_entry(code), config, perception, frozen=False)
     learning, actions = config.learning, task_actions(config)
@@ -167,7 +167,7 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
         raise ConfigurationError(field, error.value, error.accepted) from error
     learner = new_learner(learning_parameters(config), perception.states, actions, task_bounds(config))
     if config.learner == "belief" and not parts:
-        # A belief has no names of states and actions.
+        # A belief has no state or action names.
         parts.append(ProgrammedPolicy(perception.states, actions, {}))
     if config.perception.symbols == OPTIONS:
         kind, begun = task_kind(config.task.name), learner.get_state()
@@ -185,7 +185,7 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
 
 
 def perception_settings(config: RunConfig, perception: Perception) -> dict[str, Any]:
-    """Return the settings from raw signals to states in the form of a policy file."""
+    """Return the perception settings, from raw signals to states, as stored in a policy file."""
     p = config.perception
     signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
     if config.learner == "belief":
@@ -242,7 +242,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     # Fitted stages come from the file; stages defined by the configuration must be equal in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
     if configured is not None and not document.reads_states:
-        # Its contact model is a torque over the press, so thresholds of another press or force limit also fit.
+        # Its contact model is torque per pressing force, so thresholds for other presses or force limits also fit.
         own, mine = configured, {**theirs, "signal": {}}
     # A different tool has its own error message.
     for each, signal in ((mine, _signal_in(document)), (theirs, theirs["signal"])):
@@ -264,7 +264,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
 
     Raises:
         ConfigurationError: Its states, actions or learner differ, or its code cannot be loaded.
-        PolicyError: The code refuses its learned state.
+        PolicyError: The code rejects its learned state.
     """
     _require_same_tool(document, config)
     if document.third_party is not None:
@@ -278,7 +278,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
 
 
 def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
-    """Return the first setting in which two tables differ: its dotted name, and both values."""
+    """Return the first setting that differs between two tables: its dotted name, and both values."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         for key in sorted(set(a) | set(b)):
             if a.get(key) != b.get(key):
@@ -295,7 +295,7 @@ def _signal_in(document: PolicyDocument) -> Mapping[str, Any]:
 
 
 def tool_of(config: RunConfig) -> dict[str, Any]:
-    """Return the settings of the peg that determine its contact torques, which do not include the clearance."""
+    """Return the peg settings that determine its contact torques; the clearance is not one of them."""
     peg = config.cell.peg
     settings = {"cross_section": peg.cross_section, "diameter_mm": peg.diameter_mm, "chamfer_mm": peg.chamfer_mm}
     if peg.cross_section == "rounded-square":
@@ -306,7 +306,7 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """Return the tool of a policy file's contact model, or None without such a model or for a policy from a log."""
+    """Return the tool of a policy file's contact model; None if it has no contact model or comes from a log."""
     tool = _signal_in(document).get("tool")
     if tool is None or document.learner is None or document.learner.kind != "belief":
         return None
@@ -314,7 +314,7 @@ def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
 
 
 def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
-    """Refuse a contact model of a different tool, unless it is requested as a starting point."""
+    """Reject a contact model of a different tool, unless it is requested as a starting point."""
     learned = tool_in(document)
     if learned is None or config.learning.belief.other_tool:
         return

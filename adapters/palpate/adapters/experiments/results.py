@@ -29,7 +29,7 @@ from palpate.adapters.log import LOG_FOLDER, TrialRecorder, csv_text
 from palpate.core.errors import LifecycleError, OutputError
 
 LOCK: Final = ".lock"
-"""Lock file that names the writer; it is removed after a normal end."""
+"""Lock file that names the writer; it is removed after a normal exit."""
 
 
 @contextmanager
@@ -46,7 +46,7 @@ def only_writer(folder: Path) -> Iterator[str]:
         try:
             yield before
         finally:
-            # Removed while locked, so that a waiting writer finds another file of this name, or none.
+            # Removed while locked, so that a waiting writer finds a new file with this name, or none.
             os.unlink(path)
     finally:
         os.close(descriptor)
@@ -85,7 +85,7 @@ class TrialRow:
 
     Attributes:
         trip: Name and text of the reason for a trip; empty without a trip.
-        drawn: Other values of the trial, each in its own column at the end; for its place, see ``GroundTruth.drawn``.
+        drawn: Other values of the trial, each in its own column after the others; see also ``GroundTruth.drawn``.
     """
 
     trial: int
@@ -150,7 +150,7 @@ def _number(text: str) -> float | None:
 
 _COLUMNS: Final = dataclasses.fields(TrialRow)[:-1]
 _READ: Final[Mapping[str, Callable[[str], Any]]] = {"str": str, "int": int, "bool": lambda text: text == "True"}
-"""Functions that read a cell, by the type of its column; other columns hold numbers, or are empty."""
+"""Functions that parse a cell, by the type of its column; cells of other columns are numbers or empty."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -160,10 +160,10 @@ class RunResult:
     Attributes:
         rows: Lines of ``trials.csv``.
         summary: Statistics of all trials, as in ``summary.json``.
-        finished: Whether all requested trials are finished.
-        folder: Folder of the run, or None if nothing was kept.
-        losses: Failures of recording.
-        timing: Punctuality of the control loop; empty in the simulator.
+        finished: True if all requested trials are finished.
+        folder: Folder of the run, or None if nothing was saved.
+        losses: Recording failures.
+        timing: Timing report of the control loop; empty in the simulator.
     """
 
     rows: list[TrialRow]
@@ -196,7 +196,7 @@ def folder_named(out: str | os.PathLike[str], stem: str) -> RunFolder:
 
 
 def _holds(path: Path) -> bool:
-    """Return whether a folder has content; a run killed before writing a file leaves an empty folder for logs."""
+    """Return True if a folder has content; a run killed before writing a file leaves an empty log folder."""
     return bool(os.listdir(path)) if os.path.isdir(path) else os.path.exists(path)
 
 
@@ -233,7 +233,7 @@ class RunFolder:
 
     @contextmanager
     def writing(self, *, again: bool = False) -> Iterator[None]:
-        """Create the folder and lock it for the context; report what an earlier writer left after a crash.
+        """Create the folder and lock it for the context; print a message if an earlier writer crashed.
 
         Raises:
             OutputError: Another process is writing to it.
@@ -266,7 +266,7 @@ class RunFolder:
             raise OutputError(str(path), f"cannot be read ({error})", "fix it or begin a new run") from error
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
-        """Write or replace a file atomically; ``durable`` has the same meaning as in :func:`write_whole`."""
+        """Write or replace a file atomically; for ``durable``, see :func:`write_whole`."""
         write_whole(self.path / name, content, durable=durable)
 
     def write_json(self, name: str, content: Any, *, durable: bool = True) -> None:
@@ -298,7 +298,7 @@ class RunFolder:
             with whole_text(path, newline="") as stream:
                 lines = stream.readlines()
             if lines and not lines[-1].endswith("\n"):
-                # The damaged text may still be readable as numbers.
+                # The damaged line may still parse as numbers.
                 raise ValueError("its last line is not whole")
             return [TrialRow.read(cells) for cells in csv.DictReader(lines)]
         except (KeyError, ValueError, TypeError, OSError) as error:

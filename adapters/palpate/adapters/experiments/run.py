@@ -50,7 +50,7 @@ class Run:
     opened it.
 
     Args:
-        job: Job file, its tables, or a whole configuration; None uses the rig's job, or else the paper's.
+        job: Job file, its tables, or a complete configuration; None uses the rig's job, or else the paper's.
         rig: Rig file; if empty, the simulator is used.
         policy: Policy for :meth:`evaluate`: a baseline, a policy file, ``package.module:Name``, or an object.
         acknowledge: Acknowledgement of the rig's open fault by a person, in the form ``NUMBER NAME: why``.
@@ -66,7 +66,7 @@ class Run:
         ready: Pose from which trials start.
 
     Raises:
-        ConfigurationError: A setting is unknown or refused.
+        ConfigurationError: A setting is unknown or rejected.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Run:
 
         Raises:
             ConfigurationError: The policy is unknown or does not fit the configuration, or a setting of the trials is
-                refused.
+                rejected.
         """
         chosen = ChosenPolicy(policy or self.policy, self.config)
         if chosen.name.startswith("oracle") and self.rig_file:
@@ -170,12 +170,12 @@ class Run:
             policy: Policy to use instead of the run's own.
             out: Folder for logs, tables and summary. Without one, simulated trials are not recorded, and trials on a
                 rig are recorded in the next free folder below ``runs``.
-            jobs: Number of processes in the simulator. With several, every 10 trials start with a new policy object.
+            jobs: Number of processes in the simulator. With several, a new policy object is used every 10 trials.
             claim: Claim that the trials prove or refute.
             on_trial: Function that receives the number of trials finished since the previous call.
 
         Raises:
-            ConfigurationError: A setting or the policy is refused.
+            ConfigurationError: A setting or the policy is rejected.
             OutputError: The folder already holds a run.
             DeviceError: A device failed, or the supervisor tripped on a rig.
         """
@@ -240,18 +240,18 @@ class Run:
         on_begin: Callable[[RunFolder, int], object] = lambda folder, first: None,
         on_trial: Callable[[ScoredTrial], object] = ignore,
     ) -> RunResult:
-        """Train up to this number of trials; Ctrl-C ends it early. :meth:`evaluate` then runs the learned policy.
+        """Train until this many trials are finished, or until Ctrl-C. :meth:`evaluate` then runs the learned policy.
 
         Args:
             out: Folder for the policy, its logs, tables and learning curve.
-            policy: Policy file, or code, to train instead of a new learner of the configuration.
+            policy: Policy file, or code, to train instead of a new learner with the configured settings.
             resume: Whether to continue from the checkpoint in the folder.
             on_begin: Function that receives the folder and the number of trials in it, before the first trial.
             on_trial: Function that receives each finished trial.
 
         Raises:
-            ConfigurationError: A setting is refused, or the policy does not learn.
-            OutputError: The folder already holds a run, or none that can be resumed.
+            ConfigurationError: A setting is rejected, or the policy does not learn.
+            OutputError: The folder already holds a run, or holds none that can be resumed.
             DeviceError: A device failed, or the supervisor tripped on a rig.
         """
         folder, subject = RunFolder(Path(out)), training.Subject.of(self.config, policy)
@@ -309,7 +309,7 @@ class Run:
         if folder is not None:
             recorder = folder.recorder(config.recording, opened)
         if recorder is not None:
-            # Reported in any case, together with the error that ended the run.
+            # Reported in any case, in addition to the error that ended the run.
             kept.callback(self._notify_losses, recorder.losses)
         session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
         for grant in () if session is None else session.request_results:

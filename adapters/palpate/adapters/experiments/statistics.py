@@ -39,7 +39,7 @@ def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]
 
 
 def exact_interval(successes: int, trials: int) -> tuple[float, float]:
-    """Return the two-sided Clopper-Pearson interval for a proportion, which is 0 to 1 if there are no trials."""
+    """Return the two-sided Clopper-Pearson interval for a proportion; it is 0 to 1 if there are no trials."""
     from scipy.stats import binomtest
 
     if trials == 0:
@@ -81,7 +81,7 @@ class Claim:
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
     """Return a confidence interval for a quantile, between two of the values, from exact binomial probabilities.
 
-    It is valid for any distribution, and covers the true quantile with at least 95 % probability, unlike the bootstrap.
+    Unlike the bootstrap, it covers the true quantile with at least 95 % probability, for any distribution.
     It is None with too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
     """
     from scipy.stats import quantile_test

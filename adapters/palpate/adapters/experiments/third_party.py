@@ -1,4 +1,4 @@
-"""Third-party policies, which are found by name, created for a task, and guarded."""
+"""Third-party policies, which are found by name, created for a task, and wrapped."""
 
 import hashlib
 import importlib.metadata
@@ -30,7 +30,7 @@ def third_party_code(name: str) -> str:
 
 
 def third_party_entry(code: str) -> ThirdPartyEntry:
-    """Return the entry of a policy file for the installed code, without learned state.
+    """Return a policy file entry for the installed code, without learned state.
 
     Raises:
         ConfigurationError: The code cannot be loaded.
@@ -51,12 +51,12 @@ def third_party_policy(
 
     Raises:
         ConfigurationError: The code cannot be loaded, or creates no policy.
-        PolicyError: The policy refuses its state.
+        PolicyError: The policy rejects its state.
     """
     maker = _maker(entry.code)
     context = PolicyContext(tuple(perception.states), task_actions(config), task_bounds(config))
     try:
-        # A class may have no parameter for the task.
+        # The class may take no task parameter.
         with from_here():
             made = maker(context) if inspect.signature(maker).parameters else maker()
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""Training of a policy: trials in order, with a checkpoint after each and a clean end on request."""
+"""Training of a policy: trials in order, with a checkpoint after each one and a clean stop on request."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Checkpoint:
 
     def save(self, folder: RunFolder) -> None:
         """Write the checkpoint into the folder atomically."""
-        # Written after every trial: waiting for the disk would take 5 % of the time of a simulated one.
+        # Written after every trial; waiting for the disk would take 5 % of the duration of a simulated trial.
         folder.write_json("checkpoint.json", vars(self), durable=False)
 
     @classmethod
@@ -213,7 +213,7 @@ class Trainer(Trials):
 
         def done(scored: ScoredTrial) -> None:
             self._folder.append_trial(scored)
-            # Stop here: nothing learned in this trial may remain, because a resumed run repeats it.
+            # Stop here. Nothing learned in this trial may be saved, because a resumed run repeats the trial.
             require_sound(self.rig, scored)
             self.next_trial += 1
             self.checkpoint()
@@ -238,9 +238,9 @@ class Trainer(Trials):
         """Learn the consequences of actions in a tripped trial, which is an unfinished episode.
 
         If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
-        exceeded limit is a consequence of the last action. A Q table charges it with the rest of the time limit,
-        because an action without further cost would be tried repeatedly; other learners have no costs and keep the
-        finished actions.
+        exceeded limit is a consequence of the last action. A Q table charges the rest of the time limit to that
+        action, because it would be tried repeatedly without this cost. Other learners have no costs and keep what
+        they learned from finished actions.
         """
         report = scored.report
         if report.trip is None or report.trip.reason not in OVERLOADS:

@@ -32,8 +32,8 @@ class ScoredTrial:
             for a trial that a trip ended.
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended in a trip.
         flagged: Reason why the trial's timing was not accepted; empty for an accepted trial.
-        stopped_by: Cause of a stop other than the core and the supervisor; otherwise empty.
-        trip_source: Device whose samples or lateness ended the trial; empty if there is none.
+        stopped_by: Cause of a stop outside the core and the supervisor; otherwise empty.
+        trip_source: Device whose samples or delay ended the trial; empty if there is none.
         own: Values in which its job differs from that of the run, by column of trials.csv.
     """
 
@@ -160,7 +160,7 @@ class _Witness(LoopObserver):
             return "the fault of this computer, which was late, or of an adapter that waits"
         if trip.sample:
             return self._rig.device_behind(trip.sample)
-        # The cause may be the world, or a line with errors to report.
+        # The cause may be outside the devices, so a device is named only if it reports errors.
         source = self._rig.device_behind("joint" if trip.reason in _OF_THE_ARM else "force")
         return source if ": " in source else ""
 
@@ -224,10 +224,10 @@ def objections(report: TrialReport, config: AcceptanceConfig) -> str:
 
 
 def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
-    """Refuse to continue after a trip on a rig with devices; ``first`` is the index of the trial that is number 0.
+    """Raise an error after a trip on a rig with devices; ``first`` is the index of the trial that is number 0.
 
     Raises:
-        DeviceError: A trip ended the trial; the error states the trial's number as in the tables.
+        DeviceError: A trip ended the trial; the error gives the trial's number as in the tables.
     """
     if scored.trip and not rig.simulated:
         raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.cause}")
@@ -235,7 +235,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """Within the context, let a terminating signal request an orderly end; a second SIGINT acts as before.
+    """Within the context, let a terminating signal request an orderly end; a second SIGINT acts normally.
 
     Signals reach only a program's main thread; in any other thread, the context does nothing.
     """

@@ -29,7 +29,7 @@ class TrialsObserver(LoopObserver):
     """An observer of successive trials, such as a live view."""
 
     def of(self, trials: Trials) -> None:
-        """Receive the trials that run next."""
+        """Receive the trials that will run next."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Trials:
     Args:
         name: Name of a policy without a policy file; otherwise empty.
         subfolder: Folder for the logs within the recorder's folder.
-        first: Number of the trial that logs and tables number as 0.
+        first: Number of the trial that is number 0 in logs and tables.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).
@@ -103,7 +103,7 @@ class Trials:
             )  # fmt: skip
 
     def _turn_to(self, number: int) -> dict[str, float]:
-        """Prepare the place and the force limit of a trial; return its own values."""
+        """Prepare the place and the force limit of a trial; return the values that are specific to it."""
         whole, trial = self.run_config, number - self.first
         drawn = self._command == "train" and self.rig.simulated
         config = of_trial(whole, trial, drawn=drawn)
@@ -111,7 +111,7 @@ class Trials:
             ready = ready_pose(config)
             self.rig.move(config, ready)
             if drawn and not needs_fitting(config):
-                # Thresholds follow the press.
+                # Thresholds depend on the pressing force.
                 self.perception = build_perception(config)
             learner = learner_of(self.policy)
             if isinstance(learner, BeliefLearner):

@@ -1,4 +1,4 @@
-"""Estimates from samples measured on a rig. Pure functions return values with standard deviations, or refuse the data.
+"""Estimates from samples measured on a rig. Pure functions return values with standard deviations, or reject the data.
 
 Frames are those of :mod:`palpate.core.motion`. A sensor turned by an angle about the tool's axis, from x towards y,
 reads (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""Largest deviation from a rigid tool's wrench, as a fraction of its weight. Larger deviations have another cause."""
+"""Maximum deviation from the wrench of a rigid tool, as a fraction of its weight. A larger one has another cause."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Payload:
-    """Load of a force sensor: weight, centre of mass in the frame of the tool, and the sensor's turn about its axis."""
+    """Load of a force sensor: weight, centre of mass in the tool frame, and angle of the sensor about the tool axis."""
 
     weight_N: Estimate
     centre_of_mass_m: tuple[Estimate, Estimate, Estimate]
@@ -74,10 +74,10 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
     Means and standard deviations are (n, 6), N and N m, as measured.
 
     Args:
-        down_in_tool: Downward unit vectors, (n, 3), frame of the tool from the encoders.
+        down_in_tool: Downward unit vectors, (n, 3), in the tool frame given by the encoders.
 
     Raises:
-        UndeterminedError: The poses do not determine the values, or forces other than a rigid tool's weight act.
+        UndeterminedError: The poses do not determine the values, or the weight of a rigid tool is not the only load.
     """
     start = _linear_load(down_in_tool, means)
     spread = np.maximum(sds, (1e-4,) * 3 + (1e-5,) * 3)
@@ -117,7 +117,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
         direction: +1 while pressing, -1 while releasing, (n,); friction and delay cause the difference between them.
 
     Raises:
-        UndeterminedError: There are too few samples, or force does not increase with depth as it would with a spring.
+        UndeterminedError: There are too few samples, or the force does not increase with depth like that of a spring.
     """
     if len(depth_m) < _LEAST_SAMPLES or np.ptp(depth_m) == 0.0:
         raise UndeterminedError("stiffness", f"{len(depth_m)} samples under load", "a press that is slower or deeper")
@@ -127,7 +127,7 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, E
         columns = columns[:, :2]
     found, *_ = np.linalg.lstsq(columns, force_N, rcond=None)
     rest = force_N - columns @ found
-    # Neighbouring samples are also correlated here: one in ten counts as independent.
+    # Neighbouring samples are correlated here too, so only one in ten counts as independent.
     covariance = np.linalg.inv(columns.T @ columns) * float(rest @ rest) / (len(rest) - 3) * _BATCHES
     slope, level = float(found[0]), float(found[1])
     sd_slope = sqrt(covariance[0, 0])
@@ -179,7 +179,7 @@ def _load(x: Array, down: Array) -> Array:
 
 
 def _linear_load(down: Array, means: Array) -> Array:
-    """Return an initial value for the fit: weight and turn from the transverse forces, and the rest from both."""
+    """Return an initial value for the fit: weight and turn from transverse forces, and the rest from both."""
     count = len(down)
     if count < 3:
         raise UndeterminedError("weight", f"{count} poses", "at least 3, that tilt the tool about two axes")

@@ -15,13 +15,13 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointVector, Life, Rig
 from palpate.core.supervision import SampleMonitor, SupervisionConfig
 
 SPEED_M_S: Final = 0.005
-"""Highest speed of the tip and the sensor."""
+"""Maximum speed of the tip and the sensor."""
 FORCE_N: Final = 10.0
 """Change in force since the start of a motion above which the arm is stopped."""
 _TURN_RAD_S: Final = 0.1
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4
-"""Number of parts of a motion, each with a new reference force, because the weight turns with the tool."""
+"""Number of parts of a motion, each with a new reference force, because turning the tool changes the force."""
 
 
 class Sample(NamedTuple):

@@ -23,7 +23,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
 _TILTS_DEG: Final = (25.0, 20.0, 15.0)
-"""Tilts of the tool. Larger tilts give better estimates, but arms near their limits reach them in few directions."""
+"""Tilts of the tool. Larger tilts give better estimates, but an arm near its limits reaches few of them."""
 _HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 _LEAST_TILTED: Final = 3
 _NEAR_RAD: Final = 1.5
@@ -75,7 +75,7 @@ class Commissioning:
         self._approach = find_approach(config, self._ready)
 
     def plan_payload(self) -> list[estimates.Array]:
-        """Find the poses for :meth:`payload` in advance, because the search may outlast the time-outs of devices."""
+        """Find the poses for :meth:`payload` in advance, because the search may exceed device time-outs."""
         above = np.array(self._approach.poses_rad[0])
         self._poses = [above, *self._tilted(above), above]
         return self._poses
@@ -117,7 +117,7 @@ class Commissioning:
     def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[estimates.Estimate, estimates.Estimate]:
         """Insert the peg slowly a few times, guided by its torque; the core verifies that it is in the hole.
 
-        Returns the position of the hole, (x, y) in m in the base frame. A weight of 0 means the configured masses.
+        Returns the position of the hole, (x, y) in m in the base frame. A weight of 0 selects the configured masses.
 
         Raises:
             UndeterminedError: The peg was not inserted.
@@ -154,7 +154,7 @@ class Commissioning:
     def _withdraw(self) -> None:
         """Withdraw the tool from a hole that it may be in."""
         for pose in withdrawal(self._approach, self.arm.requested_rad):
-            # Planned for 20 mm/s.
+            # The motion is planned for 20 mm/s.
             for _ in range(4):
                 self.arm.tick(pose)
 

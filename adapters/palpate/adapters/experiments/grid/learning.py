@@ -48,7 +48,7 @@ def grid_named(name: str, size: int) -> GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Exact mean steps from a random start; the belief-state optimum is None if its search takes too long."""
+    """Exact mean step counts from a random start; the belief-state optimum is None if its search takes too long."""
 
     full: float
     belief: float | None
@@ -95,7 +95,7 @@ def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> StateIdentif
 
     strings = walk_strings(grid, walks, seed, longest)
     found = infer(strings, InferenceSettings(training=TrainingSettings(seed=seed)))
-    # Transitions that did not occur in the walks are not followed.
+    # Transitions that did not occur in the walks are ignored.
     return AutomatonState.of(found.machine, strings, symbols=grid.symbols)
 
 
@@ -103,7 +103,7 @@ GridLearner: TypeAlias = TabularLearner | HmmLearner
 
 
 def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> GridLearner:
-    """Return a new learner on these states.
+    """Return a new learner for these states.
 
     Raises:
         ConfigurationError: The hmm learner is requested for states other than the symbols.
@@ -147,7 +147,7 @@ def learn(
     """
     learner = new_grid_learner(learning, identifier)
     walks, temperatures = [], []
-    # One thread, because sums depend on how they are split, and threads do not pay off for such small products.
+    # Use one thread: sums depend on how they are split, and threads do not speed up such small products.
     with threadpool_limits(limits=1):
         for trial in range(trials):
             walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)

@@ -1,7 +1,7 @@
-"""Results of learning runs: a table for people, values for programs, and a line for every trial.
+"""Results of learning runs: a readable table, values for programs, and a line for every trial.
 
-The mean over the last trials is always shown with the number of steps needed with full information and by the best
-policy without it, because an improvement means little if the optimum is not known.
+The mean over the last trials is always shown together with the optimum with full information and the optimum without
+it, because an improvement means little if the optimum is unknown.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from palpate.adapters.log import aligned, csv_text, drawing
 from palpate.simulation.grid import GridMap
 
 LAST: Final = 100
-"""Number of trials averaged at each end of a run."""
+"""Number of trials that are averaged at the beginning and at the end of a run."""
 _COLUMNS: Final = ("seed", "trial", "steps", "reached", "start_column", "start_row", "temperature")
 
 
@@ -57,7 +57,7 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
 
 
 def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
-    """Return the results as plain values, with Student's t interval over runs (95 %) unless there is only one."""
+    """Return the results as plain values, with a 95 % Student's t interval if there are several runs."""
     middle, *ends = mean_with_interval([score.last for score in scores])
     return {
         "mean_last": round(middle, 4),
@@ -102,7 +102,7 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
         for row, line in enumerate(panels):
             for column, panel in enumerate(line):
                 _draw(axes[row, column], panel)
-        # Set now, because a limit set before the last curve is drawn would also apply to that curve.
+        # Set after the last curve, because the axis stops adapting to the curves once a limit is set.
         axes[0, 0].set_ylim(bottom=0.0)
         windows = {window_of(len(steps)) for line in panels for panel in line for steps in panel.curves} - {1}
         smoothed = "".join(f",\nmoving average of {window} trials" for window in sorted(windows))
@@ -118,7 +118,7 @@ def _draw(axes: Any, panel: Panel) -> None:
         window = window_of(len(steps))
         means = moving_average(steps, window)[window - 1 :]
         axes.plot(range(window - 1, len(steps)), means, color=_RUNS[number % len(_RUNS)], linewidth=1.2)
-    # Named in the title, because a legend would hide curves that do not fall.
+    # The title names these lines, because a legend would hide curves that do not fall.
     facts = [f"random walk {panel.bounds.random_walk:.1f} (dotted)"]
     axes.axhline(panel.bounds.random_walk, color="grey", linewidth=1.0, linestyle=":")
     if panel.bounds.belief is not None:

@@ -33,8 +33,8 @@ class DaskWorkers(Workers):
 
     Raises:
         ConfigurationError: The address is not safe.
-        UsageError: Dask is not installed, there is no scheduler or worker, or a worker has other code or more than one
-            thread.
+        UsageError: Dask is not installed, there is no scheduler or worker, or a worker has different code or several
+            threads.
     """
 
     def __init__(self, address: str, jobs: int) -> None:
@@ -46,7 +46,7 @@ class DaskWorkers(Workers):
         for name in ("distributed", "distributed.client"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         self.address, self._opened = address, ExitStack()
-        # A call is repeated once, as by local workers.
+        # A call is repeated once, as with local workers.
         self._opened.enter_context(dask.config.set({"distributed.scheduler.allowed-failures": 1}))
         try:
             if address == LOCAL:
@@ -63,7 +63,7 @@ class DaskWorkers(Workers):
             self._require_same_code()
         except (OSError, TypeError, RuntimeError) as error:
             self.close()
-            # Dask raises this type without certificates.
+            # Dask raises a TypeError if there are no certificates.
             reason = "no certificates in its configuration" if isinstance(error, TypeError) else one_line(error)
             raise UsageError(f"scheduler {address} or its workers cannot be reached ({reason}); {_START}") from error
         except BaseException:
@@ -78,7 +78,7 @@ class DaskWorkers(Workers):
     @override
     def count(self) -> int:
         try:
-            # Without workers, a call waits for one.
+            # If there are no workers, a call waits for one.
             return max(1, len(self._client.nthreads()))
         except OSError as error:
             raise self._ended() from error

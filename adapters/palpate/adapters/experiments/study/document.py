@@ -47,7 +47,7 @@ class Condition:
 
     @property
     def what(self) -> str:
-        """Name of the policy in a form that is valid in any working folder."""
+        """Name of the policy, valid in any working folder."""
         return self.file or self.policy
 
     @property
@@ -186,7 +186,7 @@ class Study:
         head = overlay(_Head(), _table("study", table.get("study", {})))
         base, grids = dict(_settings(_table("base", table.get("base", {})))), table.get("grid", {})
         for name, value in base.items():
-            # A value in place of a table would be lost when a grid varies settings of this table.
+            # A value given for a table would be lost if a grid varies settings in that table.
             if isinstance(setting_of(RunConfig(), name), Settings):
                 raise ConfigurationError(name, value, "a table")
         grids = [dict(_settings(_table("grid", grid))) for grid in (grids if isinstance(grids, list) else [grids])]

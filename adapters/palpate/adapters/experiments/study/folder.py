@@ -21,7 +21,7 @@ _ELSEWHERE: Final = "name another folder with --out"
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
 """Entries of a summary that are already in other columns."""
 _COUNTS: Final = ("outcomes", "trips", "flagged_reasons")
-"""Tables of a summary that omit counts of zero."""
+"""Tables of a summary in which counts of zero are omitted."""
 
 
 class StudyFolder:
