@@ -16,7 +16,7 @@ from palpate.core.policy import COMPASS_NAMES, Action
 GOAL: Final = "·"
 WALL: Final = "#"
 LARGEST: Final = 99
-"""Longest permitted side of a map, so that a mistyped size does not exhaust memory."""
+"""Maximum length of a side of a map, so that a mistyped size does not exhaust memory."""
 
 CELL_M: Final = 1e-3
 """Length of a cell in actions, chosen so that policy files contain whole millimetres."""
@@ -41,7 +41,7 @@ class GridMap:
     Attributes:
         cells: (column, row) of each cell that the agent can occupy, in reading order, without the goal.
         readings: Sensor value of each cell, as an index into ``symbols``.
-        moves: Next cell for each cell and action, (cells, 8); None is the goal. A move against a wall has no effect.
+        moves: Next cell for each cell and action, (cells, 8); None is the goal. A move into a wall has no effect.
 
     Raises:
         ConfigurationError: The rows are not a map with exactly one goal that can be reached from every cell.
@@ -67,7 +67,7 @@ class GridMap:
         object.__setattr__(self, "readings", tuple(map(symbols.index, letters)))
         number: dict[tuple[int, int], int | None] = {place: cell for cell, place in enumerate(places)}
         number |= {(row.index(GOAL), y): None for y, row in enumerate(rows) if GOAL in row}
-        # Rows count downwards, y upwards.
+        # Rows are counted downwards, y upwards.
         near = (tuple(number.get((x + dx, y - dy), number[x, y]) for dx, dy in COMPASS) for x, y in places)
         object.__setattr__(self, "moves", tuple(near))
         reached = {cell for cell in self.distances if cell is not None}
@@ -110,7 +110,7 @@ class GridMap:
 
     @property
     def distances(self) -> dict[int | None, int]:
-        """Fewest steps to the goal from each cell that can reach it. The key of the goal is None."""
+        """Minimum number of steps to the goal from each cell that can reach it. The key of the goal is None."""
         before: dict[int | None, set[int]] = {}
         for cell, targets in enumerate(self.moves):
             for target in targets:
@@ -132,8 +132,8 @@ class GridMap:
 SCENARIO_1: Final = "ABC/C·E/BDF"
 """The first scenario: six symbols, two of them replicated.
 
-The printed layout is lost; of all labellings of eight regions, two yield the string of Fig. 2 and otherwise agree with
-the paper. This is one of the two.
+The paper's layout is not available. Of all labellings of the eight regions, two yield the string of Fig. 2 and
+otherwise agree with the paper. This is one of them.
 """
 SCENARIO_2: Final = "ABA/C·D/DBC"
 """The second scenario: four symbols, all replicated; one of the two labellings that agree with the paper."""

@@ -1,13 +1,13 @@
-"""Baselines: mean number of steps of a random walk, and fewest steps with a known position or only a known map.
+"""Baselines: mean number of steps of a random walk, and minimum steps with a known position or only a known map.
 
 Moves and readings are deterministic, so a belief is the set of possible cells with their multiplicities: walls may move
 two possible positions into the same cell. The number of such beliefs is finite, and no optimal plan visits one twice,
-since nothing would have been learned in between (Bonet, "Deterministic POMDPs Revisited"). A search like LAO* finds the
-best plan: values start at the cost with full information, which is a lower bound, and are backed up along the greedy
-plan until none changes. Counts are integers, so this test is exact.
+because nothing would have been learned in between (Bonet, "Deterministic POMDPs Revisited"). A search similar to LAO*
+finds the best plan: values start at the cost with full information, which is a lower bound, and are backed up along the
+greedy plan until no value changes. Counts are integers, so this test is exact.
 
 The belief-state optimum is a lower bound for every policy over symbols, past symbols or automaton states: a better
-result indicates a leak of information.
+result indicates an information leak.
 """
 
 from collections import Counter
@@ -27,7 +27,7 @@ def full_information_optimum(grid: GridMap) -> Fraction:
 
 
 def random_walk_steps(grid: GridMap, step_limit: int) -> float:
-    """Return the exact mean number of steps of a random walk from a uniformly random start, cut off at the limit."""
+    """Return the exact mean number of steps of a random walk from a uniformly random start, truncated at the limit."""
     goal = len(grid.cells)
     targets = np.array([[goal if target is None else target for target in row] for row in grid.moves])
     here, steps = np.full(goal, 1.0 / goal), 0.0
@@ -42,11 +42,11 @@ Belief: TypeAlias = tuple[tuple[int, int], ...]
 """Possible cells in ascending order, each with the number of starts that lead there."""
 
 MOST_CELLS: Final = 2_000_000
-"""Limit of the search, as a number of cells in visited beliefs. It is reached in less than a minute. The maps of the
-paper need thousands, and maps of 15 x 15 need tens of thousands."""
+"""Search limit, in cells of visited beliefs. It is reached in less than a minute. The maps of the paper need thousands,
+and maps of 15 x 15 need tens of thousands."""
 MOST_BLIND_CELLS: Final = 100_000
-"""The limit for maps with a single symbol, whose readings carry no information: 15 cells need 8400, 19 about 62 000 and
-24 about 595 000. The search reaches it in one or two seconds."""
+"""The limit for maps with a single symbol, whose readings contain no information: 15 cells need 8400, 19 about 62 000
+and 24 about 595 000. The search reaches it in one or two seconds."""
 
 
 @lru_cache(maxsize=64)
@@ -70,7 +70,7 @@ class _BeliefSearch:
         self._grid, self._left = grid, most_cells
         self._distances = grid.distances
         self._values: dict[Belief, int] = {}
-        # Of each visited belief: the beliefs that may follow each useful action.
+        # For each visited belief: the beliefs that may follow each useful action.
         self._outcomes: dict[Belief, tuple[tuple[Belief, ...], ...]] = {}
 
     def divided(self, possible: Counter[int]) -> tuple[Belief, ...]:
@@ -81,13 +81,13 @@ class _BeliefSearch:
         return tuple(tuple(parts[reading]) for reading in sorted(parts))
 
     def solve(self, root: Belief) -> int:
-        """Return the fewest steps, summed over the starts of the belief."""
+        """Return the minimum number of steps, summed over the starts of the belief."""
         while self._swept(root):
             pass
         return self._values[root]
 
     def _swept(self, root: Belief) -> bool:
-        """Back up every belief of the greedy plan, from the last to the first, and return whether a value changed."""
+        """Back up every belief of the greedy plan, from last to first; return True if a value changed."""
         changed = False
         seen = {root}
         stack = [(root, False)]

@@ -1,6 +1,6 @@
 """Trials in a grid world, with the states, policies and learners of the insertion task.
 
-The agent works on a map as :class:`~palpate.core.tasks.insertion.agent.Agent` does on a force sensor: it reads a
+The agent works on a map as :class:`~palpate.core.tasks.insertion.agent.Agent` works with a force sensor: it reads a
 symbol, updates the state, learns from the last action, and chooses the next one.
 """
 
@@ -56,7 +56,7 @@ class Walker:
         state: State in the current cell. The goal has no reading and keeps the state of the previous cell.
 
     Raises:
-        ConfigurationError: The symbols of identifier and map differ.
+        ConfigurationError: The symbols of the identifier and the map differ.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Walker:
         """Make a move and return the next state, or None at the goal.
 
         Raises:
-            CommandError: The goal has been reached before.
+            CommandError: The goal has already been reached.
         """
         if self.cell is None:
             raise CommandError("at the goal there is no move", action)
@@ -125,11 +125,11 @@ def run_trial(
 ) -> Walk:
     """Run one trial from a random cell to the goal or the step limit.
 
-    The policy learns as usual: a trial that is cut off ends with an ordinary transition. The policy receives the
-    outcome as in the insertion task, but without a position.
+    The policy learns as usual: a truncated trial ends with an ordinary transition. The policy receives the outcome as
+    in the insertion task, but without a position.
 
     Raises:
-        ConfigurationError: The symbols of identifier and map differ, or the limit is below 1.
+        ConfigurationError: The symbols of the identifier and the map differ, or the limit is below 1.
         CommandError: The policy chose an action outside the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)
@@ -157,7 +157,7 @@ def walks_from_all_cells(
     walks: int = 1,
     seed: int = 0,
 ) -> list[Walk]:
-    """Run the same number of trials from every cell, to measure the cost of a frozen policy.
+    """Run the same number of trials from every cell to measure the cost of a frozen policy.
 
     With one walk per cell, the mean is exact if the policy is deterministic.
 

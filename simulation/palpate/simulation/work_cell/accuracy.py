@@ -11,13 +11,13 @@ from palpate.simulation.work_cell.contact_impedance import VALID_SHARE, give_mm
 from palpate.simulation.work_cell.contour import FLAT
 
 _IDEAL_MM: Final = 0.0008
-"""Largest roughness Ra of a ground pin to ISO 8734, which ideal circles neglect."""
+"""Maximum roughness Ra of a ground pin according to ISO 8734, which ideal circles neglect."""
 
 
 def play_error_mm(cell: CellConfig) -> float:
-    """Return the largest error of the radial clearance between the peg and the hole in mm, or 0 without a hole.
+    """Return the maximum error of the radial clearance between peg and hole in mm, or 0 without a hole.
 
-    It adds the penetration of the walls, the play between contacts around the hole, the gap between facets of a peg
+    It is the sum of the wall penetration, the play between contacts around the hole, the gap between facets of a peg
     that is turned in its round hole, and the neglected roughness.
     """
     if cell.contour.shape != FLAT:
@@ -36,7 +36,7 @@ def valid(cell: CellConfig) -> bool:
 
 
 def validity_lines(cell: CellConfig) -> list[str]:
-    """Return a warning that applies to all results from the cell, or no line if the cell is valid."""
+    """Return a warning that applies to all results from the cell, or an empty list if the cell is valid."""
     error = f"{play_error_mm(cell) * 1e3:.1f} um of a radial clearance of {cell.peg.clearance_mm * 1e3:g} um"
     line = f"outside the simulator's valid range: its play error is {error} (limit {VALID_SHARE:.0%})"
     return [] if valid(cell) else [line]

@@ -1,4 +1,4 @@
-"""Body inertias and servos of a simulated arm whose description does not contain them."""
+"""Body inertias and servos for a simulated arm whose description does not contain them."""
 
 from math import hypot, isfinite, pi
 from typing import Final
@@ -17,7 +17,7 @@ _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
 """Armature at the joint for arms of up to 30 kg; the second value is for the last three joints. Assumed."""
 _SUPPORTED: Final = 3.0
-"""Largest ratio of inertia to armature without servo oscillation; of palpate's arms, only ur20 exceeds it."""
+"""Maximum ratio of inertia to armature without servo oscillation; of palpate's arms, only ur20 exceeds it."""
 
 
 def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]:
@@ -34,7 +34,7 @@ def body_inertias(kinematics: Kinematics) -> tuple[list[pin.Inertia], list[str]]
 
 
 def inertia_lines(named: str | ArmDescription) -> list[str]:
-    """Return a line for the user about estimated inertias, or no line if there are none."""
+    """Return a line for the user about estimated inertias, or an empty list if there are none."""
     _, estimated = body_inertias(Kinematics(arm_named(named), ToolGeometry()))
     if not estimated:
         return []
@@ -63,7 +63,7 @@ def _is_physical(inertia: pin.Inertia) -> bool:
 
 
 def _capsule(given: pin.Inertia, end_m: np.ndarray) -> pin.Inertia:
-    """Return the inertia of a capsule from a joint to the next, with the given mass and centre if there is a mass."""
+    """Return the inertia of a capsule between two joints, with the given mass and centre if there is a mass."""
     length = hypot(*end_m)
     radius = max(_RADIUS_M, length / _SLENDER)
     is_given = isfinite(given.mass) and given.mass > 0.0

@@ -32,7 +32,7 @@ _NOISE_BLOCK: Final = 512
 _SIX: Final = Struct("6d")
 _PEAK_BLOCK: Final = 256
 _RELIEF_TICKS: Final = 28
-"""Time without load, 0.2 s, after which the sensor's zero returns: longer than a bounce, but before any tare."""
+"""Time without load, 0.2 s, after which the sensor's zero returns; longer than a bounce, but before the next tare."""
 _HISTORY_HEADER: Final = 2  # MuJoCo puts two words (period and cursor) before a sensor's sample times
 
 
@@ -41,14 +41,14 @@ class WorkCell:
 
     Args:
         ready_rad: Joint angles at the start of every trial, (n,), with the tool pointing down.
-        wander_m: Largest distance of the peg from the nominal goal; it determines the size of the plate.
-        hidden: Hidden values of the rig, or None if there are none. The configuration already includes their physical
-            part.
+        wander_m: Maximum distance of the peg from the nominal goal; it determines the size of the plate.
+        hidden: Hidden values of the rig, or None if there are none. The configuration already includes those that
+            affect physics.
 
     Attributes:
         model: MuJoCo's model, rebuilt for a trial with a different grip or clearance.
         contacts: The contact search, rebuilt with the model, or None if MuJoCo searches for all contacts at every step.
-        ticks: Control ticks since construction; not reset between trials.
+        ticks: Number of control ticks since construction; not reset between trials.
         time_ns: Exact time of the current tick, rounded down to nanoseconds.
         before_errors: Latest measured wrench without noise, bias or zero shift, negated, (6,).
     """
@@ -69,7 +69,7 @@ class WorkCell:
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config, self._yaw_rad = config, float(np.arctan2(yaw_axis[1], yaw_axis[0]))
-        # Largest distance of the peg from the true hole, with a margin for the springs.
+        # Maximum distance of the peg from the true hole, with a margin for the springs.
         self._far_m = wander_m + config.hole_reach_mm * 1e-3 + 1e-3
         reach_m = config.plate_reach_m(wander_m)
         self._model_of = partial(
@@ -93,7 +93,7 @@ class WorkCell:
         self.reset(0, 0)
 
     def reset(self, seed: int, trial: int) -> None:
-        """Put the arm in its ready pose, and apply the hole position and the sensor errors of (seed, trial)."""
+        """Put the arm in its ready pose; apply the hole position and sensor errors drawn for this seed and trial."""
         before, self._world = self._world, trial_world(self.config, seed, trial)
         if self._world.cell != before.cell:
             self._build(self._world.cell)
@@ -110,7 +110,7 @@ class WorkCell:
         self.place(self._ready)
         self._forces.clear()
         self._peak_square = 0.0
-        # The tool is stationary: the sensor now carries only weight.
+        # The tool is stationary: the sensor now measures only weight.
         self._weight: Array = self._wrench[:3].copy()
         self._noise = chain.from_iterable(self._noise_blocks(generator(seed, Purpose.SENSOR, trial)))
 
@@ -173,11 +173,11 @@ class WorkCell:
             return self.joint_angles()
         q_rad = self._qpos.tolist()
         whole = tuple(map(sub, q_rad, map(remainder, q_rad, self._encoder_step)))
-        # Whole counts. An angle of less than half a count is zero with its sign kept.
+        # Whole counts. An angle of less than half a count becomes zero but keeps its sign.
         return whole if all(whole) else tuple(map(copysign, whole, q_rad))
 
     def joint_angles(self) -> JointVector:
-        """Return the exact joint angles, (n,) rad, for the servos, which do not use the host's encoders."""
+        """Return the exact joint angles, (n,) rad, for the servos, which do not use the encoders of the host."""
         return tuple(self._qpos.tolist())
 
     def model_sha256(self) -> str:
@@ -187,7 +187,7 @@ class WorkCell:
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
     def pose(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Copy the pose of this cell to another model and its data, for rendering."""
+        """Copy the pose of this cell to another model and its data for rendering."""
         data.qpos[:] = self.data.qpos
         model.body_pos[self._plate] = self.model.body_pos[self._plate]
         model.body_quat[self._plate] = self.model.body_quat[self._plate]
@@ -210,7 +210,7 @@ class WorkCell:
         )
 
     def _build(self, cell: CellConfig) -> None:
-        """Build the model of a cell with a different grip or clearance, which takes some milliseconds."""
+        """Build the model of a cell with a different grip or clearance, which takes a few milliseconds."""
         self.model = self._model_of(cell)
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None
@@ -234,7 +234,7 @@ class WorkCell:
         """Return the shift of the sensor's zero since the beginning of the trial, (6,).
 
         Strain gauges have hysteresis and creep: their zero shifts under load and returns without load. A tare in free
-        air is therefore wrong as soon as the peg presses.
+        space is therefore wrong as soon as the peg presses.
         """
         loaded = self.ticks - self._loaded < _RELIEF_TICKS
         drift = self._zero_drift * ((self.ticks - self._begun) / self._rate_Hz)

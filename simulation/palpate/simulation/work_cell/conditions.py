@@ -19,18 +19,18 @@ class ConditionsConfig(Settings):
     TABLE: ClassVar[str] = "cell.conditions"
 
     hole_shift_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """Set-up error of the plate for each batch: the centre of the disc that contains its holes is anywhere within this
-    distance of the nominal goal."""
+    """Set-up error of the plate for each batch: the centre of the disc that contains its holes is within this distance
+    of the nominal goal."""
     hole_shift_trials: _Batch = 0
     """Number of trials per batch; 0 puts all trials of a seed into one."""
     tilt_heading: _Heading = "set"
     """set: the peg is tilted towards cell.tilt_heading_deg; drawn: in a direction drawn for each grip."""
     grip_trials: _Batch = 0
-    """Number of trials until a regrip; 0 disables regrips."""
+    """Number of trials between regrips; 0 disables regrips."""
     zero_shift_N: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Force across the tool axis by which the sensor's zero shifts under load; a tare in free air cannot detect it."""
+    """Lateral force by which the sensor's zero shifts under load; a tare in free space cannot detect it."""
     zero_shift_Nm: Annotated[float, Range(0.0, 100.0)] = 0.0
-    """Torque across the tool axis by which the zero shifts under load."""
+    """Lateral torque by which the zero shifts under load."""
     zero_drift_N_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
     """Drift rate of the force zero across the tool axis during a trial."""
     zero_drift_Nm_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
@@ -38,7 +38,7 @@ class ConditionsConfig(Settings):
     zero_heading: _Heading = "set"
     """set: the zero shifts towards zero_heading_deg; drawn: in a direction drawn for each batch."""
     zero_heading_deg: Annotated[float, Range(-360.0, 360.0)] = 0.0
-    """Direction of these shifts and drifts, from x towards y of the sensor's frame."""
+    """Direction of these shifts and drifts, measured from x towards y in the sensor's frame."""
     zero_trials: _Batch = 0
     """Number of trials per batch; 0 puts all trials of a seed into one."""
     wear_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
@@ -46,7 +46,7 @@ class ConditionsConfig(Settings):
     wear_trials: Annotated[int, Range(1, 100_000)] = 100
     """Number of trials until wear is complete."""
     yaw_deg: Annotated[float, Range(0.0, 180.0)] = 0.0
-    """Largest turn of the hole about its axis in either direction, drawn for each trial."""
+    """Maximum rotation of the hole about its axis in either direction, drawn for each trial."""
     plate_tilt_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
     """Tilt of the plate about the hole's mouth, in a direction drawn for each trial."""
 

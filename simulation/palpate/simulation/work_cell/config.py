@@ -17,10 +17,10 @@ SURFACE_BEGINS_MM: Final = 3.0
 MOST_FORCE_N: Final = 30.0
 """Lateral force at the tip for the shaft check, equal to the default force limit of a task."""
 PLATE_REACH_M: Final = 0.009
-"""Minimum distance from the hole's edge up to which the plate's surface is closed, because the peg may move there."""
+"""Minimum distance from the hole's edge to the edge of the closed surface, on which the peg may move."""
 _LEAST_SPHERES: Final = 12
 _TURNED_DEG: Final = 10.0
-"""Expected turn of the searching peg in addition to the turn of the hole."""
+"""Expected rotation of the searching peg in addition to that of the hole."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class PegConfig(Settings):
     diameter_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
     """Diameter of the peg, or of its inscribed circle for a polygon."""
     clearance_mm: Annotated[float, Range(0.001, 5.0)] = 0.075
-    """Radial clearance: half the difference of the diameters."""
+    """Radial clearance: half the difference between the diameters."""
     hole_depth_mm: Annotated[float, Range(0.5, 80.0)] = 10.0
     """Depth of the hole's floor below the plate's surface."""
     friction: Annotated[float, Range(0.0, 2.0)] = 0.2
@@ -48,7 +48,7 @@ class PegConfig(Settings):
     wall_boxes: Annotated[int, Range(16, 512)] = 48
     """Number of boxes in the wall of a round hole; a polygon has one per side, a hull with round parts half as many."""
     outer_boxes: Annotated[int, Range(0, 512)] = 16
-    """Number of boxes in the plate's surface from 3 mm around a round hole outwards; 0 uses half of wall_boxes."""
+    """Number of boxes in the plate's surface more than 3 mm from a round hole; 0 uses half of wall_boxes."""
     rim_spheres: Annotated[int, Range(12, 512)] = 48
     """Number of spheres in the contact ring at the peg's tip; a hull with round parts has half as many corners."""
     upper_spheres: Annotated[int, Range(0, 512)] = 24
@@ -66,7 +66,7 @@ class PegConfig(Settings):
         return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
     def play_mm(self, worn_clearance_mm: float) -> float:
-        """Return the largest distance in mm between positions of the peg's axis in the mouth, for a worn clearance."""
+        """Return the maximum distance in mm between positions of the peg's axis in the mouth, for a worn clearance."""
         sides, clearance_mm = SIDES.get(self.cross_section, 0), max(self.clearance_mm, worn_clearance_mm)
         across_mm = 2.0 * clearance_mm
         if sides:
@@ -86,12 +86,12 @@ class PegConfig(Settings):
 
     @property
     def facets(self) -> tuple[int, int]:
-        """Return the numbers of walls and peg corners in round parts; a hull has half of the configured numbers."""
+        """Return the numbers of walls and peg corners in round parts; a hull has half the configured numbers."""
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @property
     def contacts_around(self) -> int:
-        """Return the smallest number of contacts around a round peg."""
+        """Return the minimum number of contacts around a round peg."""
         return min(self.facets[0], self.upper_spheres or self.rim_spheres)
 
     @override
@@ -134,11 +134,11 @@ class ComplianceConfig(Settings):
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
     """Damping of each spring, as a fraction of critical damping."""
     moving_mass_kg: Annotated[float, Range(0.01, 20.0)] = 0.3
-    """Mass of the gripper and the peg, measured by the sensor as weight."""
+    """Mass of the gripper and the peg; the sensor measures its weight."""
     centre_of_mass_above_tip_mm: Annotated[float, Range(5.0, 500.0)] = 50.0
     """Height h of that mass above the peg tip. Its inertia is 0.6 m h^2 across the tool and 0.06 m h^2 along it."""
     rigid_mass_kg: Annotated[float, Range(0.001, 10.0)] = 0.05
-    """Mass between the sensor and the springs, also measured by the sensor; its radius of gyration is 20 mm."""
+    """Mass between the sensor and the springs, which the sensor also measures; its radius of gyration is 20 mm."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class SensorConfig(Settings):
     torque_bias_Nm: Annotated[float, Range(0.0, 100.0)] = 0.05
     """Standard deviation of the constant torque offset, drawn for each trial."""
     encoder_counts_share: Annotated[float, Range(0.0, 1000.0)] = 1.0
-    """Encoder step as a fraction of the arm's own step, or 0 for ideal encoders."""
+    """Encoder step as a fraction of the arm's own step; 0 selects ideal encoders."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class CellConfig(Settings):
     sensor: SensorConfig = field(default_factory=SensorConfig)
     conditions: ConditionsConfig = field(default_factory=ConditionsConfig)
     hole_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
-    """Largest distance of the true hole from the nominal goal, drawn for each trial."""
+    """Maximum distance of the true hole from the nominal goal, drawn for each trial."""
     hole_height_error_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
     """Height of the plate above its nominal height."""
     tilt_mrad: Annotated[float, Range(0.0, 100.0)] = 0.0
@@ -179,7 +179,7 @@ class CellConfig(Settings):
     """Direction of the tilt, from x towards y of the task frame."""
     contour: ContourConfig = field(default_factory=ContourConfig)
     contacts: Annotated[str, OneOf("listed", "searched")] = "listed"
-    """listed: check only pairs that can touch near the hole, with the same result; searched: MuJoCo checks all."""
+    """listed: check only pairs that can touch near the hole, with the same result; searched: check all pairs."""
     substeps: Annotated[int, Range(3, 100)] = 4
     """Physics steps per control tick (140 Hz): 4 gives a time step of 1/560 s."""
     tilted_impedance: Annotated[float, Range(0.9, 0.98)] = 0.96
@@ -188,15 +188,15 @@ class CellConfig(Settings):
 
     @property
     def tilts(self) -> bool:
-        """Return True if one side of a lowered peg touches the plate first, which is impossible with a ball."""
+        """Return True if one side of a lowered peg touches the plate first; never true for a ball."""
         return self.contour.shape == FLAT and (self.tilt_mrad > 0.0 or self.conditions.plate_tilt_mrad > 0.0)
 
     @property
     def has_shaft(self) -> bool:
-        """Return True if the shaft of a round peg can tilt enough to touch the mouth of the hole; a hull's always does.
+        """Return True if the shaft of a round peg can tilt enough to touch the mouth of the hole; True for any hull.
 
-        At depth l the walls allow a tilt of 2 c / l. Grip and plate tilt the peg, and a force F across the tip bends
-        the gripper by F l / k.
+        At depth l the walls allow a tilt of 2 c / l. Grip and plate tilt the peg, and a lateral force F bends the
+        gripper by F l / k.
         """
         peg = self.peg
         bend_mrad = MOST_FORCE_N * peg.hole_depth_mm / self.compliance.tilt_Nm_per_rad
@@ -205,16 +205,16 @@ class CellConfig(Settings):
 
     @property
     def total_tilt_mrad(self) -> float:
-        """Return the largest angle between the axes of the free peg and the hole."""
+        """Return the maximum angle between the axes of the free peg and the hole."""
         return self.tilt_mrad + self.conditions.plate_tilt_mrad
 
     @property
     def hole_reach_mm(self) -> float:
-        """Return the largest distance of the hole from the nominal goal."""
+        """Return the maximum distance of the hole from the nominal goal."""
         return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
 
     def plate_reach_m(self, wander_m: float) -> float:
-        """Return the distance in m from the hole up to which the plate is closed, for a peg that moves this far."""
+        """Return the distance in m from the hole to the edge of the closed plate, for a peg that moves this far."""
         reach_m = max(PLATE_REACH_M, wander_m + self.hole_reach_mm * 1e-3 + 1e-3)
         if not (sides := self.peg.section().sides) or not self.conditions.yaw_deg:
             return reach_m

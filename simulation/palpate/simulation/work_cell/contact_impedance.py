@@ -1,8 +1,8 @@
 """Contact impedance that is high enough for a tight hole.
 
-A MuJoCo contact with impedance d and time constant T yields by at most (1 - d) / d T^2 F / m under a force F on a
-mass m. The walls of a tight hole must yield less. With contacts that are hard at the surface, a wedged peg would bounce
-from wall to wall and slip, so these contacts harden over a skin.
+A MuJoCo contact with impedance d and time constant T yields by at most (1 - d) / d T^2 F / m under a force F on a mass
+m. The walls of a tight hole must yield less. With contacts that are hard at the surface, a wedged peg would bounce from
+wall to wall and slip, so these contacts harden gradually over a thin skin.
 """
 
 from math import pi, sqrt
@@ -12,7 +12,7 @@ from palpate.simulation.work_cell.config import CellConfig
 
 CONTACT_TIME_S: Final = 0.003
 VALID_SHARE: Final = 0.25
-"""Largest ratio of play error to clearance. The relative error of a wedging force is then about that of friction."""
+"""Maximum ratio of play error to clearance. The relative error of a wedging force is then about that of friction."""
 _UPRIGHT: Final = 0.95
 _DEEP: Final = 0.99, 1e-4  # impedance in depth, and the depth in metres
 _SKIN: Final = 0.1
@@ -30,7 +30,7 @@ def contact_impedance(cell: CellConfig) -> tuple[float, float, float, float, flo
     if not is_tight(cell):
         return _plain(cell), *_DEEP, 0.5, 2.0
     skin_mm = _skin_mm(cell)
-    # For a single contact; all together yield by half the skin, so the skin is never fully compressed.
+    # For a single contact. All contacts together yield by half the skin, so the skin is never fully compressed.
     alone_mm = max(0.5 * skin_mm, (0.5 * skin_mm) ** 1.5 * sqrt(2.0 / cell.peg.clearance_mm) / _spacing(cell))
     hard = 1.0 / (1.0 + (skin_mm if cell.peg.is_hull else alone_mm) / _softness_mm(cell))
     return _SURFACE, min(hard, _HARDEST), skin_mm * 1e-3, 0.5, 2.0
@@ -47,14 +47,14 @@ def give_mm(cell: CellConfig) -> float:
 
 
 def wedge_force_N(cell: CellConfig) -> float:
-    """Return the largest wall force on a tilted peg during its descent: k (tilt - 2 c / l) / l."""
+    """Return the maximum wall force on a tilted peg during its descent: k (tilt - 2 c / l) / l."""
     tilt, c_mm, depth_mm = cell.total_tilt_mrad * 1e-3, cell.peg.clearance_mm, cell.peg.hole_depth_mm
     at_mm = min(depth_mm, 4.0 * c_mm / tilt) if tilt else depth_mm
     return max(1e3 * cell.compliance.tilt_Nm_per_rad * (tilt - 2.0 * c_mm / at_mm) / at_mm, 0.0)
 
 
 def _plain(cell: CellConfig) -> float:
-    """Return the impedance of looser fits; a tilted peg rests on few points, which would sink in too far with 0.95."""
+    """Return the impedance for looser fits. The few points of a tilted peg would sink in too far with 0.95."""
     return cell.tilted_impedance if cell.tilts else _UPRIGHT
 
 
@@ -63,7 +63,7 @@ def _skin_mm(cell: CellConfig) -> float:
 
 
 def _give_mm(cell: CellConfig, impedance: float) -> float:
-    """Return the yield depth at an impedance, with a gap of c (1 - cos a) at angle a from the deepest contact."""
+    """Return the yield depth for an impedance, with a gap of c (1 - cos a) at angle a from the deepest contact."""
     alone = (1.0 - impedance) / impedance * _softness_mm(cell)
     shared: float = (_spacing(cell) * alone) ** (2.0 / 3.0) * (cell.peg.clearance_mm / 2.0) ** (1.0 / 3.0)
     # A hull rests on two points.

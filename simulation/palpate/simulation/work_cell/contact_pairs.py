@@ -14,7 +14,7 @@ from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, Box, outer
 NEAR_M: Final = 2e-3
 """Radius of a near region around the hole's axis, which needs a third of the pairs of a larger one."""
 _SLACK_M: Final = 0.25e-3
-"""Largest motion of a sphere in a tick whose end is outside the listed region."""
+"""Maximum motion of a sphere in a tick that ends outside the listed region."""
 _TILT: Final = 0.02
 _TURN: Final = 0.01
 
@@ -26,7 +26,7 @@ class Leeway:
     Attributes:
         aside_m: Distance of the tip from the hole's axis.
         tilt: Sine of the angle between the axes of the peg and the hole.
-        play_m: Distance of the peg's axis from the hole's at the height of the upper ring, once that ring is in the
+        play_m: Distance between the axes of peg and hole at the height of the upper ring, once that ring is in the
             hole.
     """
 
@@ -44,7 +44,7 @@ class Leeway:
 
 
 def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
-    """Return pairs (sphere, box) that can touch within the leeway; the spheres of the lower ring are numbered first."""
+    """Return pairs (sphere, box) that can touch within the region; the spheres of the lower ring are numbered first."""
     lower, upper = peg_rings(config.peg)
     rings = ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m))
     radius_m = config.peg.rim_radius_mm * 1e-3
@@ -59,7 +59,7 @@ def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[t
 
 
 def _beside_m(boxes: Sequence[Box], points: Sequence[tuple[float, float]]) -> npt.NDArray[np.float64]:
-    """Return the distances of points from boxes, (points, boxes), across the hole's axis, or 0 above or below them."""
+    """Return the lateral distances of points from boxes, (points, boxes), or 0 for points above or below a box."""
     x, y = np.array(points).T[:, :, None]
     c, s, distance_m, half_along_m, half_across_m = np.array(
         [(cos(box.heading_rad), sin(box.heading_rad), box.distance_m, *box.half_m[:2]) for box in boxes]

@@ -1,7 +1,7 @@
-"""Selection of contacts to check in each tick: none high above the plate, listed pairs near the hole, otherwise all.
+"""Selection of the contacts to check in a tick: none high above the plate, listed pairs near the hole, otherwise all.
 
-Listed pairs avoid most of the search, with the same contacts. A list is complete only near the hole; a tick that ends
-outside its region is repeated with a longer list, so that no contact is missed.
+Listed pairs avoid most of the search and yield the same contacts. A list is complete only near the hole; a tick that
+ends outside its region is repeated with a longer list, so that no contact is missed.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ class ContactSearch:
     state. A level is the index of a model; a higher level finds all contacts of a lower level.
 
     Args:
-        listed: Cell with the listed pairs of each leeway, narrowest leeway first.
+        listed: Cell with the listed pairs of each region, narrowest region first.
         radius_m: Distance of the peg's outermost sphere from its axis.
         yaw_rad: Angle from the plate's x to the tip's x about the plate's z.
 
@@ -47,17 +47,17 @@ class ContactSearch:
         self._data, self._radius_m = data, radius_m
         self._across = -sin(yaw_rad), cos(yaw_rad)
         start = int(model.sensor("tip_in_plate").adr[0])
-        # Position, x axis and z axis of the tip at the newest physics step, in which contacts were checked.
+        # Position, x axis and z axis of the tip at the latest physics step, in which contacts were checked.
         self._pose = data.sensordata[start : start + 9]
         # The complete state of a step except the time, as MuJoCo's own arrays.
         self._state = data.qpos, data.qvel, data.act, data.history, data.qacc_warmstart
-        # As separate bytes: mj_getState takes 3 us more between physics steps, a twentieth of a tick.
+        # Stored as separate bytes: mj_getState takes 3 us more between physics steps, a twentieth of a tick.
         self._kept = tuple(each.tobytes for each in self._state)
         self._plate = model.body("plate").id
         self.level = self._next = self._highest = len(listed) + 1
 
     def begin(self) -> None:
-        """Initialise after a state was set; the plate's position is taken from the model of the highest level."""
+        """Initialise after a state has been set; the plate's position is taken from the model of the highest level."""
         everything = self.models[-1]
         for model in self.models:
             model.body_pos[self._plate] = everything.body_pos[self._plate]
@@ -71,7 +71,7 @@ class ContactSearch:
         if self.level < self._highest:
             position, velocity, activation, history, guess = self._kept
             before = data.time, position(), velocity(), activation(), history(), guess()
-        # Positional: with a keyword argument the call takes three times as long.
+        # Positional arguments, because with a keyword argument the call takes three times as long.
         mujoco.mj_step(self.models[self.level], data, steps)
         while (needed := self._needed()) > self.level:
             self.level = needed

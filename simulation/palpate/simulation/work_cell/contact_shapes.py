@@ -21,7 +21,7 @@ class Box:
     Attributes:
         distance_m: Distance of its centre from the hole's axis.
         depth_m: Depth of its centre below the surface.
-        half_m: Half its size along its own axes: away from the hole, along the wall, and downwards.
+        half_m: Half of its size along its own axes: away from the hole, along the wall, and downwards.
     """
 
     heading_rad: float
@@ -35,7 +35,7 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
 
     Args:
         peg: Shape and size of the hole.
-        reach_m: Distance from the hole's edge up to which the surface is closed.
+        reach_m: Distance from the hole's edge to the edge of the closed surface.
     """
     hole = peg.section(peg.clearance_mm)
     depth = peg.hole_depth_mm * 1e-3
@@ -55,7 +55,7 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
 
 
 def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Return the centres of the spheres of the lower and the upper ring, across the peg's axis."""
+    """Return the lateral centre positions of the spheres of the lower and the upper ring."""
     section = peg.section()
     inset_m = peg.rim_radius_mm * 1e-3
     return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)

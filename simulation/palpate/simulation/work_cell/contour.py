@@ -19,12 +19,12 @@ _HALF_THICKNESS_M: Final = 5e-3
 
 @dataclass(frozen=True)
 class ContourConfig(Settings):
-    """A contour instead of the plate, and a ball instead of the peg; the hole's position is at the wave's mean."""
+    """A contour instead of the plate, and a ball instead of the peg; the hole's position is at the mean of the wave."""
 
     TABLE: ClassVar[str] = "cell.contour"
 
     shape: Annotated[str, OneOf(FLAT, "sine")] = FLAT
-    """none: the plate with its hole; sine: a wave along x."""
+    """none: the plate with its hole; sine: a sine wave along x."""
     amplitude_mm: Annotated[float, Range(0.0, 20.0)] = 2.0
     """Height of the crests above the mean."""
     wavelength_mm: Annotated[float, Range(5.0, 1000.0)] = 80.0
@@ -51,7 +51,7 @@ def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: objec
         z0, z1 = -height_m(contour, x0), -height_m(contour, x0 + _BOX_M)
         chord_m, tilt = hypot(_BOX_M, z1 - z0), (z1 - z0) / _BOX_M
         s, c = tilt / hypot(1.0, tilt), 1.0 / hypot(1.0, tilt)
-        # Turned about y so that its x is along the chord; its centre is half its thickness below.
+        # The box is turned about y so that its x is along the chord; its centre is half its thickness below the chord.
         half = -0.5 * atan2(s, c)
         plate.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,

@@ -1,7 +1,7 @@
 """Outlines of pegs and holes: a circle, a regular polygon with sharp or rounded corners, or a circle with a flat.
 
 Outlines are convex and lie in the plane perpendicular to the tool axis. They are given by the radius of the inscribed
-circle (the apothem), so that a hole is the same outline grown by the clearance, with that gap on every side.
+circle (the apothem), so a hole has the same outline, enlarged by the clearance on every side.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class Wall:
     Attributes:
         heading_rad: Direction of its outward normal, seen from the hole's axis.
         distance_m: Distance of its face from the axis.
-        half_width_m: Half its width along the face.
+        half_width_m: Half of its width along the face.
     """
 
     heading_rad: float
@@ -33,7 +33,7 @@ class CrossSection:
         sides: Number of sides, or 0 for a circle.
         apothem_m: Radius of the inscribed circle.
         corner_m: Radius of the corners of a polygon.
-        flat_m: Distance of a circle's flat from its centre, or None if it has none.
+        flat_m: Distance of a circle's flat from its centre, or None without a flat.
     """
 
     sides: int
@@ -42,7 +42,7 @@ class CrossSection:
     flat_m: float | None = None
 
     def grown(self, by_m: float) -> CrossSection:
-        """Return the outline at this distance outside; sharp corners stay sharp."""
+        """Return the outline moved outwards by this distance; sharp corners stay sharp."""
         corner_m = max(self.corner_m + by_m, 0.0) if self.corner_m else 0.0
         flat_m = None if self.flat_m is None else self.flat_m + by_m
         return replace(self, apothem_m=self.apothem_m + by_m, corner_m=corner_m, flat_m=flat_m)
@@ -66,11 +66,11 @@ class CrossSection:
         """Return the walls of a hole with this outline.
 
         A box whose inner face touches a convex outline never enters it, even if it is wide. The walls are therefore
-        wide enough to leave no gaps between them up to ``reach_m`` outside the hole.
+        wide enough to leave no gaps within ``reach_m`` of the hole.
 
         Args:
             boxes: Number of walls for a circle; see :meth:`facets`.
-            reach_m: Distance from the outline up to which the plate's surface must be closed.
+            reach_m: Distance from the outline within which the plate's surface must be closed.
         """
         count = self.facets(boxes)
         distances_m = [self._support_m(k, count) for k in range(count)]
@@ -84,7 +84,7 @@ class CrossSection:
     def _support_m(self, k: int, count: int) -> float:
         """Return the extent of the outline in the direction of wall k of ``count``."""
         if self.sides:
-            # Headings are measured from the nearest side's normal, so that sides are exact.
+            # Headings are measured from the normal of the nearest side, so that sides are exact.
             each = count // self.sides
             off, centre_m = 2 * pi * min(k % each, -k % each) / count, self.apothem_m - self.corner_m
             return centre_m * (cos(off) + tan(pi / self.sides) * sin(off)) + self.corner_m
@@ -99,7 +99,7 @@ class CrossSection:
         return 0.0 if self.flat_m is None else acos(self.flat_m / self.apothem_m)
 
     def outline(self, points: int) -> list[tuple[float, float]]:
-        """Return the corners of the outline in order; round parts have the density of a circle with n points."""
+        """Return the corners of the outline in order; round parts have the point density of a circle with n points."""
         if self.sides:
             each = self.facets(points) // self.sides
             centre_m = (self.apothem_m - self.corner_m) / cos(pi / self.sides)
@@ -114,7 +114,7 @@ class CrossSection:
         return [_at(self.apothem_m, a) for a in ([half, *round_part, -half] if half else round_part)]
 
     def rim(self, count: int, inset_m: float) -> list[tuple[float, float]]:
-        """Return the centres of evenly spaced spheres along the outline, ``inset_m`` inside it, corners included."""
+        """Return the centres of evenly spaced spheres along the outline, ``inset_m`` inside it, including corners."""
         inner = self.grown(-inset_m)
         if not self.sides:
             return inner.outline(count)
@@ -126,6 +126,6 @@ class CrossSection:
 
 
 def _at(radius_m: float, heading_rad: float, then_m: float = 0.0, towards_rad: float = 0.0) -> tuple[float, float]:
-    """Return the point at a radius and heading from the centre, shifted in another direction."""
+    """Return the point at a radius and heading from the centre, then shifted in another direction."""
     x, y = radius_m * cos(heading_rad), radius_m * sin(heading_rad)
     return x + then_m * cos(towards_rad), y + then_m * sin(towards_rad)

@@ -27,10 +27,10 @@ class HiddenValues:
 
     Attributes:
         gripper_kg: Mass between the force sensor and the springs, in addition to the configured mass.
-        centre_of_mass_m: Centre of that mass, (3,), frame of the tool.
+        centre_of_mass_m: Centre of that mass, (3,), in the tool frame.
         mounting_deg: Rotation of the sensor about the tool's axis, from x towards y.
         plate_mm: Height of the plate above its nominal height.
-        hole_mm: Largest distance of the hole from the nominal goal.
+        hole_mm: Maximum distance of the hole from the nominal goal.
         axial_share: Axial stiffness of the gripper, relative to the configured value.
         springs_share: Stiffness of all springs of the gripper, relative to the configured value.
         friction: Friction between the peg and the plate, or None for the configured value.
@@ -78,11 +78,11 @@ class HiddenValues:
         )
 
     def measured(self, wrench: list[float], down_in_tool: Any) -> list[float]:
-        """Return a wrench, (6,), as the rotated sensor measures it, including the gripper's weight.
+        """Return a wrench, (6,), as measured by the rotated sensor, including the gripper's weight.
 
         Args:
-            wrench: Wrench in the configured cell, (6,), frame of the tool.
-            down_in_tool: Unit vector pointing down, (3,), frame of the tool. Accelerations are well below gravity.
+            wrench: Wrench in the configured cell, (6,), in the tool frame.
+            down_in_tool: Unit vector pointing down, (3,), in the tool frame. Accelerations are well below gravity.
         """
         weight_N = self.gripper_kg * _GRAVITY_M_S2
         gx, gy, gz = (weight_N * float(each) for each in down_in_tool)
@@ -95,7 +95,7 @@ class HiddenValues:
 
 
 class SampleDelay:
-    """Delay of wrenches, with interpolation between ticks for fractional delays."""
+    """Delay line for wrenches, with interpolation between ticks for fractional delays."""
 
     def __init__(self, ticks: float) -> None:
         self._whole, self._rest = int(ticks), ticks - int(ticks)

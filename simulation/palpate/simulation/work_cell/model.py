@@ -56,15 +56,15 @@ def build_work_cell(
 ) -> mujoco.MjModel:
     """Build and compile the model.
 
-    Names in the model: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``, ``torque``
-    at the sensor frame, ``tip_position`` for scoring; site ``tip``.
+    The model contains these names: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``,
+    ``torque`` at the sensor frame, ``tip_position`` for scoring; site ``tip``.
 
     Args:
         goal_in_base: Placement of the nominal goal (task frame) in the base frame; the plate starts there.
         tool_yaw_rad: Angle from the task's x to the tip's x about the task's z in the arm's ready pose; a peg that is
             not round is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this period divided by ``config.substeps``.
-        plate_reach_m: Distance from the hole's edge up to which the plate's surface is closed.
+        plate_reach_m: Distance from the hole's edge to the edge of the plate's closed surface.
         listed: Region within which only those sphere-box pairs that can touch are checked; None checks all contacts.
     """
     spec = mujoco.MjSpec()
@@ -77,7 +77,7 @@ def build_work_cell(
     spec.option.tolerance = 1e-10
     # Sparse Newton has a wrong Hessian in MuJoCo 4.0.0 (release notes of 4.0.1, #3767).
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    # With integrators that treat stiffness explicitly the peg chatters on the hole's wall at 5 substeps.
+    # With integrators that treat stiffness explicitly, the peg chatters against the wall of the hole at 5 substeps.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.compiler.degree = False
     spec.compiler.balanceinertia = True
@@ -123,7 +123,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             explicitinertial=True,
             gravcomp=1.0,
         )
-        # The URDF's names are not used: they may equal those of the cell's joints, or be missing.
+        # The names in the URDF are not used: they may be missing or equal to those of the cell's joints.
         body.add_joint(
             name=f"joint_{index}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
@@ -257,7 +257,7 @@ def _add_wrist(
 
 
 def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float, **touching: Any) -> None:
-    """Add the shaft, for display only or to touch the mouth of the hole from just above the rim's spheres."""
+    """Add the shaft, for display only, or to touch the mouth of the hole from just above the spheres of the rim."""
     peg = config.peg
     start = 2e-3 * peg.rim_radius_mm if touching else 0.0
     radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
@@ -299,7 +299,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
 
 
 def _touching(config: CellConfig) -> dict[str, Any]:
-    """Return the contact parameters for the peg and the plate."""
+    """Return the parameters of contacts between the peg and the plate."""
     return {
         "condim": 3,
         "friction": (config.peg.friction, 0.0, 0.0),
@@ -309,7 +309,7 @@ def _touching(config: CellConfig) -> dict[str, Any]:
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
-    """Add the pairs of a sphere and a box for a peg within the leeway."""
+    """Add the sphere-box pairs that can touch for a peg within the region."""
     rings, plate = (spec.body("peg"), spec.body("peg_upper")), list(spec.body("plate").geoms)
     mouth = [geom for geom in plate if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
     spheres = [geom for body in rings for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
@@ -341,7 +341,7 @@ def _notify_place(spec: mujoco.MjSpec) -> None:
             name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="tip",
             reftype=mujoco.mjtObj.mjOBJ_XBODY, refname="plate",
         )  # fmt: skip
-    # One peg on one plate is one island: searching for more costs time without effect.
+    # One peg on one plate is one island: searching for more takes time and has no effect.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 
 

@@ -28,7 +28,7 @@ class TrialWorld:
         zero_shift: Shift of the sensor's zero under load, (6,), N and N m, sensor frame.
         zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, sensor frame.
         hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
-        drawn: Quantities other than the hole that vary between trials in this configuration, by name with unit.
+        drawn: Quantities other than the hole that vary between trials in this configuration, by name and unit.
     """
 
     cell: CellConfig
@@ -44,7 +44,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 
     Args:
         config: The cell with its varying conditions.
-        trial: Index of the trial. Batches and wear count from the beginning of its series.
+        trial: Index of the trial. Batches and wear are counted from the beginning of its series.
     """
     conditions, peg, drawn = config.conditions, config.peg, dict[str, float]()
     count = trial % TRIALS_OF_A_SERIES
@@ -74,7 +74,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
         drawn |= {"hole_yaw_deg": degrees(yaw_rad)} if conditions.yaw_deg else {}
         drawn |= {"plate_heading_deg": degrees(heading_rad)} if conditions.plate_tilt_mrad else {}
     z = -config.hole_height_error_mm * 1e-3
-    # Most cells are equal in every trial, and creating one checks all its settings.
+    # Most cells are the same in every trial, and creating a cell checks all its settings.
     same = peg is config.peg and tilt_deg == config.tilt_heading_deg
     return TrialWorld(
         config if same else replace(config, peg=peg, tilt_heading_deg=tilt_deg),
@@ -87,7 +87,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 
 
 def _batch(trial: int, trials: int) -> int:
-    """Return the index of a trial's batch, with ``trials`` trials per batch, for random streams; 0 for a single batch.
+    """Return the batch index of a trial, with ``trials`` trials per batch, for random streams; 0 for a single batch.
 
     No two series share a batch, so a policy is not evaluated on grips from its training.
     """
@@ -105,7 +105,7 @@ def _turn(yaw_rad: float, tilt_rad: float, heading_rad: float) -> Vector3:
 
 
 def _across(force: float, torque: float, heading_deg: float) -> Wrench:
-    """Return a force and a torque of these magnitudes, both towards this heading."""
+    """Return a force and a torque with these magnitudes, both in the direction of this heading."""
     if not force and not torque:
         return _STILL
     c, s = cos(radians(heading_deg)), sin(radians(heading_deg))
