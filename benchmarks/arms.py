@@ -1,11 +1,11 @@
-"""One contact model on many arms: a belief of ten trials on the Zebra Zero, on other arms and in other cells.
+"""One contact model on many arms: a belief from ten trials on the Zebra Zero, used on other arms and in other cells.
 
     python -m benchmarks.arms --trials 100 --jobs 2 --out arms.jsonl
     python -m benchmarks.arms --transfer --seeds 10 --trials 15 --jobs 2 --out transfer.jsonl
 
-Without ``--transfer`` the policy is frozen and runs ``--trials`` trials on each arm, in blocks of ten. With it, the
-learner is trained in other cells, once untrained and once after training in ``blind``. Times are seconds
-of exploration; a failure counts 20.
+Without ``--transfer``, the policy is frozen and runs ``--trials`` trials on each arm, in blocks of ten. With it, the
+learner is trained in other cells, both from scratch and after training in ``blind``. Times are exploration times in
+seconds; a failure counts as 20.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ WORLDS: Final = {
 
 @cache
 def trained(name: str, seed: int) -> tuple[PolicyDocument, dict[str, Any]]:
-    """The policy after ten trials on the Zebra Zero in a scenario, and the learner's state."""
+    """Return the policy after ten trials on the Zebra Zero in a scenario, and the learner's state."""
     config = replace(scenario(name, "belief"), seed=seed)
     with Trials(config) as trials:
         trials.run(range(TRAINED))
@@ -51,7 +51,7 @@ def _state(trials: Trials) -> dict[str, Any]:
 
 
 def block(cell: Cell) -> dict[str, Any]:
-    """Ten trials of the frozen policy on an arm."""
+    """Run ten trials of the frozen policy on an arm."""
     document, _ = trained(cell["scenario"], cell["train_seed"])
     config = replace(scenario(cell["scenario"], "belief"), arm=cell["arm"], seed=cell["seed"])
     first = FIRST_EVALUATION_TRIAL + cell["block"] * BLOCK
@@ -61,7 +61,7 @@ def block(cell: Cell) -> dict[str, Any]:
 
 
 def transferred(cell: Cell) -> dict[str, Any]:
-    """Train in another cell, untrained and after training in ``blind``."""
+    """Train in another cell, both from scratch and after training in ``blind``."""
     _, state = trained("blind", cell["seed"])
     preset, arm = WORLDS[cell["world"]]
     config: RunConfig = replace(scenario(preset, "belief"), arm=arm, seed=cell["seed"] + 5000)

@@ -1,13 +1,13 @@
-"""Tomita's seven languages from random strings: Elman networks and partitioning beside RPNI and EDSM (AALpy).
+"""Inference of Tomita's seven languages from random strings: Elman networks and partitioning, RPNI and EDSM (AALpy).
 
     python -m benchmarks.automata_tomita --seeds 20 --jobs 2 --out tomita.jsonl
 
-A draw is n strings of length 0 to 15, half of them accepted: the length uniform over those that the language (or what
-it rejects) has, then the string uniform over those of that length; short ones repeat. Everybody gets the same strings
-and nothing else. Success is equality with the language itself, so with strings of any length. Networks are at most 256
-restarts, picked by the training strings alone. The draws are seeds 100, 101, ...: none was used while settings were
-chosen (those were 0 to 3). The third language is there in both common forms, the other one as number 8. With --long N
-what was found judges N more strings of length 50 to 1000, half of them accepted.
+A sample consists of n strings of length 0 to 15, half of them accepted. The length is uniform over the lengths that
+occur in the language (or its complement), and the string is uniform over those of that length, so short strings repeat.
+All methods get only these strings. Success is equality with the language itself, for strings of any length. Networks
+use at most 256 restarts, and the training strings alone determine the choice among them. The samples use seeds from
+100, which were not used to choose settings (0 to 3 were). The third language occurs in both common forms; the other
+form is number 8. With --long N, the results also classify N strings of length 50 to 1000, half of them accepted.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ MERGERS = ("RPNI", "EDSM")
 
 
 def check_languages() -> None:
-    """The tables against the definitions in words, on all strings up to length 10."""
+    """Check the tables against the definitions in words, for all strings up to length 10."""
     for number, language in LANGUAGES.items():
         assert len(language.machine.transitions) == STATES[number]
         for length in range(11):
@@ -91,7 +91,7 @@ def check_languages() -> None:
 
 
 def draw(language: Language, count: int, seed: int, shortest: int = 0, longest: int = LONGEST) -> Strings:
-    """Balanced random strings."""
+    """Draw a balanced sample of random strings."""
     machine, rng = language.machine, np.random.default_rng(seed)
     targets = np.array(machine.transitions)
     words, labels = [], []
@@ -113,7 +113,7 @@ def draw(language: Language, count: int, seed: int, shortest: int = 0, longest: 
 
 
 def merged(method: str, strings: Strings) -> Machine:
-    """RPNI or EDSM; what they leave open is rejected."""
+    """Return the automaton inferred by RPNI or EDSM. Strings that it leaves undecided are rejected."""
     from aalpy.learning_algs import run_EDSM, run_RPNI
 
     data = [[word, label] for word, label in dict(zip(strings.words, strings.labels, strict=True)).items()]
@@ -133,7 +133,7 @@ def merged(method: str, strings: Strings) -> Machine:
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """One draw of one language, by one method."""
+    """Run one method on one sample of one language."""
     language, method = LANGUAGES[cell["language"]], cell["method"]
     strings = draw(language, cell["strings"], cell["seed"])
     began = process_time()
@@ -154,7 +154,7 @@ def run(cell: Cell) -> dict[str, Any]:
 
 
 def lines(found: list[tuple[Cell, dict[str, Any]]]) -> list[tuple[object, ...]]:
-    """A row for each number of strings and method: exact draws by language, and CPU seconds of a draw of all."""
+    """Return a row per string count and method: exact results by language, and CPU seconds for one sample of each."""
     rows = []
     for count, method in dict.fromkeys((cell["strings"], cell["method"]) for cell, _ in found):
         ours = [(cell["language"], one) for cell, one in found if (cell["strings"], cell["method"]) == (count, method)]

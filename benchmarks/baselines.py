@@ -1,16 +1,16 @@
-"""Rules, searches, learners and oracles on the same trials, in one table.
+"""A table of rules, searches, learners and oracles, all on the same trials.
 
     palpate train --scenario paper --seed 7 --out runs/tabular
     palpate train --scenario paper --learner belief --trials 10 --seed 7 --out runs/belief
     python -m benchmarks.baselines --scenario paper --seed 640 --trials 50 --policies runs/tabular runs/belief
 
-Policies are frozen as their folders hold them. ``--dqn 350`` trains an agent of Stable-Baselines3 by so many trials in
-the same cell (``pip install -e '.[gymnasium]' -r examples/stable_baselines3/requirements.txt -c constraints.txt``), and
-says from which trial on the mean of ten took at most 0.5 s.
+The policies are frozen, as stored in their folders. With ``--dqn 350``, an agent of Stable-Baselines3 is trained for
+350 trials in the same cell, and the trial from which the mean of ten is at most 0.5 s is printed. This requires
+``pip install -e '.[gymnasium]' -r examples/stable_baselines3/requirements.txt -c constraints.txt``.
 
-Times are simulated. "Search" is the exploration, 20 s where it fails; "cycle" goes from the first touch to the peg at
-full depth, proofs of contact on the way down in it, of the trials that ended there. The mean force is what the sensor
-shows in that time, beside what it showed in free air; the peak is the cell's own.
+Times are simulated. "Search" is the exploration time, with 20 s for a failure. "Cycle" is the time from the first
+contact to full depth, including contact verification on the way down, for trials that ended at full depth. The mean
+force is the sensor reading in that time relative to its reading in free air; the peak force is the cell's ground truth.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ HEAD = ("policy", "success", "search s: mean, median, p95", "cycle s: mean, p95"
 
 
 class Forces(LoopObserver):
-    """The force of each tick, as the sensor shows it."""
+    """Observer that records the measured force in each tick."""
 
     def __init__(self) -> None:
         self.forces_N: list[tuple[float, float, float]] = []
@@ -45,7 +45,7 @@ class Forces(LoopObserver):
 
 
 class Agent(FixedPolicy):
-    """An agent of Stable-Baselines3 as a policy: it gets the number of the state."""
+    """A Stable-Baselines3 agent as a policy, whose input is the number of the state."""
 
     def __init__(self, model: Any, config: RunConfig) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ class Agent(FixedPolicy):
 
 
 def figures(name: str, config: RunConfig, make: Make, count: int) -> tuple[object, ...]:
-    """A row of the table; cycle and mean force are of the trials that ended at full depth."""
+    """Return a row of the table. Cycle and mean force are for the trials that ended at full depth."""
     cycles_s, means_N, rows = [], [], []
     with Trials(config, make) as trials:
         for number in range(count):
@@ -93,7 +93,7 @@ def named(name: str) -> Make:
 
 
 def trained_agent(seed: int, trials: int) -> Any:
-    """The agent of the example after so many trials; when its trials came to half a second is printed."""
+    """Train the agent of the example for a number of trials, and print when its mean time fell to half a second."""
     example = runpy.run_path(str(Path(__file__).parents[1] / "examples" / "stable_baselines3" / "train.py"))
     curve, model = example["Curve"]("DQN"), example["dqn"](seed)
     while len(curve.trials) < trials:

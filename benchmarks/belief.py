@@ -1,12 +1,12 @@
-"""The belief learner under each condition: success, times from trial 11 on, trials to converge, forces.
+"""The belief learner under each condition: success, time, trials to convergence, and forces.
 
     python -m benchmarks.belief --seeds 10 --trials 50 --jobs 2 --out belief.jsonl
     python -m benchmarks.belief --conditions blind --trials 1 --seeds 100     first trials, with nothing known
     python -m benchmarks.belief --policy torque                               a baseline, at 50 ms and 7 Hz
 
-Times are seconds of exploration; a failure counts 20. "Converged" is the first trial from which ten trials on average
-are within 20 % of trials 11 to the last. The last column is the time of a decision, of the wall clock: a figure for
-an idle machine and one job.
+Times are exploration times in seconds; a failure counts as 20. "Converged" is the first trial at which the mean of the
+next ten is within 20 % of the mean from trial 11 on. The last column is the wall-clock time of a decision, which is
+meaningful only on an idle machine with one job.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ HEAD = (
 
 
 def _timed(into_s: list[float]) -> Any:
-    """Add what each decision took."""
+    """Record the duration of each decision."""
     choose = learner.BeliefLearner.choose
 
     def timed_choose(policy: learner.BeliefLearner, observation: Observation) -> Decision:
@@ -50,7 +50,7 @@ def _timed(into_s: list[float]) -> Any:
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """One seed of a condition."""
+    """Run one seed of a condition."""
     condition, policy = cell["condition"], cell["policy"]
     name, arm = ("blind", "ur5") if condition == "ur5" else (condition, "zebra-zero")
     config = replace(scenario(name, "belief"), arm=arm, seed=cell["seed"])
@@ -71,7 +71,7 @@ def run(cell: Cell) -> dict[str, Any]:
 
 
 def line(condition: str, policy: str, seeds: list[dict[str, Any]]) -> tuple[object, ...]:
-    """A row of the table."""
+    """Return a row of the table."""
     trials = [[Row(*row) for row in seed["trials"]] for seed in seeds]
     times_s, wins, peaks_N = (np.array([[row[place] for row in rows] for rows in trials]) for place in (0, 1, 3))
     decisions_ms = [1e-3 * each for seed in seeds for each in seed["decisions_us"]]

@@ -1,4 +1,4 @@
-"""Runner of the benchmarks: arguments, sweeps that resume, scored trials in the simulated cell, tables."""
+"""Common parts of the benchmarks: arguments, resumable sweeps, scored trials in the simulated cell, and tables."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ from palpate.core.perception import Perception
 from palpate.core.policy import Policy
 
 FAILED_S: Final = 20.0
-"""Time that a failed trial counts: the time limit of an exploration."""
+"""Time assigned to a failed trial: the time limit of an exploration."""
 QUICK_STEPS: Final = {"task": {"ticks_per_action": 7, "motion_duty": 0.8}, "perception": {"cutoff_Hz": 7.0}}
-"""Actions of 50 ms, for baselines that step across the plate."""
+"""Settings with actions of 50 ms, for baselines that step across the plate."""
 Cell = dict[str, Any]
 Hole = Callable[[], Sequence[float]]
 Make = Callable[[RunConfig, Perception, Hole], Policy]
-"""Makes a policy from settings, perception and the true place of the hole, which oracles ask for."""
+"""Function that makes a policy from settings, perception and the true position of the hole, which oracles need."""
 
 
 class Row(NamedTuple):
-    """One trial, with times in seconds of exploration."""
+    """Result of one trial, with the exploration time in seconds."""
 
     time_s: float
     success: bool
@@ -47,12 +47,12 @@ class Row(NamedTuple):
 
 
 class Trials:
-    """Scored trials of one policy in the simulated cell. A context manager.
+    """Scored trials of one policy in the simulated cell, as a context manager.
 
     Args:
         config: Settings of the run.
-        make: Makes the policy; a learner as the settings say by default.
-        perception: Of the policy; as the settings say by default.
+        make: Function that makes the policy. Default: the learner in the settings.
+        perception: Perception of the policy. Default: according to the settings.
     """
 
     def __init__(self, config: RunConfig, make: Make | None = None, perception: Perception | None = None) -> None:
@@ -80,12 +80,12 @@ class Trials:
 
 
 def learner(config: RunConfig, perception: Perception, hole: Hole) -> Policy:
-    """Return the untrained learner of the settings."""
+    """Return the untrained learner that the settings specify."""
     return learning_policy(config, perception)
 
 
 def parser_of(text: str | None, *, seeds: int, first_seed: int, trials: int) -> argparse.ArgumentParser:
-    """A command line with what all sweeps take."""
+    """Return a parser with the options that all sweeps share."""
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=seeds, help="number of seeds")
     parser.add_argument("--first-seed", type=int, default=first_seed)
@@ -102,11 +102,11 @@ def seeds_of(options: argparse.Namespace) -> range:
 def sweep(
     options: argparse.Namespace, run: Callable[[Cell], dict[str, Any]], cells: Sequence[Cell]
 ) -> list[tuple[Cell, dict[str, Any]]]:
-    """Run the cells that ``--out`` lacks, in ``--jobs`` processes.
+    """Run the cells that are missing in ``--out``, in ``--jobs`` processes.
 
     Args:
-        run: Gives the result of a cell, as JSON values.
-        cells: Plain JSON values that name a cell; in the order in which they are run.
+        run: Function that returns the result of a cell, as JSON values.
+        cells: Plain JSON values that identify a cell, in the order of execution.
 
     Returns:
         Each cell with its result, in the order of the cells.
@@ -128,20 +128,20 @@ def sweep(
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A Markdown table; floats have two digits after the point."""
+    """Return a Markdown table, with two decimal places for floats."""
     lines = [" | ".join(head), "|".join(["---"] * len(head))]
     lines += [" | ".join(f"{cell:.2f}" if isinstance(cell, float) else str(cell) for cell in row) for row in rows]
     return "\n".join(f"| {line} |" if number != 1 else f"|{line}|" for number, line in enumerate(lines))
 
 
 def share(good: int, count: int) -> str:
-    """A success rate with its 95 % interval."""
+    """Return a success rate with its 95 % confidence interval."""
     low, high = exact_interval(good, count)
     return f"{good} of {count} ({100 * low:.1f} to {100 * high:.1f} %)"
 
 
 def converged(times_s: np.ndarray, settled: int = 10) -> int:
-    """The first trial, from 1, from which ten trials on average are within 20 % of all after the first ``settled``."""
+    """Return the first trial (from 1) at which the mean of ten is within 20 % of the mean after ``settled`` trials."""
     late_s = times_s[settled:].mean()
     for first in range(len(times_s) - 10):
         if abs(times_s[first : first + 10].mean() - late_s) <= 0.2 * late_s:
@@ -158,7 +158,7 @@ def _key(cell: Cell) -> str:
 
 
 def _lines_of(path: Path) -> dict[str, dict[str, Any]]:
-    """Results of a file by their cells; a line that was cut off is left out, and ended."""
+    """Return the results in a file by cell, and remove an incomplete last line from the file."""
     text = path.read_text(encoding="utf-8")
     whole, end, _ = text.rpartition("\n")
     path.write_text(whole + end, encoding="utf-8")

@@ -1,8 +1,8 @@
-"""Compares a round peg in tight holes with rigid geometry: ``python -m benchmarks.contact_accuracy``.
+"""Comparison of a round peg in tight holes with rigid geometry: ``python -m benchmarks.contact_accuracy``.
 
-Noise is off. Each peg is pressed on the plate, led into its hole and pushed across at several depths, passed over the
-hole, and pressed in; others are pressed in until they jam. Overlaps are those of an ideal cylinder and an ideal hole at
-the true pose: rigid bodies have none. Figures of a row are the largest over depths and headings.
+Noise is off. Each peg is pressed on the plate, moved into its hole and pushed sideways at several depths, moved over
+the hole, and pressed in. Other pegs are pressed in until they jam. Overlaps are those of an ideal cylinder and an ideal
+hole at the true pose, which would be zero for rigid bodies. Each row gives the maximum over all depths and headings.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ DEPTHS_MM = (2.0, 5.0, 12.0, 25.0)
 HOLE_MM = 30.0
 TRAVEL_MM_S = 16.0
 BENT_MM = 0.25
-"""How far beyond the wall the peg is sent: its springs then push it with 10 N."""
+"""Distance beyond the wall to which the peg is commanded. Its springs then push it with 10 N."""
 JAMMED_MM = 1.0
 COLUMNS = (
     "mm", "c, um", "tilt, mrad", "play error, um", "rim in wall, um", "shaft in mouth, um", "pressed on plate, um",
@@ -45,7 +45,7 @@ JAMS = (
 
 
 def row(diameter_mm: float, clearance_mm: float, tilt_mrad: float, arm: str) -> Iterator[str]:
-    """Figures of one peg."""
+    """Yield the results for one peg."""
     peg = PegConfig(diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=HOLE_MM)
     cell = quiet(arm, peg=peg, tilt_mrad=tilt_mrad, tilt_heading_deg=70.0)
     yield from (f"{diameter_mm:g}", f"{clearance_mm * 1e3:g}", f"{tilt_mrad:g}")
@@ -80,7 +80,7 @@ def row(diameter_mm: float, clearance_mm: float, tilt_mrad: float, arm: str) -> 
 
 
 def jam(section: str, diameter_mm: float, clearance_mm: float, tilt_mrad: float, friction: float) -> Iterator[str]:
-    """Depth at which statics let a pressed peg jam, and that at which it stands."""
+    """Yield the depth at which a pressed peg can jam according to statics, and the depth at which it stops."""
     peg = PegConfig(
         cross_section=section, diameter_mm=diameter_mm, clearance_mm=clearance_mm, hole_depth_mm=HOLE_MM,
         friction=friction, corner_radius_mm=diameter_mm / 6, flat_mm=diameter_mm / 6,
@@ -100,7 +100,7 @@ def jam(section: str, diameter_mm: float, clearance_mm: float, tilt_mrad: float,
 
 
 def ticks_down(depth_mm: float) -> int:
-    """Enough for a free peg to arrive and settle."""
+    """Return the number of ticks that a free peg needs to arrive and settle."""
     return int((depth_mm + 3.0) / TRAVEL_MM_S * CONTROL_RATE_HZ) + 60
 
 

@@ -1,8 +1,8 @@
-"""Lines and branches that the tests ran, by package, from the JSON report of coverage.py (make coverage).
+"""Lines and branches covered by the tests, by package, from the JSON report of coverage.py (make coverage).
 
     python -m benchmarks.covered runs/coverage.json --least 90
 
-With ``--least`` the exit code is 1 if branches of supervision, motion, ports or drivers are covered less than that.
+With ``--least``, the exit code is 1 if the branch coverage of supervision, motion, ports or drivers is lower.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ GUARDED: Final = ("core/supervision", "core/motion", "core/ports", "drivers/")
 
 
 def by_package(files: Mapping[str, Any]) -> dict[str, tuple[int, int, int, int]]:
-    """Covered and all lines, covered and all branches."""
+    """Return the covered and total lines and the covered and total branches of each package."""
     sums: dict[str, list[int]] = defaultdict(lambda: [0, 0, 0, 0])
     for path, found in files.items():
         package = "/".join(Path(path).parts[2:4]) if path.count("/") > 3 else "/".join(Path(path).parts[2:3])

@@ -1,4 +1,4 @@
-"""``palpate emulate`` in a process of its own: devices behind wires, for those that measure at them."""
+"""``palpate emulate`` in a separate process, for measurements over emulated connections."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ PALPATE = (sys.executable, "-m", "palpate.adapters.cli.main")
 
 
 class EmulatedRig:
-    """Serves from when it is made until it is closed. A context manager.
+    """Context manager whose devices are served from its construction until it is closed.
 
     Args:
-        folder: Takes the rig file and what is printed.
-        words: For the command.
+        folder: Folder for the rig file and the output.
+        words: Arguments of the command.
 
     Attributes:
-        path: Of the rig file.
+        path: Path of the rig file.
     """
 
     def __init__(self, folder: Path, *words: str, palpate: Sequence[str] = PALPATE) -> None:
@@ -43,7 +43,7 @@ class EmulatedRig:
 
     @property
     def inserted(self) -> int:
-        """How often the peg really went in."""
+        """Number of insertions according to the ground truth."""
         return self._output.read_text().count("# inserted")
 
     def close(self) -> None:
@@ -63,7 +63,7 @@ def words_of(arm: str, force: str, priority: int) -> tuple[str, ...]:
 
 @contextmanager
 def emulated_rig(arm: str, force: str, priority: int) -> Iterator[RigFile]:
-    """One whose folder is thrown away."""
+    """Serve emulated devices in a temporary folder."""
     # Here, so that ticks of another checkout, which may lack it, can be measured over these devices too.
     from palpate.adapters.config.rig import RigFile
 

@@ -1,17 +1,17 @@
-"""What a step of an environment costs beyond its physics, beside other MuJoCo environments of manipulation.
+"""Cost of an environment step beyond its physics, compared with other MuJoCo manipulation environments.
 
     python -m benchmarks.environment_overhead --cache ~/.cache/palpate-peers
     python -m benchmarks.environment_overhead --cache ~/.cache/palpate-peers --peers none
 
-Each peer runs from its published package in a virtual environment of its own below the cache folder, made on the first
-call (some hundred megabytes), with the MuJoCo that it needs: none of them runs on 4.0, so times of physics differ, and
-only the ratio compares. Rounds take turns, one process a measurement; the table has medians over rounds.
+Each peer runs from its published package in its own virtual environment in the cache folder. The first call creates
+them (some hundred megabytes). Each peer uses the MuJoCo version that it needs, never 4.0, so only the ratios can be
+compared. Rounds alternate, with one process per measurement, and the table gives medians over rounds.
 
-The floor of each: ``mj_step`` on the same model, as many steps in as many calls as the environment makes, from the same
-states and under the same commands. An environment is made as its users make it, by ``gymnasium.make``; resets do not
-count. Times are CPU times, which other work on the machine disturbs less.
+The floor for each environment is ``mj_step`` on the same model, with the same number of steps and calls, the same
+states and the same commands. Environments are made in the usual way, with ``gymnasium.make``; resets do not count.
+Times are CPU times, which are less sensitive to other work on the machine.
 
-This file is the worker of every virtual environment too, so beyond the standard library it imports inside.
+This file is also the worker in every virtual environment, so it imports third-party packages only inside functions.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ SEED = 1
 
 @dataclass
 class Floor:
-    """Bare physics of what an environment did: where it began, and the commands of each call of ``mj_step``.
+    """Bare physics of the steps of an environment: initial states, and the commands of each call of ``mj_step``.
 
     Attributes:
         model: The MuJoCo model.
-        substeps: Physics steps of a call.
-        cell: The work cell, which steps models of several kinds; None where there is one model.
-        stretches: For each reset: state, plate and so on to begin from, and what was commanded call by call.
+        substeps: Physics steps per call.
+        cell: The work cell, which steps several models; None if there is only one model.
+        stretches: For each reset, the initial state (including the plate) and the commands of each call.
     """
 
     model: Any
@@ -88,7 +88,7 @@ class Floor:
 
 
 def steps_of(env: Any, count: int, on_reset: Callable[[], None], after_step: Callable[[], None]) -> float:
-    """Seconds that so many steps under random actions take, without the resets between."""
+    """Return the seconds taken by a number of steps with random actions, excluding resets."""
     env.action_space.seed(SEED)
     env.reset(seed=SEED)
     on_reset()
@@ -186,7 +186,7 @@ PEERS = {
 
 
 def python_of(peer: str, cache: Path) -> Path:
-    """The interpreter that has this peer, which is installed now if it is not yet."""
+    """Return the Python interpreter with this peer, which is installed first if necessary."""
     folder = cache / peer
     python, ready = folder / "bin" / "python", folder / "ready"
     wanted = " ".join(PEERS[peer])
@@ -200,7 +200,7 @@ def python_of(peer: str, cache: Path) -> Path:
 
 
 def measured(name: str, python: Path, count: int) -> dict[str, Any]:
-    """One round in a process of its own."""
+    """Measure one round in a separate process."""
     words = [str(python), "-W", "ignore", __file__, "--worker", name, "--steps", str(count)]
     # One thread each, whatever libraries would like.
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}

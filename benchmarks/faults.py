@@ -1,16 +1,16 @@
-"""Simulated trials in which devices fail or a sensor shows what is not so, in every phase, on two arms.
+"""Simulated trials with device failures or faulty sensor readings in every phase, on two arms.
 
     python -m benchmarks.faults --seeds 10 --jobs 2 --out FAULTS.md
     python -m benchmarks.faults --group sensors --task insertion-6dof --policy corner-first --seeds 2
     python -m benchmarks.faults --group sensors --parts 10 --first 1
     python -m benchmarks.faults --group devices --no-supervisor
 
-With --parts, trials run on random jobs of `benchmarks.parts`, with the task and policy that `palpate plan` selects; a
-learner has one trial of training.
+With --parts, trials run on random jobs from `benchmarks.parts`, with the task and policy that `palpate plan` selects. A
+learner gets one training trial.
 
-Required: no trial reports a success that was none; every device that fails is tolerable or stops the trial in time;
-every sensor fault is latched or tolerable (a true force that never exceeded the task's limit), and no true force is
-above the hardware's limit. Faults without a physical mechanism are listed without these requirements.
+Requirements: no trial reports a false success, every failure of a device is tolerable or stops the trial in time, every
+sensor fault is latched or tolerable (the true force never exceeds the task's limit), and no true force exceeds the
+hardware limit. Faults without a physical mechanism are listed, but these requirements do not apply to them.
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
 
 
 def config_of(task: str, arm: str, policy: str) -> RunConfig:
-    """Return the settings: in six degrees of freedom a square peg for corner-first, a round one for any other."""
+    """Return the settings. In six degrees of freedom, corner-first gets a square peg, other policies a round one."""
     if task == "insertion-6dof":
         return pegs_6dof.config_of("square" if policy == POLICIES[task] else "round", "asked", arm, {})
     return overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
 
 
 def loose(run: FaultRun) -> bool:
-    """Return whether a sensor fault was neither latched nor tolerable."""
+    """Return True if a sensor fault was neither latched nor tolerable."""
     return run.fault.plausible and run.delivered and not run.latched and run.verdict is not Verdict.TOLERABLE
 
 
 def bad(run: FaultRun) -> bool:
-    """Return whether a run misses a requirement."""
+    """Return True if a run misses a requirement."""
     if not run.delivered or run.fault.adversarial:
         return False
     too_high = run.fault.plausible and run.peak_force_N > run.damage_N
@@ -61,7 +61,7 @@ def bad(run: FaultRun) -> bool:
 
 
 def by_fault(runs: Sequence[FaultRun]) -> str:
-    """Return a Markdown table with one line a fault."""
+    """Return a Markdown table with one line per fault."""
     rows = []
     for name in dict.fromkeys(run.fault.name for run in runs):
         own = [run for run in runs if run.fault.name == name and run.delivered]
@@ -94,7 +94,7 @@ def verdict(runs: Sequence[FaultRun]) -> str:
 
 
 def worlds_of(options: argparse.Namespace, folder: Path) -> Iterator[tuple[str, RunConfig, str]]:
-    """Yield name, settings and policy of each cell in which faults strike."""
+    """Yield the name, settings and policy of each cell in which faults are injected."""
     if not options.parts:
         for arm in options.arms:
             policy = options.policy or POLICIES[options.task]

@@ -1,11 +1,11 @@
-"""Coverage-guided fuzzing of drivers: the NMC arm, CiA 402 drives, the JR3 codec on CAN.
+"""Coverage-guided fuzzing of drivers: the NMC arm, CiA 402 drives, and the JR3 codec on CAN.
 
     python -m benchmarks.fuzz_guided --target nmc --seconds 600
     python -m benchmarks.fuzz_guided --target cia402 --seconds 600 --corpus DIR
 
-Needs atheris, which is no dependency of the project (``pip install atheris``). New inputs go to the folder given by
-``--corpus``, otherwise to one that is thrown away; the small corpora in tests/fuzz are only read. A failure ends the
-run with a traceback and leaves the input in a file named crash-*.
+This needs atheris, which is not a dependency of the project (``pip install atheris``). New inputs go to the folder
+given by ``--corpus`` or to a temporary folder; the small corpora in tests/fuzz are only read. A failure ends the run
+with a traceback and saves the input in a file named crash-*.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 from benchmarks.fuzzing import CORPORA
 
 TARGETS = {"nmc": (4096, "-timeout=20"), "cia402": (256,), "jr3": (256,)}
-"""Longest input in bytes, and further words for libFuzzer."""
+"""Maximum input length in bytes, and further libFuzzer arguments."""
 
 
 def main() -> None:

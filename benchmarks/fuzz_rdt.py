@@ -1,12 +1,12 @@
-"""Fuzzing of the Net F/T's driver: a box and a network may say anything at all.
+"""Fuzzing of the Net F/T driver with arbitrary messages from the box and the network.
 
     python -m benchmarks.fuzz_rdt --seconds 600
     python -m benchmarks.fuzz_rdt --seconds 5 --first-seed 7
 
-Drawn from a seed: records of a stream that are lost, repeated, reordered, cut, joined and flipped, with any status and
-any counters; pages of settings with fields missing, doubled and spoilt; requests to the emulated box. Nothing but a
-``DriverError`` may come out; every record is accounted for; samples are numbered upwards and none is taken twice.
-The first finding ends the run with the seed that shows it.
+Each seed generates records of a stream that are lost, repeated, reordered, truncated, joined and corrupted, with any
+status and counters; settings pages with missing, duplicate and corrupt fields; and requests to the emulated box. Only a
+``DriverError`` may be raised, every record must be accounted for, and sample numbers must increase without duplicates.
+The first finding ends the run and prints its seed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 
 
 class Network:
-    """A wire that delivers what was drawn."""
+    """A link that delivers the generated datagrams."""
 
     def __init__(self) -> None:
         self.waiting: list[bytes] = []
@@ -50,7 +50,7 @@ class Network:
 
 
 def stream(draw: random.Random) -> None:
-    """A box that streams, through a bad network."""
+    """Stream from a box through an unreliable network."""
     wire = Network()
     device = NetFt(wire, BOX)
     now_ns = 0
@@ -100,7 +100,7 @@ def stream(draw: random.Random) -> None:
 
 
 def page(draw: random.Random, seen: Counter[str]) -> None:
-    """The box's page, spoilt."""
+    """Parse a corrupted settings page."""
     text = bytearray(EmulatedBox(lambda now_ns: (0.0,) * 6).page())
     for _ in range(draw.randrange(5)):
         at = draw.randrange(len(text))
@@ -119,7 +119,7 @@ def page(draw: random.Random, seen: Counter[str]) -> None:
 
 
 def box(draw: random.Random) -> None:
-    """Requests to the emulated box, and what it streams."""
+    """Send requests to the emulated box, and check the records that it streams."""
     emulated = EmulatedBox(lambda now_ns: (1e9, -1e9, 0.0, 1e-9, float(now_ns % 7), -30.0))
     now_ns = 0
     for _ in range(draw.randrange(1, 12)):

@@ -1,12 +1,12 @@
-"""Fuzzing of the emulated controller of Universal Robots: a client may say anything at all, in whatever pieces.
+"""Fuzzing of the emulated Universal Robots controller with arbitrary messages from clients, in pieces of any size.
 
     python -m benchmarks.fuzz_rtde --seconds 600
     python -m benchmarks.fuzz_rtde --seconds 5 --first-seed 7
 
-Conversations are drawn: packages that fit and that almost fit, packages cut, joined, flipped and repeated, in pieces of
-any size, with control cycles in between, from two clients; lines for the dashboard, scripts. No exception may come out;
-what is answered and streamed must be whole packages, whatever the pieces; the joints stay finite, within their speed; a
-client that has gone leaves no register behind. The first finding ends the run with the seed that shows it.
+Each seed generates a conversation with two clients: valid and almost valid packages, some truncated, joined, corrupted
+and repeated, in pieces of any size, with control cycles in between; dashboard lines; and scripts. No exception may be
+raised. Answers and streams must be complete packages, independent of the pieces. The joints must stay finite and within
+their speed limit, and a closed session must free its registers. The first finding ends the run and prints its seed.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def package(kind: str, payload: bytes = b"") -> bytes:
 
 
 class Conversation:
-    """What clients say, drawn from a seed, and what it does to a controller."""
+    """A generated conversation of clients with a controller, and its effects."""
 
     def __init__(self, seed: int, seen: Counter[str]) -> None:
         self.draw, self.seen = random.Random(seed), seen
@@ -60,7 +60,7 @@ class Conversation:
         return self.draw.choice(NUMBERS) if self.draw.random() < 0.2 else self.draw.uniform(-7, 7)
 
     def said(self, who: int) -> bytes:
-        """A package, mostly one that fits."""
+        """Return a package, which is usually valid."""
         draw = self.draw
         kind = draw.choice("VvOISPUUUUM?")
         if kind == "V":
@@ -83,7 +83,7 @@ class Conversation:
         return package(kind, draw.randbytes(draw.randrange(12)) if kind == "?" else b"")
 
     def spoilt(self, data: bytes) -> bytes:
-        """The same, and in one of eight cases not the same."""
+        """Return the data, corrupted in one of eight cases."""
         draw = self.draw
         if not data or draw.random() > 0.125:
             return data
@@ -100,7 +100,7 @@ class Conversation:
             stream = stream[size:]
 
     def hear(self, answer: bytes) -> None:
-        """It must be whole packages."""
+        """Require that an answer consists of complete packages."""
         while answer:
             require(len(answer) >= 3, "a whole header")
             size, kind = struct.unpack_from(">HB", answer)

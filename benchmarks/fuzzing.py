@@ -1,4 +1,4 @@
-"""What fuzzers share: corpora, requirements, and a run of cases that are drawn from a seed."""
+"""Common parts of the fuzzers: corpora, requirements, and a run of cases generated from seeds."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def require(condition: object, what: str) -> None:
 
 
 def drawn(text: str | None, what: str, one: Callable[[int], object], seen: Counter[str]) -> None:
-    """Cases by their seeds until the time is over; the first finding ends it, with its seed.
+    """Run cases with consecutive seeds until the time is over. The first finding ends the run and prints its seed.
 
     Args:
-        seen: Counts what came of them.
+        seen: Counter of the results.
     """
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=int, default=600)

@@ -1,11 +1,11 @@
-"""Insertions in six degrees of freedom: success, time and force over drawn orientations of hole, plate and grip.
+"""Insertions in six degrees of freedom: success, time and force for random orientations of hole, plate and grip.
 
     python -m benchmarks.insertion_6dof --shapes square --trials 50 --jobs 2 --out 6dof.jsonl
     python -m benchmarks.insertion_6dof --on-diameter-mm 2 0.5 0.1 0.04 --trials 100 --out matrix.jsonl
     python -m benchmarks.insertion_6dof --tick
 
-Success is full depth with a true peak force below 30 N, supervisor on. A trip ends one trial and no more. ``--tick``
-is the processor time of a tick of the core without physics, in turns with that of an insertion by steps across.
+Success is full depth with a true peak force below 30 N and the supervisor enabled. A trip ends only its own trial.
+``--tick`` prints the processor time of a core tick without physics, measured in turns with that of a planar insertion.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ HEAD = ("peg", "conditions", "mm on the diameter", "success", "median, p95, most
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """A block of trials."""
+    """Run a block of trials."""
     config = config_of(cell["shape"], cell["conditions"], cell["arm"], cell["options"])
     if cell["on_diameter_mm"]:
         config = overlay(config, {"cell": {"peg": {"clearance_mm": cell["on_diameter_mm"] / 2}}})
@@ -40,7 +40,7 @@ def run(cell: Cell) -> dict[str, Any]:
 
 
 def line(shape: str, conditions: str, on_diameter_mm: float, rows: list[Any]) -> tuple[object, ...]:
-    """A row of the table."""
+    """Return a row of the table."""
     good = sum(row[2] for row in rows)
     low, high = exact_interval(good, len(rows))
     times_s = np.array([row[3] for row in rows if row[2]] or [np.nan])
@@ -53,7 +53,7 @@ def line(shape: str, conditions: str, on_diameter_mm: float, rows: list[Any]) ->
 
 
 class Kept(LoopObserver):
-    """The snapshots of a trial."""
+    """Observer that stores the snapshots of a trial."""
 
     def __init__(self) -> None:
         self.snapshots: list[Snapshot] = []
@@ -64,7 +64,7 @@ class Kept(LoopObserver):
 
 
 def tick_costs(rounds: int = 30) -> str:
-    """Processor time of a tick of the core, in turns with an insertion by steps across, over recorded snapshots."""
+    """Return processor times of a core tick on recorded snapshots, for planar steps and six degrees of freedom."""
     kept = []
     square = config_of("square", "asked", "zebra-zero", {})
     for config, policy in ((scenario("paper"), "torque"), (square, "corner-first")):
