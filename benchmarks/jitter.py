@@ -1,9 +1,9 @@
-"""How late the ticks of whole trials are on a real clock, and the longest time of each section.
+"""Tick delays in whole trials on a real-time clock, and the longest duration of each section of a tick.
 
     python -m benchmarks.jitter --seconds 600 --rig mujoco            the work cell in real time
     python -m benchmarks.jitter --seconds 600 --rig emulated --rt     devices behind wires, in another process
 
-``cyclictest`` gives the floor of the machine.
+Run ``cyclictest`` to measure the floor of the machine.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ from palpate.simulation.work_cell.cell import WorkCell
 
 _NS: Final = 1_000_000_000
 _NOT_MADE_UP_NS: Final = _NS // 10
-"""Physics that is behind by more than this is not made up for, as after a pause between trials."""
+"""Delay of the physics above which it does not catch up, as after a pause between trials."""
 
 
 class PacedClock(Clock):
-    """Sleeps in real time, and advances the simulated cell with it.
+    """Clock that sleeps in real time and advances the simulated cell accordingly.
 
-    Time counts on the cell's own scale, so that its samples' times compare. Physics advances to the last tick of the
-    cell before a deadline, in the time of the sleep.
+    Times are on the scale of the cell, so they can be compared with the times of its samples. During a sleep, the
+    physics advances to the last tick of the cell before the deadline.
     """
 
     def __init__(self, cell: WorkCell) -> None:
@@ -72,12 +72,12 @@ class PacedClock(Clock):
 
 
 def _newest_tick(time_ns: int) -> int:
-    """The last of the cell's ticks whose time, rounded down to whole nanoseconds, is not after this one."""
+    """Return the latest tick of the cell whose time, rounded down to whole nanoseconds, is not after this time."""
     return ((time_ns + 1) * CONTROL_RATE_HZ - 1) // _NS
 
 
 def run_trials(rig: Rig, ports: Ports, task: InsertionTask, session: RealTimeSession, seconds: float) -> Counter[str]:
-    """Trials until the time is over; returns the number of each outcome."""
+    """Run trials until the time is over, and return the number of each outcome."""
     outcomes: Counter[str] = Counter()
     end_s, trial = time.monotonic() + seconds, 0
     while time.monotonic() < end_s:

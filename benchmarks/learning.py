@@ -1,9 +1,9 @@
-"""The paper's learning curve over many seeds: Q-learning on 17 states, and its end compared with a hand-written rule.
+"""The paper's learning curve for many seeds: Q-learning on 17 states, compared with a hand-written rule at the end.
 
     python -m benchmarks.learning --seeds 10 --first-seed 4400 --jobs 2 --out learning.jsonl --picture learning.png
 
-The last 50 trials are run twice more: with the learned policy, frozen, and with the torque rule; there a failure counts
-as the time limit. The figures of 350 trials are those of docs/results.md, with bootstrap intervals over the seeds.
+The last 50 trials are also run with the frozen learned policy and with the torque rule; in these runs, a failure counts
+as the time limit. The results for 350 trials are those in docs/results.md, with bootstrap intervals over the seeds.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ STRETCHES = {"1-25": slice(0, 25), "126-150": slice(125, 150), "126-175": slice(
 
 
 def learn(cell: Cell) -> dict[str, Any]:
-    """One training, and its last trials with the frozen policy and with the rule."""
+    """Run one training, then the last trials with the frozen policy and with the rule."""
     config = replace(scenario(cell["scenario"]), arm=cell["arm"], seed=cell["seed"])
     with Trials(config) as trials:
         scored = [trials.scored(number) for number in range(cell["trials"])]
@@ -50,7 +50,7 @@ def learn(cell: Cell) -> dict[str, Any]:
 
 
 def ratio(numerator_s: np.ndarray, denominator_s: np.ndarray) -> str:
-    """A ratio of means over seeds, with its 95 % bootstrap interval over the seeds."""
+    """Return a ratio of means over seeds, with its 95 % bootstrap interval over the seeds."""
     draws = np.random.default_rng(0).integers(len(numerator_s), size=(5000, len(numerator_s)))
     ratios = numerator_s[draws].mean(axis=1) / denominator_s[draws].mean(axis=1)
     low, high = np.quantile(ratios, [0.025, 0.975])
@@ -58,7 +58,7 @@ def ratio(numerator_s: np.ndarray, denominator_s: np.ndarray) -> str:
 
 
 def draw(path: Path, times_s: np.ndarray, title: str) -> None:
-    """Moving averages of each seed, and of all."""
+    """Plot the moving averages of each seed and of all seeds."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

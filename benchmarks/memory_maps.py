@@ -1,11 +1,11 @@
-"""Learners on random grid maps, compared with the exact optimum of a belief over the places of the map.
+"""Learners on random grid maps, compared with the exact optimum of a belief about the position on the map.
 
     python -m benchmarks.memory_maps --maps 1 2 twin 3000-3029 --seeds 3 --jobs 2 --out maps.jsonl
 
-Maps of 5 x 5 to 11 x 11 cells, 3 to 8 symbols drawn for each cell alone, in two of five maps 12 % of walls; 1, 2 and
-twin are those of the paper. A learned policy is frozen and walked from every cell: once where it reaches the goal
-before it leaves anything to chance, which is exact, else --walks times. The ratio is to the optimum, of steps that are
-cut off at 100, as trials are. Maps whose optimum takes too long to find are refused, and counted.
+Maps have 5 x 5 to 11 x 11 cells, and 3 to 8 symbols that are drawn independently for each cell. Two of five maps have
+12 % of walls. Maps 1, 2 and twin are those of the paper. A frozen learned policy starts from every cell, once if it
+reaches the goal without a random choice (which is exact), otherwise --walks times. The ratio is relative to the
+optimum, in steps, limited to 100 as in trials. Maps whose optimum takes too long to compute are rejected and counted.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ LEARNERS: dict[str, tuple[str, GridLearning, int]] = {
     "hmm-500": ("symbols", HMM, 500),
     "hmm-1500": ("symbols", HMM, 1500),
 }
-"""States, settings and trials of each."""
+"""States, settings and number of trials of each learner."""
 
 
 def random_map(seed: int) -> GridMap:
-    """A map that nobody chose."""
+    """Return a random map."""
     rng = np.random.default_rng(seed)
     while True:
         (width, height), symbols = rng.integers(5, 12, size=2), int(rng.integers(3, 9))
@@ -61,13 +61,13 @@ def random_map(seed: int) -> GridMap:
 
 @lru_cache(maxsize=4)
 def facts(name: str) -> tuple[GridMap, Bounds]:
-    """A map of the paper, or a random one by its seed, and what is possible there; 2 alone is the paper's."""
+    """Return a map and its bounds. The names 1, 2 and twin mean the paper's maps; other numbers seed random maps."""
     grid = grid_named(name, 7) if name in SCENARIOS else random_map(int(name))
     return grid, bounds_of(grid)
 
 
 def frozen_walks(grid: GridMap, run: LearningRun, walks: int) -> tuple[list[Walk], bool]:
-    """Trials of the learned policy from every cell, as it would act in use, and whether their mean is exact."""
+    """Run the learned policy from every cell as in normal use. Return the walks, and whether their mean is exact."""
     if isinstance(run.learner, TabularLearner):
         run.learner.frozen = True
         return walks_from_all_cells(grid, run.identifier, run.learner, walks=walks, seed=1), False
@@ -80,7 +80,7 @@ def frozen_walks(grid: GridMap, run: LearningRun, walks: int) -> tuple[list[Walk
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """One learning run."""
+    """Run one learner on one map."""
     grid, bounds = facts(cell["map"])
     if bounds.belief is None:
         return {}
@@ -96,7 +96,7 @@ def run(cell: Cell) -> dict[str, Any]:
 
 
 def lines_of(found: list[tuple[Cell, dict[str, Any]]]) -> Iterator[str]:
-    """A line for each learner: median and worst ratio, and the runs that lose a start."""
+    """Yield a line for each learner: the median and the worst ratio, and the runs that fail from some start."""
     maps, scored = {cell["map"] for cell, _ in found}, [(cell, one) for cell, one in found if one]
     refused = maps - {cell["map"] for cell, _ in scored}
     yield f"{len(maps)} maps, {len(refused)} refused: {' '.join(sorted(refused)) or 'none'}\n"
@@ -116,7 +116,7 @@ def lines_of(found: list[tuple[Cell, dict[str, Any]]]) -> Iterator[str]:
 
 
 def span(text: str) -> list[str]:
-    """``3000-3029`` as its numbers; a name as it is."""
+    """Return ``3000-3029`` as separate numbers, and any other name unchanged."""
     first, dash, last = text.partition("-")
     return [str(number) for number in range(int(first), int(last) + 1)] if dash else [text]
 

@@ -1,11 +1,11 @@
-"""What takes too long for ``make test``: each part with its time, and a table at the end.
+"""Checks that take too long for ``make test``, each with its duration, and a summary table at the end.
 
     python -m benchmarks.nightly --jobs 2                  (make nightly)
     python -m benchmarks.nightly --only learning gate
 
-What passed is kept in ``--out`` and not run again for the same commit and seed; the seed is the day's unless given, so
-that each night tries other parts, mutants and inputs. Other versions of Python are those that are installed; the others
-are skipped with a line. The exit code is 1 when a part failed.
+Passed checks are stored in ``--out`` and not repeated for the same commit and seed. By default the seed depends on the
+date, so that each night tests different parts, mutants and inputs. Python versions that are not installed are skipped
+with a message. The exit code is 1 if a check fails.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from benchmarks.common import table
 
 CHECKOUT: Final = Path(__file__).parents[1]
 VERSIONS: Final = ("3.12", "3.13")
-"""Beside the one that runs this, and that with the lowest versions of dependencies."""
+"""Python versions in addition to the current one and the one with the lowest versions of dependencies."""
 EXTRAS: Final = ("dev", "gymnasium,cluster,video,rerun")
-"""What is tested with; the second where a package of the first has no wheel for a version of Python."""
+"""Extras for the tests. The second set is used if a package in the first has no wheel for a Python version."""
 TOOLS: Final = (
     "pytest>=9.0.1",
     "pytest-xdist>=3.6",
@@ -39,13 +39,13 @@ TOOLS: Final = (
     "netft>=2.0.1",
 )
 ROOM: Final = 1.15
-"""A ratio to its floor may be this much above the committed one."""
+"""Maximum factor by which a ratio to its floor may exceed the committed ratio."""
 _FUZZ_S: Final = 60
 _PYTEST: Final = (sys.executable, "-m", "pytest", "-q", "--dist", "loadgroup")
 
 
 class Settings(NamedTuple):
-    """What all parts are given."""
+    """Settings that all checks receive."""
 
     seed: int
     jobs: int
@@ -56,14 +56,14 @@ class Settings(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What came of a part: passed, failed or skipped, and its figure in a line."""
+    """Result of a check: passed, failed or skipped, and a one-line summary."""
 
     verdict: str
     line: str
 
 
 def run(command: Sequence[object], log: Path) -> tuple[int, str]:
-    """Exit code and output of a command; the output is kept in a file too."""
+    """Run a command, store its output in a file, and return the exit code and the output."""
     done = subprocess.run(
         [*map(str, command)], cwd=CHECKOUT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
@@ -72,7 +72,7 @@ def run(command: Sequence[object], log: Path) -> tuple[int, str]:
 
 
 def of_command(make: Callable[[Settings], Sequence[object]]) -> Callable[[Settings, Path], Result]:
-    """A part that passes when its command does; its line is the last of the output."""
+    """Return a check that passes if its command succeeds. Its summary is the last line of the output."""
 
     def part(settings: Settings, log: Path) -> Result:
         code, output = run(make(settings), log)
@@ -83,7 +83,7 @@ def of_command(make: Callable[[Settings], Sequence[object]]) -> Callable[[Settin
 
 
 def suite_with(version: str, resolution: str = "highest") -> Callable[[Settings, Path], Result]:
-    """The tests with another version of Python, or with the lowest versions of what the project names."""
+    """Return a check that runs the tests with another Python version or the lowest versions of direct dependencies."""
 
     def part(settings: Settings, log: Path) -> Result:
         uv, interpreter = Path(sys.executable).with_name("uv"), installed(version)
@@ -110,7 +110,7 @@ def suite_with(version: str, resolution: str = "highest") -> Callable[[Settings,
 
 
 def installed(version: str) -> Path | None:
-    """An interpreter of this version that runs: on the path, or among those of pyenv."""
+    """Return a working interpreter of this version from the path or from pyenv, or None if there is none."""
     found = [Path(path) for path in [shutil.which(f"python{version}")] if path]
     for path in [*found, *sorted(Path.home().glob(f".pyenv/versions/{version}*/bin/python"))]:
         said = subprocess.run([path, "--version"], text=True, capture_output=True)
@@ -120,13 +120,13 @@ def installed(version: str) -> Path | None:
 
 
 def honest_trips(settings: Settings, log: Path) -> Result:
-    """One counted trial of each of 300 random jobs: no fault is there, so a trip is the supervisor's mistake."""
+    """Run one evaluated trial of each of 300 random jobs. There are no faults, so every trip is a false alarm."""
     of = ["--parts", 300, "--trials", 2, "--seed", settings.seed, "--only", "best", "--jobs", settings.jobs]
     return _parts(settings, log, of, most_trips=1)
 
 
 def parts(settings: Settings, log: Path) -> Result:
-    """Twenty random parts, nine trials each."""
+    """Run nine trials of each of 20 random parts."""
     of = ["--parts", 20, "--trials", 10, "--seed", settings.seed + 1, "--only", "best", "--jobs", settings.jobs]
     return _parts(settings, log, of, most_trips=1)
 
@@ -145,7 +145,7 @@ def _parts(settings: Settings, log: Path, arguments: Sequence[object], most_trip
 
 
 def bench(settings: Settings, log: Path) -> Result:
-    """Ratios of ``make bench`` against those in ``benchmarks/ratios.json``."""
+    """Compare the ratios of ``make bench`` with those in ``benchmarks/ratios.json``."""
     out = log.with_suffix(".json")
     code, _ = run(settings.bench("suite", "--quick", "--json", out), log)
     if code:
@@ -156,7 +156,7 @@ def bench(settings: Settings, log: Path) -> Result:
 
 
 def ratios(figures: dict[str, list[dict[str, object]]]) -> dict[str, float]:
-    """The ratio of each figure that has a floor, by the names of its group and itself."""
+    """Return the ratio of each figure that has a floor, by the names of its group and the figure."""
     rows = [(group["title"], row) for group in figures["groups"] for row in group["rows"]]  # type: ignore[attr-defined]
     return {f"{title.split(',')[0]}: {row['name']}": row["ratio"] for title, row in rows if row["ratio"] is not None}
 

@@ -1,17 +1,17 @@
-"""Random parts as a user would have them: what `palpate plan` says of each, and what its task and policy make of it.
+"""Random parts as a user would have them, with the verdict of `palpate plan` and the results of its task and policy.
 
     python -m benchmarks.parts --parts 60 --seed 1 --out parts.jsonl
     python -m benchmarks.parts --parts 60 --seed 1 --out parts.jsonl --shapes     in six degrees of freedom
     python -m benchmarks.parts --parts 60 --seed 1 --only plan                    nothing is simulated
 
-Each part is a job; nothing is set by hand. Friction is stated as 0.2, 0.4 or 0.6, the next above the true one; the
-tolerance of depth is 0.2 mm (0.5 with --shapes), or what `plan` asks for, to the next tenth above. The heading of the
-tilt is drawn once for a part. Of a learner the first trial is training and does not count. The oracle knows the hole,
-and where it fails so, hole and turn in six degrees of freedom; it stops at its first failure.
+Each part is a job, with nothing set by hand. The specified friction is 0.2, 0.4 or 0.6, the next value above the true
+friction. The depth tolerance is 0.2 mm (0.5 with --shapes), or the minimum that `plan` requires, rounded up to tenths.
+The heading of the tilt is drawn once per part. The first trial of a learner is for training and does not count. The
+oracle knows the hole; if it fails, one in six degrees of freedom also knows the orientation. It stops at a failure.
 
-Drawn and rejected are parts with an uncertainty above their diameter, deeper than 5 diameters, with a clearance above
-5 % of the diameter, on a tool lighter than a plastic peg or of more than 1 kg on a Zebra Zero; with --shapes, deeper
-than 3 sizes or with a clearance above 2 % of the size.
+Parts are rejected if the uncertainty exceeds the diameter, the depth exceeds 5 diameters, the clearance exceeds 5 % of
+the diameter, the tool is lighter than a plastic peg, or the tool exceeds 1 kg on a Zebra Zero. With --shapes, the
+limits are a depth of 3 sizes and a clearance of 2 % of the size.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from palpate.simulation.work_cell import valid
 ARMS: Final = ("zebra-zero", "ur3", "ur5", "ur10", "panda", "xarm7")
 SHAPES: Final = ("round", *SIDES)
 PLATE_MRAD: Final = 17.5
-"""Tilt of the plate in six degrees of freedom, in any direction; the rest is the grip's."""
+"""Tilt of the plate in six degrees of freedom, in any direction. The rest of the tilt is that of the grip."""
 KG_PER_MM3: Final = 1.2e-6
-"""Of a plastic."""
+"""Density of a plastic."""
 ORACLES: Final = (("insertion", "oracle"), ("insertion-6dof", "oracle-pose"))
 Part = dict[str, Any]
 
 
 def drawn(seed: int, parts: int, shapes: bool) -> tuple[list[Part], Counter[str]]:
-    """Draw parts, and count those that are rejected by reason."""
+    """Draw parts, and count the rejected ones by reason."""
     rng, kept, rejected = np.random.default_rng([seed, shapes]), list[Part](), Counter[str]()
     while len(kept) < parts:
         part = (_shape if shapes else _round)(rng, len(kept))
@@ -94,7 +94,7 @@ def _rejected(part: Part, shapes: bool) -> str:
 
 
 def job_of(part: Part) -> dict[str, Any]:
-    """The job that a person would state."""
+    """Return the job that a person would write for a part."""
     stated = next(each for each in (0.2, 0.4, 0.6) if part["friction"] <= each)
     soft, size_mm = part["stiffness"], part["size_mm"]
     return {
@@ -122,14 +122,14 @@ def job_of(part: Part) -> dict[str, Any]:
 
 
 def _tilts(part: Part) -> dict[str, Any]:
-    """The grip is tilted; in six degrees of freedom also the plate, and the grip in another direction each time."""
+    """Return the tilts. The grip is tilted; in six degrees of freedom, the plate is too, and the grip tilt varies."""
     if part["tilt_mrad"] < PLATE_MRAD:
         return {"conditions": {"grip_trials": 0}}
     return {"tilt_mrad": part["tilt_mrad"] - PLATE_MRAD, "conditions": {"plate_tilt_mrad": PLATE_MRAD}}
 
 
 def planned(part: Part, shapes: bool) -> tuple[Part, Verdict]:
-    """The part with the tolerance that its drawing states, and the verdict on it."""
+    """Return the part with the tolerance on its drawing, and the verdict on it."""
     usual = {**part, "tolerance_mm": 0.5 if shapes else 0.2}
     verdict = verdict_on(compose("job", job=job_of(usual)))
     least_mm = DEVIATIONS * verdict.regime.depth_m * 1e3
@@ -158,7 +158,7 @@ def trials_of(config: RunConfig, policy: str, trials: int, *, stop: bool = False
 
 
 def run(cell: Cell) -> dict[str, Any]:
-    """What is said of a part, or what comes of its trials."""
+    """Return the verdict on a part, or the results of its trials."""
     part, verdict = planned(cell["part"], cell["shapes"])
     began, chosen = time.process_time(), verdict.choice
     try:
@@ -180,7 +180,7 @@ def run(cell: Cell) -> dict[str, Any]:
 
 
 def figures(parts: Mapping[int, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
-    """Rows of the table."""
+    """Yield the rows of the table."""
     inside = {number: part for number, part in parts.items() if part["plan"].get("valid", True)}
     tried = {number: part for number, part in inside.items() if part["best"]["trials"]}
     rows = [row for part in inside.values() for row in part["best"]["trials"]]
@@ -234,7 +234,7 @@ def main() -> None:
 
 
 def line(part: Part, found: Mapping[str, Any]) -> tuple[object, ...]:
-    """A row of a part."""
+    """Return the row of a part."""
     plan, rows = found.get("plan", {}), found.get("best", {}).get("trials", [])
     description = f"{plan.get('task', '')} {plan.get('policy', '')}{'' if plan.get('valid', True) else ' (not valid)'}"
     ends = dict(Counter(f"{row['outcome']}{' FALSE' * row['false']} {row['trip'][:40]}".strip() for row in rows))

@@ -1,7 +1,7 @@
-"""Prints the physical figures of the simulated cell: ``python -m benchmarks.physics``.
+"""Physical properties of the simulated cell: ``python -m benchmarks.physics``.
 
-The figures are those that ``tests/integration/physics`` sets limits to, taken at 28 offsets and more headings, and also
-for other resolutions, time steps, grippers, shapes, clearances and tilts than the default, up to the plate's edge.
+The properties are those limited by ``tests/integration/physics``, measured at 28 offsets and more headings. They are
+also measured for other resolutions, time steps, grippers, shapes, clearances and tilts, up to the edge of the plate.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ AFTER_A_STEP_M = (1e-3, 2e-3, 3e-3)
 CLEARANCES_MM = (0.02, 0.075, 0.3, 1.0)
 TILTS_MRAD = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 LEANS = 3
-"""Headings of a lean at each clearance, none of them twice."""
+"""Number of tilt headings at each clearance. No heading is used twice."""
 Figures = Callable[["Bench"], Iterator[str]]
 GRID = ("limits", "sinking, um", "ripple, N", "play less clearance, um")
 THROUGH_M = 1e-3
-"""A tip so deep is through the plate: one that leans hangs into the hole by less."""
+"""Tip depth above which the tip is through the plate. A tilted tip hangs into the hole by less."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A kind of cell to take figures of."""
+    """A kind of cell to be measured."""
 
     label: str
     config: Callable[[str], RunConfig]
@@ -67,7 +67,7 @@ CENTRES = [centre(height_mm) for height_mm in (0.0, 10.0, 40.0, 140.0)]
 
 
 def collide_as_a_plain_cylinder(model: mujoco.MjModel) -> None:
-    """Let the peg's visual cylinder collide in place of its spheres, with their contact parameters."""
+    """Make the peg's visual cylinder collide instead of its spheres, with the same contact parameters."""
     spheres = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE)
     cylinder = next(
         geom
@@ -90,7 +90,7 @@ def bench_of(case: Case, arm: str) -> Bench:
 
 
 def cue(bench: Bench, count: int) -> Iterator[str]:
-    """RMS error of the direction over all offsets, the worst of the offsets, and the largest error."""
+    """Yield the RMS direction error over all offsets, that of the worst offset, and the maximum error."""
     errors = {
         offset_m: [bench.cue_error_deg(offset_m, heading) for heading in headings(count)] for offset_m in OFFSETS_M
     }
@@ -102,7 +102,7 @@ def cue(bench: Bench, count: int) -> Iterator[str]:
 
 
 def cue_after_a_step(bench: Bench, count: int) -> Iterator[str]:
-    """RMS and largest error of the direction at each offset when an exploratory step has just ended."""
+    """Yield the RMS and maximum direction error at each offset just after an exploratory step."""
     for offset_m in AFTER_A_STEP_M:
         # The golden angle again, so that steps come from all sides at all headings.
         errors = [bench.cue_error_deg(offset_m, heading, 2.1 * heading) for heading in headings(count)]
@@ -110,7 +110,7 @@ def cue_after_a_step(bench: Bench, count: int) -> Iterator[str]:
 
 
 def grid(arm: str, section: str, tilt_mrad: float) -> Iterator[str]:
-    """Sinking and ripple from beside the hole to the plate's edge, and the play, over clearances and ways to lean."""
+    """Yield the sinking and ripple from the hole to the plate's edge, and the play, over all clearances and tilts."""
     sinking_um, ripple_N, off_um = [], [], []
     cells = product(CLEARANCES_MM, range(LEANS if tilt_mrad else 1))
     for (clearance_mm, _), tilt in zip(cells, headings(LEANS * len(CLEARANCES_MM)), strict=False):
@@ -133,7 +133,7 @@ def grid(arm: str, section: str, tilt_mrad: float) -> Iterator[str]:
 
 
 def contact(bench: Bench, count: int) -> Iterator[str]:
-    """Sinking, ripple, play and capture."""
+    """Yield sinking, ripple, play and capture."""
     bench.press(OFFSETS_M[0], 0.0)
     yield f"{bench.penetration_m() * 1e6:.2f}"
     bench.press(FLAT_M, 0.0)

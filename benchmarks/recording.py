@@ -1,10 +1,10 @@
-"""Ways to write a log: processor time of the loop's thread in each tick, and what is left to do after the trial.
+"""Methods of writing a log, with the processor time of the loop's thread per tick and the time needed after the trial.
 
     python -m benchmarks.recording [--trials 20] [--kills 20]
 
-Each way gets the ticks of the same recorded trial. Between two ticks the caches are cooled, as by physics or a sleep.
-The ways take turns, trial by trial. Times are of the calling thread alone (CLOCK_THREAD_CPUTIME_ID). With --kills the
-shipped way runs in real time in a process that is killed, and its log is read.
+Each method gets the ticks of the same recorded trial. Between two ticks, the caches are cooled, as by physics or a
+sleep. The methods alternate, trial by trial. Times are those of the calling thread alone (CLOCK_THREAD_CPUTIME_ID).
+With --kills, the method used in palpate runs in real time in a process that is killed, and its log is read.
 """
 
 import argparse
@@ -31,7 +31,7 @@ _BATCH = 35
 
 
 def recorded() -> list[tuple[Any, ...]]:
-    """Deadline, snapshot, command and answer of each whole tick of a golden log."""
+    """Return the deadline, snapshot, command and answer of each complete tick of a golden log."""
     ticks = []
     for r in read_log(_LOG).records():
         if r.time_ns is not None and r.wrench and r.joints and r.requested_rad and r.applied:
@@ -41,7 +41,7 @@ def recorded() -> list[tuple[Any, ...]]:
 
 
 class Nothing:
-    """An empty call, the floor of the others: its slowest ticks are caused by other processes."""
+    """An empty call, which is the floor. Its slowest ticks are caused by other processes."""
 
     def __init__(self, path: Path) -> None: ...
 
@@ -51,7 +51,7 @@ class Nothing:
 
 
 class InTheLoop:
-    """A chunk every 35 ticks, packed and written in the loop."""
+    """Chunks of 35 ticks, packed and written in the loop."""
 
     def __init__(self, path: Path) -> None:
         self.file, self.batch = path.open("wb"), list[RawMessage]()
@@ -70,7 +70,7 @@ class InTheLoop:
 
 
 class Kept:
-    """Tuples, written after the trial."""
+    """Tuples that are written after the trial."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.kept = path, list[tuple[Any, ...]]()
@@ -87,7 +87,7 @@ class Kept:
 
 
 class InAThread:
-    """As shipped: records, 35 at a time, which a thread packs and writes."""
+    """The method used in palpate: records that a thread packs and writes in chunks of 35."""
 
     def __init__(self, path: Path) -> None:
         self.sink = FileSink()
@@ -111,7 +111,7 @@ WAYS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "kept, written after the trial": (Kept, "the trial"),
     "kept, packed and written by a thread": (InAThread, "0.3 s"),
 }
-"""The ways, and what a kill -9 costs with each."""
+"""Each method, and the data that it loses after kill -9."""
 
 
 def _packed(deadline_ns: int, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> RawMessage:
@@ -121,7 +121,7 @@ def _packed(deadline_ns: int, snapshot: Snapshot, command: JointCommand, applied
 
 
 def killed(path: Path, after_s: float) -> float:
-    """Record in real time in a child, kill it, and return how much of the recording its log lacks, in s."""
+    """Record in real time in a child process, kill it, and return the length of the lost recording in s."""
     command = [sys.executable, "-m", "benchmarks.recording", "--child", str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
         if child.stdout is None or not child.stdout.readline():
@@ -133,7 +133,7 @@ def killed(path: Path, after_s: float) -> float:
 
 
 def record_until_killed(path: Path) -> None:
-    """Record in real time, and print the number of each tick that was recorded."""
+    """Record in real time, and print the number of each recorded tick."""
     ticks, sink = recorded(), FileSink()
     begin = read_log(_LOG).start
     sink.open(path, {})
@@ -147,7 +147,7 @@ def record_until_killed(path: Path) -> None:
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure the methods, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--kills", type=int, default=0)

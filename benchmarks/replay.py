@@ -1,11 +1,11 @@
-"""Replay: a whole training run bit for bit, whether the gate bites, and how fast it is.
+"""Replay of a whole training run bit for bit, detection of changes by the regression gate, and the speed of a replay.
 
     python -m benchmarks.replay                              350 trials, 1000 changes of each kind
     python -m benchmarks.replay --trials 3 --changes 10      the same, smaller
     python -m benchmarks.replay --run DIR                    a run that is there already
 
-The floor of the speed: reading and decoding the same logs, and the core's bare step on the same snapshots, in the same
-process, without ports, comparison and everything else.
+The floor for the speed is reading and decoding the same logs and running the bare core on the same snapshots in the
+same process, without ports, comparison or anything else.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 
 
 def whole_run(run: Path) -> None:
-    """Replay every log in fresh processes, by one and by two workers."""
+    """Replay every log in new processes, with one and with two workers."""
     outputs = []
     for jobs in (1, 2):
         done = subprocess.run(
@@ -57,7 +57,7 @@ def whole_run(run: Path) -> None:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of mutant: which channel, what is changed, and which field must be named."""
+    """A kind of mutant: its channel, its change, and the field that the replay must report."""
 
     name: str
     topic: str
@@ -100,7 +100,7 @@ INPUTS = (
 
 
 def mutants(logs: list[Path], count: int) -> None:
-    """One number changed by one unit in the last place, checksums valid: is it found, where it is?"""
+    """Change numbers by one unit in the last place, with valid checksums, and count the changes that are detected."""
     rng, rebuilder = random.Random(0), Rebuilder()
     taken = rng.sample(logs, min(10, len(logs)))
     apart = {log: messages_of(log) for log in taken}
@@ -138,7 +138,7 @@ def _tick_of(message: RawMessage) -> int:
 
 
 def changed_core(log: Path) -> None:
-    """A gain in the source of the core, changed by one part in 10^12: does the gate, run on that source, fail?"""
+    """Change a gain in a copy of the core by one part in 10^12, and check that the gate fails with this copy."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "palpate" / "core"
         shutil.copytree(Path(str(palpate.core.__file__)).parent, copy)
@@ -164,10 +164,10 @@ class Speed:
     """CPU time of replaying logs, and of the same work without ports and comparison.
 
     Attributes:
-        ticks: Control ticks.
-        whole_s: Replaying.
-        decoding_s: Reading and decoding the logs.
-        stepping_s: The core's step on the same snapshots.
+        ticks: Number of control ticks.
+        whole_s: Time for the replay.
+        decoding_s: Time for reading and decoding the logs.
+        stepping_s: Time for running the core on the same snapshots.
     """
 
     ticks: int
@@ -200,7 +200,7 @@ def replay_speed(logs: list[Path]) -> Speed:
 
 
 def speed(logs: list[Path]) -> None:
-    """Times real time on one core, and the same work without ports and comparison."""
+    """Return the speed relative to real time on one core, and that of the same work without ports and comparison."""
     found = replay_speed(logs)
     ticks, whole = found.ticks, found.whole_s
     real = ticks / CONTROL_RATE_HZ
@@ -223,7 +223,7 @@ def _snapshots(records: list[TickRecord]) -> list[Snapshot]:
 
 
 def train(run: Path, trials: int) -> None:
-    """A training run, recorded."""
+    """Record a training run."""
     call = [*PALPATE, "train", "--trials", str(trials), "--seed", "300", "--out", str(run)]
     subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 

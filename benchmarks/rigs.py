@@ -1,9 +1,9 @@
-"""Insertion over emulated wires in real time, compared with the same policy and seed in the bare simulator.
+"""Insertion over emulated connections in real time, compared with the same policy and seed in the bare simulator.
 
     python -m benchmarks.rigs --policy runs/paper/policy.json
     python -m benchmarks.rigs --policy runs/paper/policy.json --trials 10
 
-What counts as inserted is what the emulated cell saw: the peg at full depth.
+A trial counts as an insertion if the peg is at full depth in the emulated cell.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ def times_of(out: Path) -> list[float]:
 
 
 def run(out: Path, policy: str, trials: int, seed: int, *words: str) -> str:
-    """Trials of a policy; returns what went wrong."""
+    """Run trials of a policy, and return the error message, or an empty string on success."""
     call = [*PALPATE, "run", "--policy", policy, "--trials", str(trials), "--seed", str(seed), "--out", str(out)]
     done = subprocess.run([*call, *words], capture_output=True, text=True, check=False)
     return "" if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
 
 
 def latencies(out: Path) -> tuple[str, str]:
-    """Age of samples when the core saw them, and lateness of ticks."""
+    """Return the age of samples when the core received them, and how late ticks were."""
     ages_ms, late_ms = [], []
     for path in sorted((out / "logs").glob("*.mcap")):
         for record in read_log(path).records():

@@ -1,11 +1,11 @@
-"""An arm of ROS 2 over the loopback: from the newest wrench to the command, and stops when the arm's process dies.
+"""A ROS 2 arm over the loopback: delay from the latest wrench to the command, and stops when the arm process dies.
 
     python -m benchmarks.ros2 --times 100     100 deaths of the arm's process, commanding positions and velocities
     python -m benchmarks.ros2 --times 0       latency only
 
-The emulated robot, its joints at their set-points, is a thread of this process; it looks for commands every 2 ms. The
-arm's process is killed by SIGKILL while it moves a joint at 0.5 rad/s. What counts is when the robot gets the command
-that holds it, or zero velocities, from this process.
+The emulated robot, whose joints follow their set-points exactly, is a thread of this process that checks for commands
+every 2 ms. The arm process is killed with SIGKILL while it moves a joint at 0.5 rad/s. The result is the time until the
+robot receives a command from this process that holds it, or zero velocities.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ NS = 10**9
 
 
 class Robot(Ros2Robot):
-    """Joints at their set-points; notes what came when."""
+    """Robot whose joints follow their set-points exactly, and which records each command with its arrival time."""
 
     def __init__(self, *, velocities: bool = False) -> None:
         super().__init__(NAMES, HOME, velocities=velocities)
@@ -73,7 +73,7 @@ def bench(robot: Robot, rt: bool) -> Iterator[tuple[Ros2Server, ArmClient, RigCo
 
 
 def ticks(clock: MonotonicClock, count: int) -> Iterator[int]:
-    """At the control rate."""
+    """Yield ticks at the control rate."""
     start_ns = clock.now_ns()
     for tick in range(count):
         clock.sleep_until(start_ns + tick * NS // CONTROL_RATE_HZ)
@@ -134,7 +134,7 @@ def stops(times: int, rt: bool, *, velocities: bool) -> None:
 
 
 def held_ns(robot: Robot, since_ns: int, sign: int) -> float:
-    """When the first command came that does not move the arm on."""
+    """Return the time of the first command that does not continue the motion."""
     commands = zip(robot.came, robot.came[1:], strict=False)
     for (_, before), (came_ns, data) in commands:
         if came_ns > since_ns and (data[5] if robot.velocities else data[5] - before[5]) * sign <= 0.0:
@@ -143,7 +143,7 @@ def held_ns(robot: Robot, since_ns: int, sign: int) -> float:
 
 
 def arm_number() -> int:
-    """The process that owns the arm."""
+    """Return the ID of the process that owns the arm."""
     return int(Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text().split()[-1])
 
 

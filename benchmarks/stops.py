@@ -1,15 +1,15 @@
-"""Time until the arm is stationary when its loop, or its own process, stops working, on each emulated bus.
+"""Time until the arm is stationary after its loop or the arm process stops working, on each emulated bus.
 
     python -m benchmarks.stops --times 100              each of six ways, 100 times, on three buses
     python -m benchmarks.stops --times 5 --arm cia402   one bus
 
-The loop, or the process that owns the arm, is stopped (SIGSTOP), killed (SIGKILL), or hangs in C with the interpreter
-held. The loop hands on far set-points without its own limits, so that the driver moves the arm towards the last of them
-at 0.5 rad/s, the limit in the rig files that come with palpate. Without its loop the arm's process stops it after the
-set-point time-out, counted from the last set-point. Without the arm's process time counts from the signal, and what
-stops the arm is on its bus: CiA 402 drives miss this computer's heartbeat, the controller of Universal Robots misses
-set-points, an NMC module goes to its last set-point, one cycle away. The arm is stationary when what the emulated
-motors hold moves no more; the simulated arm swings for another fifth of a second.
+The loop or the arm process is stopped (SIGSTOP), killed (SIGKILL), or hangs in C while holding the interpreter. The
+loop sends distant set-points without limiting them, so that the driver moves the arm towards the latest set-point at
+0.5 rad/s, the limit in the rig files included in palpate. Without its loop, the arm process stops the arm after the
+set-point time-out, measured from the last set-point. Without the arm process, time is measured from the signal, and the
+arm is stopped by a device on its bus: CiA 402 drives miss the heartbeat of this computer, a Universal Robots controller
+misses set-points, and an NMC module moves to its last set-point, one cycle away. The arm is stationary when the
+set-points held by the emulated motors no longer change; the simulated arm oscillates for another fifth of a second.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ from palpate.core.trial.ready_pose import find_ready_pose
 WIRES = ("zebra-nmc", "cia402", "ur-rtde")
 WAYS = tuple(f"{who} {how}" for who in ("loop", "arm") for how in ("stopped", "killed", "hanging"))
 BUS_MS = {"zebra-nmc": 0.0, "cia402": 100.0, "ur-rtde": 150.0}
-"""Time-out of the bus itself, for a timeout_scale of 1 in the rig file."""
+"""Time-out of the bus itself, with a timeout_scale of 1 in the rig file."""
 STILL_RAD, REST_RAD_S = 1e-6, 0.005
 LOOK_S = 0.002
 EMULATED_PRIORITY = 30
 GONE_S = 5.0
 ALLOWED_MS = 50.0
 TIMEOUT_SCALE = 2.0
-"""Of the emulated devices: no more, or their own time-outs would be long."""
+"""Scale for the emulated devices. A larger scale would make their own time-outs too long."""
 
 
 class Watched:
-    """The emulated cell at work in a thread, and where its joints were when."""
+    """The emulated cell, running in a thread, and a record of its joint positions over time."""
 
     def __init__(self, cell: EmulatedCell, counts: Path) -> None:
         self.cell, self.counts, self.ended = cell, counts, False
@@ -80,13 +80,13 @@ class Watched:
             time.sleep(LOOK_S)
 
     def keep_counts(self) -> None:
-        """What a person does who knows that the Zebra's modules were never without power, and reads their counters."""
+        """Store the Zebra's counters, as a person does who knows that its modules never lost power."""
         if self.counts.exists():
             motors: Any = self.cell.arm.motors
             self.counts.write_text(json.dumps([motors.motor_counts(axis) for axis in range(6)]))
 
     def last_motion_ns(self, since_ns: int) -> tuple[int, int, int, int]:
-        """When what the motors hold first and last moved, when a joint was last fast, and the longest blink."""
+        """Return when the set-points first and last moved and a joint was last fast, and the longest gap in the record."""
         held_ns, held = since(self.held, since_ns)
         stood_ns, stood = since(self.stood, since_ns)
         moved = held_ns[1:][np.abs(np.diff(held, axis=0)).max(axis=1) > STILL_RAD]
@@ -97,7 +97,7 @@ class Watched:
 
 
 def since(noted: deque[tuple[int, tuple[float, ...]]], begin_ns: int) -> tuple[np.ndarray, np.ndarray]:
-    """The newest notes. Quickly: the emulated devices wait for this interpreter."""
+    """Return the latest records. This must be quick, because the emulated devices wait for the interpreter."""
     newest = list(takewhile(lambda entry: entry[0] >= begin_ns, reversed(noted.copy())))[::-1]
     times, angles = zip(*newest, strict=True)
     return np.array(times), np.array(angles)
@@ -131,7 +131,7 @@ def emulated(arm: str, folder: Path, rt: bool) -> Iterator[tuple[Watched, Path, 
 
 
 class Loop:
-    """That process, seen from the bench."""
+    """The loop's process, as seen from the benchmark."""
 
     def __init__(self, rig: Path, arm: str, folder: Path, start: str, options: argparse.Namespace) -> None:
         self.note = Path(tempfile.mkstemp(dir=folder)[1])
@@ -158,7 +158,7 @@ class Loop:
         self.lines.put("")
 
     def until_moving(self) -> str:
-        """What it said before it moved."""
+        """Wait until the arm moves, and return the last message before that."""
         if not self.begun:
             self.begun = True
             self.say()
@@ -170,7 +170,7 @@ class Loop:
         return said
 
     def moves(self) -> bool:
-        """Return whether it moves; an emulated device that failed on a busy machine is restarted."""
+        """Return True if the arm moves. An emulated device that failed on a busy machine is restarted."""
         if self.lines.empty():
             return True
         if not self.lines.get():
@@ -180,7 +180,7 @@ class Loop:
         return False
 
     def arm_number(self) -> int:
-        """The process that owns the arm."""
+        """Return the ID of the process that owns the arm."""
         number = self.process.pid
         return int(Path(f"/proc/{number}/task/{number}/children").read_text().split()[0])
 
@@ -193,7 +193,7 @@ class Loop:
         self.arms += [Path("/proc") / child for child in (begun.read_text().split() if begun.exists() else [])]
 
     def kill(self) -> None:
-        """End it, and wait until the arm's process has found out and has gone too."""
+        """Kill the process, and wait until the arm process has noticed this and ended."""
         self.note_arms()
         self.process.kill()
         self.process.wait()
@@ -205,13 +205,13 @@ class Loop:
 
 
 class Trial(NamedTuple):
-    """When all motion had ended, in ms beyond the time-out.
+    """Times at which all motion had ended, in ms beyond the time-out.
 
     Attributes:
-        still_ms: Of what the motors hold.
-        rest_ms: Of the simulated joints, down to 0.005 rad/s.
-        blink_ms: Longest time between two looks.
-        was_moving: Whether the motors moved before. One that stood already shows nothing.
+        still_ms: Time for the set-points held by the motors.
+        rest_ms: Time for the simulated joints, down to 0.005 rad/s.
+        blink_ms: Maximum time between two observations.
+        was_moving: Whether the motors moved before. If not, the trial shows nothing.
     """
 
     still_ms: float
@@ -235,10 +235,10 @@ def silence(way: str, loop: Loop) -> None:
 
 
 def one_trial(way: str, loop: Loop, watched: Watched, rng: random.Random, timeout_ms: float) -> tuple[Trial, str]:
-    """What was seen, and what the loop said of it.
+    """Return the results of a trial, and the message from the loop.
 
     Args:
-        timeout_ms: Of the set-points, or of the bus.
+        timeout_ms: Time-out of the set-points or of the bus.
     """
     time.sleep(rng.uniform(0.2, 0.5))
     while not loop.moves():

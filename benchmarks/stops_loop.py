@@ -1,4 +1,4 @@
-"""A loop that moves an arm until it falls silent, in a process of its own, for ``benchmarks.stops``."""
+"""A loop in a separate process that moves an arm until it falls silent, for ``benchmarks.stops``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandRe
 
 NS = 10**9
 MOVING = (0, 5)
-"""Joints that are moved."""
+"""Joints to move."""
 FASTEST_RAD_S = 0.5
 FAR_RAD = 1.2
 HANG_S = 1.0
@@ -40,12 +40,12 @@ HANG_SIGNAL = signal.SIGUSR2
 
 
 def hang(*_: object) -> None:
-    """Without letting go of the interpreter."""
+    """Hang without releasing the interpreter."""
     ctypes.PyDLL(None).usleep(round(HANG_S * 1e6))
 
 
 class Unlimited:
-    """Limits nothing."""
+    """Limiter that limits nothing."""
 
     def __init__(self, joints: int) -> None:
         self.joints = joints
@@ -57,7 +57,7 @@ class Unlimited:
 
 
 def make_arm(settings: Mapping[str, Any], context: RigContext) -> Any:
-    """The arm of the adapter that the environment names; its process hangs in C at a signal."""
+    """Return the arm of the adapter named in the environment. Its process hangs in C after a signal."""
     signal.signal(HANG_SIGNAL, hang)
     made = arm_maker(os.environ[ADAPTER])(settings, context)
     assert isinstance(made, DriverArm)
@@ -65,7 +65,7 @@ def make_arm(settings: Mapping[str, Any], context: RigContext) -> Any:
 
 
 def arm_of(rig: RigFile, arm: str, wishes: RealTimeConfig, timeout_ms: float) -> tuple[ArmClient, MonotonicClock]:
-    """The arm of a rig file, in a process of its own."""
+    """Return the arm of a rig file, in a separate process."""
     clock, before = MonotonicClock(), signal.getsignal(HANG_SIGNAL)
     context = RigContext.of(arm, clock)
     limits = tuple(min(limit, FASTEST_RAD_S) for limit in context.velocity_limit_rad_s)
@@ -80,7 +80,7 @@ def arm_of(rig: RigFile, arm: str, wishes: RealTimeConfig, timeout_ms: float) ->
 
 
 def loop(path: str, arm_name: str, note_path: str, start_rad: tuple[float, ...], timeout_ms: float, rt: bool) -> None:
-    """Moves the arm until it is killed; says what happened, a line each, and waits for one before it goes on."""
+    """Move the arm until it is killed. After each fault, print it on one line, and wait for an input line to resume."""
     wishes = RealTimeConfig(scheduling=rt)
     arm, clock = arm_of(RigFile.load(Path(path)), arm_name, wishes, timeout_ms)
     with Path(note_path).open("r+b") as file:
@@ -119,7 +119,7 @@ def loop(path: str, arm_name: str, note_path: str, start_rad: tuple[float, ...],
 
 
 def free(arm: ArmCommand) -> None:
-    """Make the arm active again. On a busy machine an emulated device may fail meanwhile, and then once more."""
+    """Activate the arm again, with several attempts, because an emulated device may fail on a busy machine."""
     for attempt in range(5):
         # Where the driver fails, its error comes before its fault.
         time.sleep(0.05 + 0.2 * attempt)

@@ -1,11 +1,11 @@
-"""Every trouble that the wires of a Universal Robots arm can have, in mid-trial, through the real client.
+"""Communication faults of a Universal Robots arm, injected during a trial that uses the real client.
 
     python -m benchmarks.ur_wires                       all of them, about 12 s each
     python -m benchmarks.ur_wires --only "half frames"
 
-An emulated UR5 and ATI box in this process, `palpate run --rig` in another. As soon as the trial is under way the
-trouble strikes. Told is what became of the run: it went on to insert, or it ended; when the arm was at rest and the
-process had ended; its last line; whether its log can be read.
+An emulated UR5 and ATI box run in this process, and `palpate run --rig` runs in another. The fault is injected as soon
+as the trial is running. The output says whether the run inserted the peg or ended, when the arm was stationary and the
+process had ended, the last line of its output, and whether its log can be read.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SHORT_S = 0.03
 
 
 def net(network: Callable[[bytes], bytes]) -> Strike:
-    """From now on this becomes of each data package."""
+    """Return a fault that applies a function to each data package from now on."""
     return lambda server, controller: setattr(server, "network", network)
 
 
@@ -48,7 +48,7 @@ def for_a_moment(server: UrServer, controller: UrController) -> None:
 
 
 def once(garbage: bytes) -> Strike:
-    """Comes instead of the next data package."""
+    """Return a fault that replaces the next data package."""
     waiting = [garbage]
     return net(lambda data: waiting.pop() if waiting else data)
 
@@ -58,7 +58,7 @@ def unplug(server: UrServer, controller: UrController) -> None:
 
 
 def local(server: UrServer, controller: UrController) -> None:
-    """The switch to local control ends a program that came from outside."""
+    """Switch to local control, which ends a program that was sent remotely."""
     controller.remote = False
     controller.end_program()
 
