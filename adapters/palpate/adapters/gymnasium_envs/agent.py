@@ -1,9 +1,9 @@
 """Exchange between two threads: the control loop and an agent that chooses actions.
 
-On a rig, the loop never waits long. If a decision is late, the loop inserts a pause, which is supervised and recorded
-as an action: the peg stays pressed in place under the same compliant control. The decision is used when the next one is
-due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the simulator, time stops
-until the agent has decided.
+On a rig, the loop never waits for long. If a decision is late, the loop inserts a pause, which is supervised and
+recorded as an action: the peg stays pressed in place under the same compliant control. The late decision is used when
+the next one is due. An agent that exceeds a limit ends the trial; the arm is stopped and the rig latched. In the
+simulator, time stops until the agent has decided.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 
 LATE: Final = "late"
-"""Source of a pause, as stated in the records of a trial."""
+"""Source of a pause, as it appears in the records of a trial."""
 PAUSE: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
 """Time for which the loop on a rig waits for a decision; less than half a tick."""
@@ -44,7 +44,7 @@ class Agent(FixedPolicy, LoopObserver):
 
     Args:
         limit_s: Time limit for a decision, on the run's clock.
-        grace_s: Time for which the loop waits for a decision; None waits without limit.
+        grace_s: Time for which the loop waits for a decision; None means no limit.
 
     Attributes:
         look: Function that returns the agent's view when a decision is due; called in the loop's thread.
@@ -58,7 +58,7 @@ class Agent(FixedPolicy, LoopObserver):
         self.new_trial()
 
     def new_trial(self) -> None:
-        """Discard the remaining data of the previous trial."""
+        """Discard remaining data from the previous trial."""
         self.shown, self._given = SimpleQueue[Any](), SimpleQueue[Decision]()
         self._requested_ns: int | None = None
         self._time_ns = self.late_decisions = 0

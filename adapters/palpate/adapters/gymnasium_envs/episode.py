@@ -1,8 +1,8 @@
 """Trials of the insertion task, decision by decision, with external actions.
 
-Everything but the choice of actions is done by the core, as in any other run: control loop, perception, controllers,
+The core does everything except the choice of actions, as in any other run: control loop, perception, controllers,
 supervisor and reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the
-errors depend on Gymnasium.
+error classes depend on Gymnasium.
 """
 
 import sys
@@ -45,7 +45,7 @@ class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
 
 
 MOST_SKIPPED: Final = 20
-"""Largest number of consecutive trials without a decision. A larger number indicates an incorrect set-up."""
+"""Maximum number of consecutive trials without a decision. A larger number indicates an incorrect set-up."""
 _TIMEOUT_S: Final = 5.0
 
 
@@ -64,7 +64,7 @@ class Episodes:
         skipped: Number of trials since :meth:`begin` that ended without a decision.
 
     Raises:
-        ConfigurationError: A setting is refused, or the task is not an insertion.
+        ConfigurationError: A setting is rejected, or the task is not an insertion.
         DeviceError: A device failed.
         LifecycleError: A rig is opened outside the main thread.
     """
@@ -103,7 +103,7 @@ class Episodes:
             )
             _insertion(self._trials)
             if self.on_rig:
-                # By default the process would end at once and leave the arm at its last set-point.
+                # By default, the process would end immediately and leave the arm at its last set-point.
                 opened.enter_context(on_ending_signal(_terminate, always=False))
             kept.enter_context(opened.pop_all())
             self._kept = kept.pop_all()
@@ -127,7 +127,7 @@ class Episodes:
 
     @property
     def exploration_time_s(self) -> float:
-        """Return the time from contact until now, until the hole was reached, or until the end of a finished trial."""
+        """Return the time since contact or, for a finished trial, from contact to the hole or the end of the trial."""
         if self.report.outcome is not None:
             return self.report.exploration_time_s
         contact_tick = next(event.tick for event in self.report.events if event.name == "contact")
@@ -145,7 +145,7 @@ class Episodes:
         for skipped in range(MOST_SKIPPED):
             self.trial, self.skipped = trial + skipped, skipped
             if not self.on_rig and isinstance(self.rig, SimulatedRig):
-                # Reset the clock too, so that an episode is independent of earlier ones, bit for bit.
+                # Reset the clock too, so that an episode is bit-for-bit independent of earlier ones.
                 self.rig.latch.release()
                 self.rig.seed = seed
                 self.rig.set_clock_ticks(0)
@@ -162,7 +162,7 @@ class Episodes:
     def decide(self, decision: Decision) -> float:
         """Execute an action, run to the next decision or the end of the trial, and return the action's reinforcement.
 
-        A learner of the core receives the same reinforcement. If the core gives none, because a supervisor or a fault
+        A learner of the core receives the same reinforcement. If the core gives none, because the supervisor or a fault
         ended the trial, the reinforcement is that of an action without excess effort.
 
         Raises:
@@ -190,7 +190,7 @@ class Episodes:
         try:
             shown = self._agent.shown.get()
         except BaseException:
-            # Also for Ctrl-C: no further decision will be requested.
+            # This includes Ctrl-C: no further decision will be requested.
             self._leave()
             raise
         if isinstance(shown, BaseException):
@@ -235,7 +235,7 @@ class Episodes:
             experiments.require_sound(self.rig, scored, self._trials.first)
             shown = self._look(success=scored.success)
         except BaseException as error:
-            # The agent's side must raise every error.
+            # Every error must be raised on the agent's side.
             shown = error
         self._agent.shown.put(shown)
 
@@ -244,7 +244,7 @@ class Episodes:
         report, (symbol, state) = self.report, self.task.percept or (0, 0)
         # The cost of earlier pauses is charged to the agent.
         new, self._settled = report.decisions[self._settled :], len(report.decisions)
-        # There is no reinforcement within an option; for a trial that ended within an action, none was determined.
+        # Within an option there is no reinforcement; if a trial ended within an action, none was determined.
         earned = sum(one.reinforcement for one in new if one.reinforcement is not None)
         earned += self.plain_reinforcement if new and new[-1].reinforcement is None else 0.0
         trip = experiments.trip_of(report)

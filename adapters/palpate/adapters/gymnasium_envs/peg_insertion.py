@@ -57,9 +57,9 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     An insertion or a failure (jam, force limit, safety trip) terminates an episode; the time limit truncates it.
 
     Args:
-        scenario: ``paper``, ``blind`` or another preset; empty uses that of ``config``, or ``job`` with a job, or
-            ``paper``.
-        arm: ``zebra-zero`` or ``ur5``; empty uses that of ``config``.
+        scenario: ``paper``, ``blind`` or another preset; if empty, the one in ``config``, or ``job`` with a job,
+            or ``paper``.
+        arm: ``zebra-zero`` or ``ur5``; if empty, the one in ``config``.
         actions: ``discrete``: the actions of palpate's own learners, the eight compass steps, or options until their
             termination; ``continuous``: any step in the plane, (2,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`, or any motion of a tool that turns, (6,), see
@@ -68,22 +68,22 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
             data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
         failure_penalty: Penalty on the last reward of a failed episode. None uses the cost of the decisions left until
-            the time limit, so that early failure is no advantage; 0 uses only the core's own reinforcement.
+            the time limit, so that an early failure has no advantage; 0 uses only the core's own reinforcement.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
         render_mode: None, or ``rgb_array``: close-ups of the peg and the hole, (480, 640, 3); not on a rig.
-        rig: Rig file of the rig that runs the trials in real time, supervised and recorded; it replaces the simulated
-            cell of the configuration. If empty, the simulator is used.
-        out: On a rig, the folder for the recording; empty uses the next free one, ``runs/paper-environment-001``.
+        rig: Rig file; its rig, instead of the simulated cell, runs the trials in real time, supervised and recorded.
+            If empty, the simulator is used.
+        out: On a rig, the folder for the recording; if empty, the next free one, ``runs/paper-environment-001``.
         decision_limit_s: On a rig, time limit for a decision, 0.01 s to 60 s. A late decision is replaced by a pause
             and counted; after this time the arm is stopped and the rig latched.
-        task: Kind of insertion; empty uses that of ``config``, or steps in the plane.
+        task: Kind of insertion; if empty, the one in ``config``, or steps in the plane.
         acknowledge: On a rig with an open fault, its acknowledgement: ``NUMBER NAME: why``.
         accept_kinematics: On a rig, allow motion with the arm's nominal model.
         job: Job file or its tables: part, tool, arm, place and limits. None uses the paper's job. A rig needs a job
             here, in ``config`` or in its file.
 
     Raises:
-        ConfigurationError: A setting is unknown, or an argument or setting is refused.
+        ConfigurationError: A setting is unknown, or an argument or setting is rejected.
         DeviceError: A device of the rig failed.
     """
 
@@ -135,7 +135,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             rig=rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics,
         )  # fmt: skip
         self._episodes = Episodes(run, out, decision_limit_s)
-        # Runs at any exit of the program, too; an environment without references leaves the arm stopped.
+        # This also runs when the program exits, so an environment without references leaves the arm stopped.
         weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3
@@ -162,10 +162,10 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
         Args:
             seed: Seed of this and the following trials; None keeps the current seed.
-            options: ``{"trial": k}`` selects a trial; anything else is refused.
+            options: ``{"trial": k}`` selects a trial; anything else is rejected.
 
         Raises:
-            ConfigurationError: An option is unknown or refused.
+            ConfigurationError: An option is unknown or rejected.
             DeviceError: Too many trials ended before a decision.
         """
         if self._closed:
@@ -212,7 +212,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Return an image of the cell if ``render_mode`` is set; otherwise None.
 
         Raises:
-            UsageError: No graphics library works.
+            UsageError: No OpenGL backend works.
         """
         if self.render_mode is None or self._closed:
             return None

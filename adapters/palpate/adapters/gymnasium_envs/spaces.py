@@ -16,13 +16,13 @@ from palpate.core.trial import options_of, wander_m
 
 OBSERVATION_KINDS: Final = ("symbolic", "raw", "ports")
 _MARGIN_M: Final = 2e-3
-"""Largest deviation of the measured tip from its commanded position, caused by springs and rims."""
+"""Maximum deviation of the measured tip from its commanded position, caused by springs and rims."""
 _SEARCH_M: Final = 10e-3
-"""Distance below the depth of the hole down to which the approach searches for the surface."""
+"""Depth beyond the insertion depth to which the approach searches for the surface."""
 
 
 _TURN_RAD_S: Final = radians(11.0)
-"""Turning speed. Faster tilting would exceed the speed limits of a wrist near its singularity."""
+"""Turning speed. Faster tilting would exceed the joint speed limits of a wrist near its singularity."""
 
 
 def spatial_of(config: RunConfig) -> SpatialOptions | None:
@@ -129,10 +129,10 @@ class NumberedActions:
 
 
 class FreeSteps:
-    """Steps in any direction, (2,) from -1 to 1: x and y as fractions of the longest step.
+    """Steps in any direction, (2,) from -1 to 1: x and y as fractions of the maximum step.
 
     The tip moves at constant speed during the first 80 % of an action, so a step is also a velocity. Longer steps, in
-    the corners of the square, are shortened to the longest step in the same direction.
+    the corners of the square, are shortened to the maximum step in the same direction.
     """
 
     def __init__(self, longest_m: float) -> None:
@@ -149,8 +149,8 @@ class FreeSteps:
 class Twists:
     """Motions of a tool that turns, (6,) from -1 to 1: x, y, z, tilt about x and y, and yaw, task frame.
 
-    x, y and z are fractions of the longest step, and the others of the turn in one action at 11 degrees/s. With z below
-    0, the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing (``step``), and an
+    x, y and z are fractions of the maximum step, and the others of the turn per action at 11 degrees/s. With z below 0,
+    the tool is lifted and moves in free space (controller ``lift``); otherwise it keeps pressing (``step``), and an
     upright tool enters the hole where it loses contact. The lengths of steps and turns are limited as for free steps.
     """
 
@@ -173,7 +173,7 @@ class Twists:
 
 
 Actions: TypeAlias = NumberedActions | FreeSteps | Twists
-"""An action space, and the conversion of its actions to decisions of the core; invalid actions are refused."""
+"""An action space, and the conversion of its actions to decisions of the core; invalid actions are rejected."""
 
 
 def _shares(action: Any, count: int) -> list[float]:
