@@ -86,7 +86,7 @@ class Watched:
             self.counts.write_text(json.dumps([motors.motor_counts(axis) for axis in range(6)]))
 
     def last_motion_ns(self, since_ns: int) -> tuple[int, int, int, int]:
-        """Return when the set-points first and last moved and a joint was last fast, and the longest gap in the record."""
+        """Return when set-points first and last moved, when a joint last moved fast, and the longest gap in time."""
         held_ns, held = since(self.held, since_ns)
         stood_ns, stood = since(self.stood, since_ns)
         moved = held_ns[1:][np.abs(np.diff(held, axis=0)).max(axis=1) > STILL_RAD]
