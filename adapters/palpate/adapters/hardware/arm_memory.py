@@ -38,7 +38,7 @@ class ArmStatus(NamedTuple):
 
 
 class SharedState(Generic[NoteT]):
-    """Notes that one side writes and the other reads. A reader always gets the latest complete note."""
+    """Memory in which one side writes notes that the other reads. A reader always gets the latest complete note."""
 
     BYTES: Final = 2 * _SLOT_BYTES
 

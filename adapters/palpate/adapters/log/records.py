@@ -122,10 +122,10 @@ class LossEntry:
 class EndRecord:
     """Result of a trial, and the learner after it. ``true_...`` is the simulator's ground truth, or None on a real arm.
 
-    ``stopped_by`` is what stopped the arm, if not core or supervisor. ``timing_json``, on rigs, contains the durations
-    of each section of a tick from the run's start to this trial's end. Four fields count irregular ticks and samples.
-    ``raised_by`` is the origin of ``error``: core, port, policy (a third-party one) or outside (observers, the clock,
-    signals); empty without an error. ``policy_sha256`` is :func:`policy_digest` for a third-party policy.
+    ``stopped_by`` names what stopped the arm, unless core or supervisor did. ``timing_json``, on rigs, contains the
+    durations of each section of a tick from the run's start to this trial's end. Four fields count irregular ticks and
+    samples. ``raised_by`` is the origin of ``error``: core, port, policy (a third-party one) or outside (observers, the
+    clock, signals); empty without an error. ``policy_sha256`` is :func:`policy_digest` for a third-party policy.
     """
 
     tick: int
