@@ -1,7 +1,7 @@
 """Tick delays in whole trials on a real-time clock, and the longest duration of each section of a tick.
 
-    python -m benchmarks.jitter --seconds 600 --rig mujoco            the work cell in real time python -m
-    benchmarks.jitter --seconds 600 --rig emulated --rt     emulated devices in another process
+    python -m benchmarks.jitter --seconds 600 --rig mujoco            the work cell in real time
+    python -m benchmarks.jitter --seconds 600 --rig emulated --rt     emulated devices in another process
 
 Run ``cyclictest`` to measure the floor of the machine.
 """
