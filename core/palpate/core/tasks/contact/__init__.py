@@ -1,4 +1,4 @@
-"""Contact verification for all tasks, which checks that the measured force is the actual force."""
+"""Contact verification for all tasks, which checks that the measured force is the real one."""
 
 import lazy_loader
 

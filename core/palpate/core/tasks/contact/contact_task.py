@@ -79,7 +79,7 @@ class ContactTask(Task):
         self._clamped_tick = -2
 
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """Process a snapshot, in the first half of a tick; :meth:`act` is the second half.
+        """Process a snapshot in the first half of a tick; :meth:`act` is the second half.
 
         Returns:
             The observation for the policy's choice in the second half; None at ticks without a choice.
@@ -133,7 +133,7 @@ class ContactTask(Task):
         return state.observation
 
     def act(self) -> JointCommand:
-        """Return the command, in the second half of a tick, after a choice if one is due."""
+        """Return the command in the second half of a tick, after the choice if one is due."""
         if self._state.observation is not None:
             self.choose()
         return self._motion.move(self._monitor.bounded(self._velocity_m_s))
@@ -160,7 +160,7 @@ class ContactTask(Task):
         self._state.enter(phase, PhaseConstraints(contact, self._settle.bias, area))
 
     def interrupt(self) -> None:
-        """End the trial after the running action, and any later trial immediately.
+        """End the trial after the current action, and any later trial immediately.
 
         This is safe to call from a signal handler.
         """
@@ -172,7 +172,7 @@ class ContactTask(Task):
         if not self.done:
             self._state.end(Outcome.TRIPPED, trip.text)
         elif self._state.report.outcome in (Outcome.INSERTED, Outcome.DONE):
-            # The success was reported at this tick, from samples that may be wrong.
+            # The success was reported at this tick, based on samples that may be wrong.
             self._state.report.outcome = Outcome.TRIPPED
 
     @override
@@ -180,7 +180,7 @@ class ContactTask(Task):
         return
 
     def clamped(self, command_override: CommandOverride) -> None:
-        """Record that the supervisor changed a command, once for a series of ticks."""
+        """Record that the supervisor changed a command; record a series of ticks once."""
         if self._state.tick != self._clamped_tick + 1:
             requested, given = (
                 " ".join(f"{q:.6f}" for q in angles)
@@ -211,7 +211,7 @@ class ContactTask(Task):
 
     @property
     def filter_state(self) -> list[float]:
-        """Return the tare and wrench filter state, which after :meth:`begin` is the initial state of the trial."""
+        """Return the state of tare and wrench filter; after :meth:`begin`, it is the initial state of the trial."""
         return self._measurement.filter_state
 
     @property

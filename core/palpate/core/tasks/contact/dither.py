@@ -7,11 +7,11 @@ from palpate.core.ports import PERIOD_S
 
 
 class Dither:
-    """Back-and-forth motion with random timing, which no recorded or delayed force matches by chance.
+    """Back-and-forth motion with random timing that no recorded or delayed force matches by chance.
 
     Args:
-        amplitude_m: Largest distance from the start; smaller if the speed limits it.
-        speed_m_s: Largest speed.
+        amplitude_m: Maximum distance from the start; less if the speed limits it.
+        speed_m_s: Maximum speed.
     """
 
     def __init__(self, amplitude_m: float, speed_m_s: float) -> None:

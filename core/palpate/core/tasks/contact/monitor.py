@@ -25,11 +25,11 @@ from palpate.core.trial import (
 )
 
 _PUSH_N: Final = 3.0
-"""Force of a push against a wall; the response to half of it has a narrow interval at a noise of 0.3 N."""
+"""Force of a push against a wall; the response to half of it has a narrow interval even with 0.3 N of noise."""
 _GROWTH: Final = 1.02
-"""Growth of the push per tick in contact with a wall without a known response: it doubles in a quarter of a second."""
+"""Growth of the push per tick against a wall whose response is still unknown: it doubles in a quarter of a second."""
 _SIMILAR: Final = 0.5
-"""Cosine of the largest angle between similar pushes, such as those against two walls of a corner."""
+"""Cosine of the maximum angle between similar pushes, such as those against two walls of a corner."""
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
 """Angular frequency of a dither with half-periods of mean length."""
 _TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
@@ -41,9 +41,9 @@ _SAMPLES: Final = 4
 _TILT_RAD: Final = 6e-3
 """Orientation error of the arm and the grip, which no job specifies; servos sag by up to 8 mrad at the start."""
 _NOISES_TORQUE: Final = 3.0
-"""Number of standard deviations of a torque about the tip that four samples in a row exceed once in 70 million."""
+"""Number of standard deviations of a torque about the tip that four consecutive samples exceed once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
-"""Distance below the lowest possible plate at which the tip is not on it; an approach overshoots by less."""
+"""Distance below the lowest possible plate at which the tip cannot be on it; an approach overshoots by less."""
 
 
 class Monitor:
@@ -53,17 +53,17 @@ class Monitor:
 
     Args:
         step_m: Standard deviation of the tip position from the encoders.
-        turns_rad: Tilt that the tool makes in a hole; 0 for a tool that neither turns nor dithers in air.
+        turns_rad: Tilt that the tool performs in a hole; 0 for a tool that neither turns nor dithers in air.
 
     Attributes:
         axial: Response along the tool axis.
         air: Response of a tool without contact, from its inertia; only for tools that dither in air.
         loose: Response of a tool with intermittent contact; only for the same tools.
-        across: Response along a push.
+        across: Response to a lateral push.
         direction: Direction of the push, (2,); None without a push.
         spent_N: Bend of the gripper since the last verification, assuming that the tip moved only by the play.
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
-        budget_N: Largest bend without verification.
+        budget_N: Maximum deflection without verification.
         play_m: Lateral distance that does not bend the gripper.
         waited_ticks: Number of ticks for which the tool has waited since the last verification.
         timeout_ticks: Number of stationary ticks before a mismatch is reported.
@@ -84,7 +84,7 @@ class Monitor:
         self._bent_Nm = self._torque_Nm = bent_rad * control.tilt_stiffness_Nm_per_rad
         self._lever_m = task.lever_mm * 1e-3
         in_air = turns_rad > 0.0
-        # A tool that dithers in air is raised while it waits, which ends a contact.
+        # A tool that dithers in air is raised while it waits, which breaks contact.
         longest = MOST_SAMPLES if in_air else TIMEOUT_TICKS
         self._max_force_N = task.max_force_N
         self.presses(task.press_kgf * N_PER_KGF)
@@ -130,7 +130,7 @@ class Monitor:
             self._air_m = max(self._contact_m, least_N / inertia_N_per_m)
             self.air.begin(noise_N, self._step_m, dither.usual_m(self._air_m) * inertia_N_per_m)
             self.loose.begin(noise_N, self._step_m, dither.usual_m(self._contact_m) * self.axial_N_per_m)
-            # One window while waiting, one after it is raised and one more, with a tenth of a second to begin each.
+            # One window while waiting, one after it is raised and one more, each with a tenth of a second to begin.
             self.timeout_ticks = max(TIMEOUT_TICKS, 3 * (self.air.window + CONTROL_RATE_HZ // 10))
         least_N = max(0.5 * _PUSH_N, self.across.spring.least_dither_N(max(self._state.noise[:2]), self._step_m))
         self._least_push_m = min(least_N, PUSH_SHARE * self.budget_N) / self.lateral_N_per_m
@@ -141,7 +141,7 @@ class Monitor:
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
 
     def free(self) -> None:
-        """Restart the budget after the force has responded, or where the tool cannot touch anything."""
+        """Reset the budget after the force has responded, or where the tool cannot touch anything."""
         self._from_m: Vector3 | None = None
         # There is no play towards a wall that has just responded.
         self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
@@ -161,7 +161,7 @@ class Monitor:
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity, or zero if it bends the gripper by more than the budget and the dithers.
 
-        In that case the tool waits, so that motion without a response is limited in time.
+        In that case the tool waits, which limits how long it can move without a response.
         """
         if not self._tared:
             return velocity_m_s
@@ -173,7 +173,7 @@ class Monitor:
         return ZERO_VELOCITY
 
     def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
-        """Process a tick of any phase; return a trip for a wrench that no contact at the tip can cause.
+        """Process a tick of any phase, and return a trip for a wrench that no contact at the tip can cause.
 
         Args:
             reference_m: Commanded tip position, (3,), task frame.
@@ -188,7 +188,7 @@ class Monitor:
             self.push(None)
         self._reference_m, self.spent_N = reference_m, self._bend_N(reference_m)
         if self.spent_N > self.budget_N and not self.spent:
-            # A waiting tool still dithers, along and across the axis.
+            # A waiting tool still dithers along and across the axis.
             self.spent, self._spent_at_N = True, self.spent_N
         self.axial.add_place(joints_ns, z)
         self._stationary_ticks += 1
@@ -271,7 +271,7 @@ class Monitor:
                 the flange, because the arm's servos yield to a stiff gripper.
         """
         budget_m, dither = self.budget_N / self.lateral_N_per_m, self._push_dither
-        # If the flange then suddenly follows in full, it bends the gripper by no more than the budget.
+        # Even if the flange then suddenly follows fully, it bends the gripper by no more than the budget.
         if met and self.across.swing_m < PUSH_SHARE * budget_m and dither.amplitude_m < budget_m:
             dither.amplitude_m *= _GROWTH
         return self._push_dither.velocity_m_s()
@@ -287,7 +287,7 @@ class Monitor:
         self.across.begin(max(self._state.noise[:2]), self._step_m, dither_N, self.axial.lag)
 
     def aim(self, force_N: tuple[float, float]) -> None:
-        """Push a waiting tool against a lateral force, unless the window of an earlier push is incomplete.
+        """Push a waiting tool against a lateral force, unless the window of an earlier push is still incomplete.
 
         A push along a wall causes no response.
         """
@@ -311,7 +311,7 @@ class Monitor:
 
     @property
     def supported(self) -> bool:
-        """Return True if the tool rests on something that responds as the gripper's spring does."""
+        """Return True if the tool rests on something that responds like the gripper's spring."""
         return self.axial.verdict() is Verdict.VERIFIED
 
     @property
@@ -320,7 +320,7 @@ class Monitor:
         return self.axial.verdict() is Verdict.CONTRADICTED
 
     def moves_on(self) -> None:
-        """Restart responses that require a stationary tool, because it now follows the force."""
+        """Restart the responses that require a stationary tool, because the tool now follows the force."""
         self.across.restart()
         if self.loose is not None:
             self.loose.restart()
@@ -329,7 +329,7 @@ class Monitor:
         """Count a stationary tick; report a mismatch after the time-out or if the response contradicts the stiffness.
 
         Args:
-            supported: True if the tool presses on something rigid.
+            supported: True if the tool is pressing on something rigid.
         """
         if self._state.tick > self._waited_tick:
             self._waited_tick = self._state.tick

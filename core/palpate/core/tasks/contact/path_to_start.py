@@ -16,12 +16,12 @@ _NO_FORCE: Final = (0.0, 0.0, 0.0)
 """Force for the controllers in free space, where none is controlled."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _RIGHTING_RAD_S: Final = radians(6.0)
-"""Rate of turning upright; a wrist joint near its singularity turns several times as fast."""
+"""Turn rate towards upright; a wrist joint near its singularity turns several times as fast."""
 Bias = tuple[float, float, float, float, float, float]
 
 
 class RunningPhase(Protocol):
-    """A running phase of a trial; each phase defines its own entry.
+    """The current phase of a trial; each phase defines its own entry method.
 
     Attributes:
         over: True if the latest :meth:`step` completed the phase; False if the trial ended in the phase.
@@ -42,14 +42,14 @@ class Lift(RunningPhase):
         self._ready_z_m = -task.ready_height_mm * 1e-3
 
     def step(self) -> Vector3:
-        """Move up; if the tool is already there, the tick belongs to the next phase."""
+        """Move up; if the tool is already at that height, the tick belongs to the next phase."""
         x, y, z = self._motion.reference_m
         self.over = z <= self._ready_z_m + 1e-6
         return self._controller.velocity_m_s((x, y, z), (x, y, self._ready_z_m), _NO_FORCE)
 
 
 class Transfer(RunningPhase):
-    """Phase that moves the tool at the ready height to the start of the trial, and rotates it upright if necessary."""
+    """Phase that moves the tool to the start of the trial at the ready height, and rotates it upright if necessary."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller, state: TrialState) -> None:
         self._motion, self._controller, self._state = motion, controller, state

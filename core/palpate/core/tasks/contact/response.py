@@ -1,4 +1,4 @@
-"""Regression of measured force on flange motion, which checks the response of the gripper's spring."""
+"""Regression of the measured force on the flange motion, which checks the response of the gripper's spring."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS,
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S
 
 TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
-"""Number of stationary ticks until the force must respond, more than two of the longest windows of a moving tool."""
+"""Number of stationary ticks within which the force must respond: over two of the longest windows of a moving tool."""
 _OUTLIER: Final = 1.5
 """Standard deviations above which a residual has less weight (Huber's constant), because of stick-slip."""
 _NORMAL: Final = 1.48
 """Standard deviation divided by median deviation, for a normal distribution."""
 _LAGS: Final = 5
-"""Largest lag of the force behind its timestamp, in ticks."""
+"""Maximum lag of the force behind its timestamp, in ticks."""
 _DECIDED: Final = 7e-3
 """Relative likelihood, exp(-5), below which a lag is excluded."""
 _EVERY: Final = 2
-"""Number of samples per fit of a sliding window; 2 halves the time of a tick."""
+"""Number of new samples between fits of a sliding window; 2 halves the time per tick."""
 _LEAST: Final = 1e-9
 """Lower bound in place of zero, in N or N^2."""
 _NS: Final = 1e-9
@@ -46,7 +46,7 @@ class Response:
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Args:
-        longest: Largest number of samples in the window of a stationary tool.
+        longest: Maximum number of samples in the window of a stationary tool.
 
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None without a window.
@@ -66,7 +66,7 @@ class Response:
 
         Args:
             step_m: Standard deviation of a position from the encoders.
-            dither_N: Amplitude of the force that the dither causes.
+            dither_N: Amplitude of the force caused by the dither.
         """
         spring, self.lag = self.spring, lag
         self._noise_N = spring.noise_N(noise_N, step_m)
@@ -116,7 +116,7 @@ class Response:
         return 0.5 * (max(places_m) - min(places_m)) if places_m else 0.0
 
     def widen(self, samples: int) -> None:
-        """Fit the latest n samples if that is more than a window; the tool must be stationary."""
+        """Fit the latest n samples if they exceed a window; the tool must be stationary."""
         samples = min(samples, self._end - self._first, self._longest)
         if samples > self.window:
             self._fit_last(samples)
@@ -174,7 +174,7 @@ class Response:
         """Return share and half-width for a series of expected forces; a second pass weights outliers less."""
         total, count = np.add.reduce, len(measured)
         x, y = expected - total(expected) / count, measured - total(measured) / count
-        # A stationary flange measures nothing.
+        # With a stationary flange, nothing is measured.
         share = total(x * y) / max(total(x * x), _LEAST)
         off = np.abs(y - share * x)
         usual = max(_NORMAL * sorted(off.tolist())[count // 2], self._noise_N, _LEAST)
@@ -194,7 +194,7 @@ class Response:
 def _repetition(x: Array, rest: Array) -> float:
     """Return samples per independent sample, for two series correlated in time.
 
-    A late or recorded force swings as the dither does, and a few samples of it can match the dither by chance. The
+    A late or recorded force oscillates like the dither, so a few samples of it can match the dither by chance. The
     variance of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """

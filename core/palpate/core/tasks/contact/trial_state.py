@@ -44,7 +44,7 @@ class TrialState:
         self.report.events.append(Event(self.tick, name, detail))
 
     def mismatch(self, trip: Trip) -> None:
-        """Report a mismatch: the supervisor trips at the same tick; without it, the trial ends at the next."""
+        """Report a mismatch: the supervisor trips at the same tick; without it, the trial ends at the next tick."""
         self.event("mismatch", f"{trip.reason.name}: {trip.text}")
         self.constraints = replace(self.constraints, mismatch=trip)
 

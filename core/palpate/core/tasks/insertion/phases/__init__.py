@@ -1,4 +1,4 @@
-"""The phases of a trial. Each is a class with an entry, a step for each tick, and an end."""
+"""The phases of a trial. Each is a class with an entry method, a step for each tick, and an end."""
 
 import lazy_loader
 

@@ -45,7 +45,7 @@ class Approach(RunningPhase):
             state.explore_start = state.tick
             self.over = True
         if self.over and not self.touched:
-            # The surface was never touched, so its height is known only from the set-up of the plate.
+            # The surface was never touched, so its height is known only from the setup of the plate.
             state.slack_m = self._slack_m
             state.event("no plate contact")
         return self._controller.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)

@@ -19,9 +19,9 @@ class Controllers:
     """Controllers for each kind of motion.
 
     Attributes:
-        press: Position control across the tool axis, constant press along it.
+        press: Position control across the tool axis, with a constant press along it.
         along: Press along the tool axis only.
-        inserting: Descent with the lateral force controlled to zero; it ignores its target.
+        inserting: Descent with the lateral force controlled to zero; the target is ignored.
     """
 
     free: Controller
@@ -80,7 +80,7 @@ class Equipment:
 
     @property
     def drop_m(self) -> float:
-        """Return the smallest depth below the surface that neither tilt, noise nor encoder steps explain."""
+        """Return the minimum depth below the surface that neither tilt, noise nor encoder steps explain."""
         noise_m = self.state.noise[2] / self.measurement.axial_N_per_m
         tilted_m = 1.5e-3 * self.task.end_tilt_mm
         return max(_DROP_M, tilted_m + 4.0 * noise_m + 2.0 * self.measurement.depth_step_m)

@@ -1,4 +1,4 @@
-"""The exploration, with actions while the peg presses on the plate, until the reaction force is lost."""
+"""The exploration, which moves the peg pressing on the plate until the reaction force is lost."""
 
 from math import hypot
 from typing import Final
@@ -11,22 +11,22 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 
 _LOST_TICKS: Final = 4
-"""Number of unfiltered samples without contact after which it counts as lost; the filtered force lags by 60 ms."""
+"""Number of unfiltered samples without contact after which contact is lost; the filtered force lags by 60 ms."""
 _SUNK_TICKS: Final = 2
-"""Number of ticks below the surface; a dithering tool appears lower for a tick if encoders lag behind the force."""
+"""Number of ticks below the surface; a dithering tool appears lower for one tick if encoders lag behind the force."""
 _WEDGED_SHARE: Final = 1.5
-"""Fraction of the pressing force above which a lateral force cannot be friction, because an edge of the hole holds the
-peg. Friction there may support the peg, so that neither loss of contact nor depth reveals the hole."""
+"""Fraction of the pressing force above which a lateral force cannot be friction: an edge of the hole must be holding
+the peg. Friction there may support the peg, so that neither loss of contact nor depth reveals the hole."""
 _LAG_S: Final = 3.0 * PERIOD_S
-"""Additional time to stop, the lag that supervision.tracking_lag_ticks allows."""
+"""Additional time to stop: the lag allowed by supervision.tracking_lag_ticks."""
 _MOUTH_M: Final = 1.2e-3
 """Distance from the hole, plus play and chamfer, beyond which a peg certainly rests on the plate, not in the mouth."""
 _SURFACE_M: Final = 1e-4
-"""Difference from the surface beyond which a height is not that of the surface."""
+"""Height difference beyond which a support is not the known surface."""
 
 
 class Explore(RunningPhase):
-    """Exploration by actions across the plate, each a steady step followed by a pause.
+    """Exploration by actions that move across the plate, each a steady step followed by a pause.
 
     Args:
         monitor: Contact monitor, which dithers the tool and stops it until the force responds.
@@ -41,7 +41,7 @@ class Explore(RunningPhase):
             equipment.controllers.press,
         )
         press_N = task.press_kgf * N_PER_KGF
-        # If the peg is wedged, the arm stops within the force limit, unless friction alone reaches it.
+        # If the peg is wedged, the arm stops within the force limit, unless friction alone reaches that limit.
         stop_N = monitor.lateral_N_per_m * task.travel_speed_mm_s * 1e-3 * _LAG_S
         self._wedged_N = min(_WEDGED_SHARE * press_N, max(task.max_force_N - stop_N, sliding_N(task.friction, press_N)))
         self._limit_ticks = task.time_limit_s * CONTROL_RATE_HZ
@@ -52,7 +52,7 @@ class Explore(RunningPhase):
         """Reset the state for a trial that starts at (x, y), task frame."""
         self.area = ExplorationArea.of(self._task, start_m)
         self._rests_m = list[tuple[float, float]]()
-        # After an approach without contact it is resumed without being entered, with a choice.
+        # After an approach without contact, it is resumed without being entered and begins with a choice.
         self.countdown = 0
 
     def enter(self) -> None:
@@ -61,14 +61,14 @@ class Explore(RunningPhase):
         self.resume()
 
     def resume(self) -> None:
-        """Continue the running action, in its pause, after a false detection of the hole."""
+        """Continue the current action, in its pause, after a false detection of the hole."""
         self.over = False
         self._monitor.presses(self._press_N)
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
         self._lost_ticks = self._deep_ticks = 0
 
     def step(self) -> Vector3:
-        """Continue the action; when it is over, ``state.observation`` is the input for the next choice."""
+        """Continue the action; once it is over, ``state.observation`` is the input to the next choice."""
         measured, state = self._measurement, self._state
         if self._out_of_time():
             return ZERO_VELOCITY
@@ -112,7 +112,7 @@ class Explore(RunningPhase):
         return True
 
     def choose(self) -> Vector3:
-        """Let the policy choose the next action; return its first velocity.
+        """Let the policy choose the next action, and return its first velocity.
 
         Raises:
             LifecycleError: Nothing was perceived since the last choice.
@@ -131,7 +131,7 @@ class Explore(RunningPhase):
             self._state.claimed = self.over = True
 
     def _advance(self) -> Vector3:
-        """Return the current velocity of the running action: constant speed, then a pause for the torque."""
+        """Return the velocity of the current action: constant speed, then a pause for the torque."""
         share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0
@@ -174,7 +174,7 @@ class Explore(RunningPhase):
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """Return the distance by which the surface may be higher, due to the filter's delay or the edge of a hole.
+        """Return by how much the surface may be higher, due to the filter's delay or the edge of a hole.
 
         The surface is not higher than at places where the peg rested next to the hole's mouth.
         """

@@ -1,4 +1,4 @@
-"""The insertion, down the hole until the peg rests on the floor, or is past its depth between responding walls."""
+"""The insertion, which lowers the peg until it rests on the floor, or is past its depth between responding walls."""
 
 from enum import Enum
 from math import hypot, sqrt
@@ -16,16 +16,16 @@ from palpate.core.trial import ControlConfig, Outcome
 _WALL_M: Final = 5e-4
 """Depth of the first search for a wall; half the insertion depth if that is less."""
 _WALL_SHARE: Final = 0.4
-"""Largest fraction of the budget spent before that search with a stiff gripper; the rest is left for the search."""
+"""Maximum fraction of the budget spent before that search with a stiff gripper; the rest is left for the search."""
 _DUE_SHARE: Final = 0.5
 """Fraction of the budget after which the search is repeated."""
 _PUSH_M_S: Final = 2e-3
-"""Speed of a push. Contact with a wall causes less force than the push: 40 N/mm times ten ticks of servo lag is 6 N."""
+"""Speed of a push. Contact with a wall adds less force than the push: 40 N/mm times ten ticks of servo lag is 6 N."""
 _BEND_SHARE: Final = 0.5
-"""Bend of the gripper in the search for a wall, divided by the budget; a push bends it by a quarter to either side."""
+"""Gripper deflection in the search for a wall, divided by the budget; a push adds a quarter to either side."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
-"""Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep needs
+"""Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
 a third of that time."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
 """Six times the stall time, including the harder press and the checks; it is also added to the time of a descent."""
@@ -34,22 +34,22 @@ _SLOWED: Final = 3.0
 _PAST_FLOOR_M: Final = 3e-4
 """Distance below the lowest possible floor beyond which there is no floor."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
-"""Number of ticks at depth until floor or wall must respond, five of the longest windows."""
+"""Number of ticks at depth within which floor or wall must respond: five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Number of ticks of the harder press, or of the release."""
+"""Duration in ticks of the harder press, or of the release."""
 _HARDER_SHARE: Final = 0.25
-"""Largest increase of the press, divided by the force limit."""
+"""Maximum increase in the press, divided by the force limit."""
 _RELEASE_SHARE: Final = 0.8
 """Pull divided by press in a release. A peg that descended under the press is released by more than its friction; one
 that not even the harder press moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _HALF_TICKS: Final = MOST_SAMPLES // 2
 _MOST_HALVES: Final = 4
-"""Time for vibrations and friction to settle without motion, time for each mean of the force, and number of means."""
+"""Time for vibrations and friction to settle without motion, time for each force average, and number of averages."""
 _LIGHT_SHARE: Final = 0.5
 """Force of a light contact divided by the press; the dither interrupts a lighter one."""
 _DEVIATIONS: Final = 3.3
-"""Number of standard deviations of the depth; one in two thousand errors is larger on one side."""
+"""Number of standard deviations of the depth; one error in two thousand is larger, on a given side."""
 
 
 class Stage(Enum):
@@ -64,7 +64,7 @@ class Stage(Enum):
 
 
 class Insert(RunningPhase):
-    """Phase that lowers the peg until it is inserted, on an edge, or wedged; an edge does not end the trial."""
+    """Phase that lowers the peg until it is inserted, on an edge, or wedged; the trial continues after an edge."""
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig) -> None:
         task, self._equipment, self._monitor = equipment.task, equipment, monitor
@@ -85,7 +85,7 @@ class Insert(RunningPhase):
         # A peg that drops releases the bend of the gripper under the press, and falls on without contact.
         self._drop_m = press_N / monitor.axial_N_per_m
         self._held_m = _DUE_SHARE * budget_N / monitor.axial_N_per_m
-        # A slower drift stays below half the budget until the descent must end.
+        # A slower drift stays below half the budget for the maximum duration of a descent.
         self._drift_N = _DUE_SHARE * budget_N * _HALF_TICKS / self._limit_ticks
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
         self._stages = {Stage.SEAT: self._seat, Stage.RELEASE: self._release, Stage.HOLD: self._hold}
@@ -131,7 +131,7 @@ class Insert(RunningPhase):
         return self._look() if self._stage is Stage.LOOK else self._sink()
 
     def _sink(self) -> Vector3:
-        """Sink; push against a wall until it responds, and again when half the budget is spent."""
+        """Sink, and push against a wall until it responds; push again once half the budget is spent."""
         state, monitor = self._state, self._monitor
         stalled = state.tick - self._progress_tick
         if stalled > _STALL_TICKS and self._depth_m < self._equipment.drop_m:
@@ -154,7 +154,7 @@ class Insert(RunningPhase):
             if self._depth_m > self._chamfer_m:
                 monitor.play_m = self._play_m
         due = not self._walled or monitor.spent or monitor.spent_N > _DUE_SHARE * monitor.budget_N
-        # Contact lost with the budget spent leaves nothing to press on: only a wall can respond.
+        # If contact is lost when the budget is spent, there is nothing to press on: only a wall can respond.
         lost = monitor.spent and not self._pressed
         vx, vy, vz = self._pressing(push=due and (lost or self._depth_m > self._wall_m))
         if monitor.spent:
@@ -172,7 +172,7 @@ class Insert(RunningPhase):
         vx, vy, vz = self._controller.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
         if push:
             (px, py), (ux, uy) = self._pushing(), self._monitor.direction or (0.0, 0.0)
-            # Another wall may press across the push: the controller complies with it.
+            # Another wall may press perpendicular to the push: the controller complies with it.
             aside = vy * ux - vx * uy
             return px - aside * uy, py + aside * ux, vz
         return (0.0, 0.0, vz) if self._out_of_reach(vx, vy) else (vx, vy, vz)
@@ -192,7 +192,7 @@ class Insert(RunningPhase):
         return along * ux, along * uy
 
     def _out_of_reach(self, vx: float, vy: float) -> bool:
-        """Return True if the tip is as far out as a wall can be, and the given velocity points further out."""
+        """Return True if the tip is as far out as a wall can be and the given velocity points further outward."""
         x, y = self._motion.reference_m[0] - self._from_m[0], self._motion.reference_m[1] - self._from_m[1]
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
@@ -214,7 +214,7 @@ class Insert(RunningPhase):
         """Check at depth that the floor responds or, without a floor, that a wall responds."""
         monitor, depth_m = self._monitor, self._depth_m
         self._depths_m.append(depth_m)
-        # A pull that a wrong scale exaggerates would suggest a deeper tip than the encoders do.
+        # A pull exaggerated by a wrong scale would suggest a deeper tip than the encoders do.
         least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
         past = least_m > self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
         free = past and not self._pressed
@@ -249,7 +249,7 @@ class Insert(RunningPhase):
         short_m = self._full_m - self._tolerance_m - (depth_m - tilt_m - _DEVIATIONS * error_m)
         text = f"depth {depth_m * 1e3:.3f} mm, standard deviation {error_m * 1e3:.3f} mm"
         same_m = max(4.0 * error_m, _STALL_M)
-        # A floor is where it was before the peg was pulled up; what holds a wedged peg now holds it elsewhere.
+        # A floor is at the same depth as before the pull, but a wedged peg is now held at a different depth.
         returned = self._released and self._seated_m is not None and depth_m > self._seated_m - same_m
         if short_m <= 0.0 and self._dropped_m < self._drop_m:
             self._begin(Stage.HOLD)
@@ -277,7 +277,7 @@ class Insert(RunningPhase):
         """Return the standard deviation of the depth between floor and surface."""
         step_m, noise_m = self._measurement.depth_step_m, self._state.noise[2] / self._monitor.axial_N_per_m
         tilt_m = 1e-3 * self._equipment.task.end_tilt_mm
-        # Tilt and the height of an untouched surface are uniformly distributed.
+        # The tilt and the height of an untouched surface are uniformly distributed.
         uniform = (tilt_m * tilt_m + 4.0 * self._state.slack_m * self._state.slack_m) / 12.0
         return sqrt(2.0 * (step_m * step_m + noise_m * noise_m / samples) + uniform)
 
@@ -318,13 +318,13 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Keep the tool at its depth and compare two means of the force, which only a drifting sensor reduces.
+        """Keep the tool at its depth and compare two averages of the force, which only a drifting sensor reduces.
 
         With such a sensor a tool presses ever harder on the plate, as if it sank without a drop.
         """
         self._ticks += 1
         self._held_N.append(self._measurement.force_N[2])
-        # Without a dither a response would be chance.
+        # Without a dither, a response would be pure chance.
         self._monitor.push(None)
         self._monitor.axial.restart()
         halves, rest = divmod(self._ticks - _SETTLE_TICKS, _HALF_TICKS)
@@ -339,7 +339,7 @@ class Insert(RunningPhase):
                 else:
                     self._begin(Stage.SINK)
             elif halves == _MOST_HALVES:
-                # The force of a peg that slips until it is relieved also decreases, but not for so long.
+                # The force of a peg that slips until it is relieved also decreases, but for a shorter time.
                 rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
                 self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool is stationary")
         # The walls are relieved before the force is compared.
