@@ -1,6 +1,6 @@
 """Driver for Universal Robots arms over RTDE, based on the client library ur_rtde.
 
-The client waits without limit for a silent controller, blocks the interpreter while it connects, ends its process on
+The client waits indefinitely for a silent controller, blocks the interpreter while it connects, ends its process on
 invalid packages, and reconnects unprompted. Therefore it runs in a separate process, which can be terminated.
 Not tested on a real arm.
 """

@@ -1,4 +1,4 @@
-"""Driver for the Zebra Zero, six joints on six PIC-SERVO modules. For bus and marks, see :mod:`palpate.drivers.nmc`.
+"""Driver for the Zebra Zero arm with six PIC-SERVO modules; :mod:`palpate.drivers.nmc` describes the bus and the marks.
 
 Sources: *client* is ``client/arm.py`` of brendandburns/zebra-zero; *port* is brendandburns/ros2_zebra_zero. Both drive
 one real arm. NOT FOUND: the maker's data sheet, payload, repeatability, and whether limit switches are wired.
