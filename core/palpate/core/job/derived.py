@@ -35,7 +35,7 @@ _NOISES_UNEXPECTED: Final = 9.3
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Minimum force limit in standard deviations of the force; below it, the limit for unexpected contact is the same."""
 _LETS_GO: Final = 4.0
-"""Change of force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
+"""Change in force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
 twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
 _GAIN_TIMES_LAG: Final = 0.7
 """Gain of the force control times the arm's lag. Above 1 the control oscillates; from pi / 2 it is unstable."""

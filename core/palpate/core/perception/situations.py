@@ -69,7 +69,7 @@ class Situations(Settings):
         return FACTS
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the number of the situation."""
+        """Return the index of the situation."""
         require_finite("features", features)
         tilt, corner, tip, wall, torque = features
         if tilt < self.tilted:

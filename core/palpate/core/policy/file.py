@@ -90,7 +90,7 @@ class PolicyDocument(Settings):
 
     @property
     def reads_states(self) -> bool:
-        """Return True if choices depend on the state; those of a belief alone depend only on lever arms."""
+        """Return True if choices depend on the state; a belief alone uses only lever arms."""
         return bool(self.learner is None or self.learner.kind != "belief" or self.programmed or self.examples)
 
     def to_json_text(self) -> str:

@@ -60,7 +60,7 @@ class Learner(Policy):
 
 
 class Remembered(Protocol):
-    """A trial in the form that is stored for fitting a model."""
+    """A trial that is stored for fitting a model."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain JSON values."""

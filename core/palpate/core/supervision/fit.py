@@ -16,7 +16,7 @@ _NOISE: Final = 9.0
 """Bound on the difference between two samples of three channels, in standard deviations of one channel."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 WITHDRAWAL_SHARE: Final = 2.0
-"""Factor on the force limit while a tool is withdrawn from a hole, because elastic force is released."""
+"""Factor that raises the force limit while a tool is withdrawn from a hole, which releases elastic force."""
 
 
 def require_fitting(

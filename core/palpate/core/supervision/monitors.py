@@ -188,7 +188,7 @@ class JointMonitor:
         return self._stuck(snapshot.tick, q, commands[0][1]) if is_new else None
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
-        """Trip on a joint whose new samples all have the same angle although its earlier commands changed."""
+        """Trip if all new samples of a joint show the same angle although its earlier commands changed."""
         same = self._same or [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
         self._same = [
             (angle, samples + 1, min(low, command), max(high, command))
@@ -212,7 +212,7 @@ class JointMonitor:
         return None
 
     def _astray(self, tick: int, q: JointVector) -> Trip | None:
-        """Trip on a joint beyond all commands of the last ticks; an arm that lags is between them."""
+        """Trip if a joint is outside the range of the last ticks' commands; an arm that lags is inside it."""
         limit, held = self._tracking_rad, [each for _, each in self._commands]
         for number, (value, commands) in enumerate(zip(q, zip(*held, strict=True), strict=True), start=1):
             error = max(min(commands) - value, value - max(commands))

@@ -60,7 +60,7 @@ class ContactTable:
 
 
 class PlaceBelief:
-    """Evidence from the torques of one trial for each position.
+    """Evidence for each position from the torques of one trial.
 
     The torque caused by the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
     distributions, near that of the last trials or arbitrary. The evidence thus has a closed form in six running sums.

@@ -26,7 +26,7 @@ _DECIDED: Final = 7e-3
 _EVERY: Final = 2
 """Number of new samples between fits of a sliding window; 2 halves the time per tick."""
 _LEAST: Final = 1e-9
-"""Lower bound in place of zero, in N or N^2."""
+"""Lower bound used in place of zero, in N or N^2."""
 _NS: Final = 1e-9
 
 Array = NDArray[np.float64]

@@ -62,7 +62,7 @@ _MARGIN_DEG: Final = 2.0
 
 
 class Insertion6Dof(Insertion):
-    """Insertion of a peg with corners, or of a tilted one, into a hole of unknown orientation."""
+    """Insertion of a peg with corners, or of a tilted peg, into a hole of unknown orientation."""
 
     preset: Mapping[str, Any] = {
         "part": {"depth_tolerance_mm": 0.5},
