@@ -33,7 +33,7 @@ class CalibrationTable(Settings):
     """Stiffness of the gripper, arm and plate along the tool axis; replaces tool.axial_N_per_mm."""
 
     def run_settings(self, drawn: ToolConfig) -> dict[str, Any]:
-        """Return the measured values as tables of a job; the tool keeps the moving mass of ``drawn``."""
+        """Return the measured values as job tables; the tool keeps the moving mass of ``drawn``."""
         place = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
         if self.plate_mm is not None:
             place["z_mm"] = self.plate_mm

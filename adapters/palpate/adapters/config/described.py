@@ -21,7 +21,7 @@ _UNITS: Final = {
 
 
 RARE: Final = "rare"
-"""Marker for an option that a long ``palpate COMMAND --help`` only names and ``palpate settings COMMAND`` describes."""
+"""Marker for an option that ``palpate settings COMMAND`` describes and a long ``palpate COMMAND --help`` only lists."""
 
 
 @dataclass(frozen=True, slots=True)

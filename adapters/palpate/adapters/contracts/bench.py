@@ -1,4 +1,4 @@
-"""Test rigs, each with an adapter and the controls with which a clause acts on the world, and clause failures.
+"""Test rigs and clause failures. A rig has an adapter and the controls that a clause uses to act on the world.
 
 A control that is None does not exist on this rig. The clauses that need it are reported as not applicable. A simulator,
 for example, may be unable to stop sending, and a real arm has no control that provokes a fault.

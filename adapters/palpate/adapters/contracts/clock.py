@@ -47,7 +47,7 @@ class ClockContract(ABC):
             last_ns = now_ns
 
     def test_past_deadline_returns_at_once(self) -> None:
-        """With a deadline in the past, ``sleep_until`` returns at once and does not set the time back."""
+        """With a deadline in the past, ``sleep_until`` returns immediately and does not set the clock back."""
         rig = self.make()
         before_ns = rig.clock.now_ns()
         rig.clock.sleep_until(before_ns - rig.step_ns)
@@ -69,7 +69,7 @@ class ClockContract(ABC):
 
 
 class FakeClock(Clock):
-    """Clock in virtual time, in which a sleep returns at once."""
+    """Clock in virtual time, in which a sleep returns immediately."""
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns

@@ -52,7 +52,7 @@ def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool =
 
 
 class Practice:
-    """Practice trials in which the torque points to the hole, with the calls in the order of a real task."""
+    """Practice trials in which the torque points to the hole; calls are in the same order as in a real task."""
 
     def __init__(self, context: PolicyContext, seed: int = 0) -> None:
         self._context, self._seed = context, seed

@@ -21,7 +21,7 @@ def load_policy(path: str | Path) -> PolicyDocument:
     """Read a policy file.
 
     Raises:
-        ConfigurationError: The file cannot be read, or its content is refused.
+        ConfigurationError: The file cannot be read, or its content is rejected.
     """
     return _loaded(path, PolicyDocument.TABLE, PolicyDocument.from_json_text)
 
@@ -39,7 +39,7 @@ def load_automaton(path: str | Path) -> Machine:
     """Read an automaton file.
 
     Raises:
-        ConfigurationError: The file cannot be read, or its content is refused.
+        ConfigurationError: The file cannot be read, or its content is rejected.
     """
     return _loaded(path, "automaton file", from_json_text)
 

@@ -55,7 +55,7 @@ def dry_run(run: Run, policy: str, folder: RunFolder) -> tuple[ScoredTrial, list
     """Run the beginning of a trial on a rig whose arm does not move; return the observations as lines.
 
     Raises:
-        ConfigurationError: A setting or the policy is refused.
+        ConfigurationError: A setting or the policy is rejected.
         OutputError: The folder already holds a run.
     """
     folder.require_free()

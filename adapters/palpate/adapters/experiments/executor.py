@@ -87,7 +87,7 @@ class LocalWorkers(Workers):
 
 
 def workers_for(jobs: int) -> Workers:
-    """Return workers for a number of processes; for 1, this process."""
+    """Return workers for a number of processes; if it is 1, calls run in this process."""
     return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
 
 

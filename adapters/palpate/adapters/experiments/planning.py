@@ -95,7 +95,7 @@ def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> Run
     The cell itself draws the hole and the headings.
 
     Args:
-        stated: The job's ``cell`` table, whose friction is kept.
+        stated: The job's ``cell`` table; its friction, if any, is not redrawn.
     """
     rng = generator(config.seed, Purpose.HIDDEN, trial)
     height, tilt, friction, noise, stiffness = rng.uniform(size=5).tolist()

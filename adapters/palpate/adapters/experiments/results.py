@@ -108,7 +108,7 @@ class TrialRow:
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
-        """Return the line of a trial, with the true force and depth if known, and the core's own force."""
+        """Return the line of a trial, with the true force and depth if known, and the force measured by the core."""
         report, truth = scored.report, scored.truth
         known = report if truth is None else truth
         return cls(

@@ -146,7 +146,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Return the decrease in exploration time during training, in windows of trials (counted from 1)."""
+    """Return the decrease in exploration time during training, in windows of trials (numbered from 1)."""
     windows: dict[str, Any] = {}
     for first, last in ((1, 25), (126, 150), (126, 175), (301, 350)):
         part = rows[first - 1 : last]
@@ -161,7 +161,7 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def run_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int, **facts: Any) -> dict[str, Any]:
-    """Return the statistics of a run with this number of requested trials, preceded by further information."""
+    """Return the statistics of a run with this number of requested trials, preceded by data about the run."""
     named = {"scenario": config.scenario, "arm": str(config.arm), "seed": config.seed, "finished": len(rows) >= trials}
     return {**facts, **named, **summary_of(rows)}
 

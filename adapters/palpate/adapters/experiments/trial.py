@@ -34,7 +34,7 @@ class ScoredTrial:
         flagged: Reason why the trial's timing was not accepted; empty for an accepted trial.
         stopped_by: Cause of a stop outside the core and the supervisor; otherwise empty.
         trip_source: Device whose samples or delay ended the trial; empty if there is none.
-        own: Values in which its job differs from that of the run, by column of trials.csv.
+        own: Job values that are specific to this trial, by column of trials.csv.
     """
 
     report: TrialReport
@@ -189,7 +189,7 @@ def fit_of(config: RunConfig) -> Fit:
 
 
 def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
-    """Return the reinforcement of plain actions for the remaining time of a trial."""
+    """Return the reinforcement that plain actions would receive in the remaining time of a trial."""
     ticks = config.task.ticks_per_action
     left = int(max(config.task.time_limit_s - exploration_time_s, 0.0) * CONTROL_RATE_HZ / ticks)
     return left * build_reinforcement(config)(ActionOutcome(ticks * PERIOD_S, 0.0))

@@ -34,7 +34,7 @@ class TrialsObserver(LoopObserver):
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorder of a run, timing of its loop on a rig, and live view; each is None if absent."""
+    """Recorder, loop timing (on a rig) and live view of a run; each is None if absent."""
 
     recorder: TrialRecorder | None = None
     session: RealTimeSession | None = None

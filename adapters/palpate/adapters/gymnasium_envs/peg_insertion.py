@@ -186,7 +186,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         return self._episodes.seen()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Execute one decision; the reward is its cost.
+        """Execute one decision; the reward is its reinforcement.
 
         Raises:
             ActionRefusedError: The action does not exist; nothing was done.

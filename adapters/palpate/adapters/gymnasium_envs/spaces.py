@@ -32,7 +32,7 @@ def spatial_of(config: RunConfig) -> SpatialOptions | None:
 
 
 class StateIndex:
-    """Index of the perceived state, as for palpate's own learners; in the hole, the last index before it."""
+    """Index of the perceived state, as for palpate's own learners; in the hole, the last index before entry."""
 
     def __init__(self, states: int) -> None:
         self.space = spaces.Discrete(states)
@@ -140,7 +140,7 @@ class FreeSteps:
         self.space = spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def decision(self, action: Any) -> Decision:
-        """Return the step; it belongs to no set of actions, so no table learns from it."""
+        """Return the step, which is in no action set, so tabular learners do not learn from it."""
         x, y = _shares(action, 2)
         scale = self._longest_m / max(hypot(x, y), 1.0)
         return Decision(Action(f"({x:+.4f}, {y:+.4f})", (scale * x, scale * y)), None, OUTSIDE)
@@ -159,7 +159,7 @@ class Twists:
         self.space = spaces.Box(-1.0, 1.0, (6,), np.float32)
 
     def decision(self, action: Any) -> Decision:
-        """Return the motion; it belongs to no set of actions, so no table learns from it."""
+        """Return the motion, which is in no action set, so tabular learners do not learn from it."""
         x, y, z, *turn = shares = _shares(action, 6)
         scale, turned = self._longest_m / max(hypot(x, y), 1.0), self._longest_rad / max(hypot(*turn), 1.0)
         tilt_x, tilt_y, yaw = (turned * share for share in turn)
