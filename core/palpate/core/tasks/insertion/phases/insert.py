@@ -124,9 +124,9 @@ class Insert(RunningPhase):
         if (stage := self._stages.get(self._stage)) is not None:
             return stage()
         unsure_m = self._tolerance_m + self._state.slack_m + self._state.edge_m
+        deep = depth_m >= self._full_m + (-unsure_m if self._pressed else self._tolerance_m)
         # A tool that must not press further cannot detect a floor: it searches for a wall until one responds.
-        rests = self._pressed and not self._monitor.spent and depth_m >= self._full_m - unsure_m
-        if self._stage is Stage.SINK and (rests or depth_m >= self._full_m + self._tolerance_m):
+        if deep and self._stage is Stage.SINK and not self._monitor.spent:
             self._begin_look()
         return self._look() if self._stage is Stage.LOOK else self._sink()
 
@@ -216,7 +216,9 @@ class Insert(RunningPhase):
         self._depths_m.append(depth_m)
         # A pull exaggerated by a wrong scale would suggest a deeper tip than the encoders do.
         least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
-        past = least_m > self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
+        floor_m = self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
+        # Without a response of the floor, a shifted zero of the force may hide the press.
+        past = least_m > floor_m + (0.0 if self._pressed else self._drop_m)
         free = past and not self._pressed
         if monitor.spent and not past and self._measurement.filtered_force_z_N > -_LIGHT_SHARE * self._press_N:
             # The descent has used the budget for pressing: a wall must respond first.
