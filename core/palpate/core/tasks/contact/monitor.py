@@ -86,7 +86,7 @@ class Monitor:
         in_air = turns_rad > 0.0
         # A tool that dithers in air is raised while it waits, which breaks contact.
         longest = MOST_SAMPLES if in_air else TIMEOUT_TICKS
-        self._max_force_N = task.max_force_N
+        self._max_force_N, self.spent_N = task.max_force_N, 0.0
         self.presses(task.press_kgf * N_PER_KGF)
         self.axial, self.across = (
             Response(Spring(stiffness, control.damping_s(stiffness), control.rigid_mass_kg, *accepted), longest)
@@ -113,8 +113,8 @@ class Monitor:
         self.pull_N = 0.0
         self._rests_m, self._deepest_m = (0.0, 0.0), 0.0
         self._stationary_ticks = self._sunk_ticks = 0
-        self.presses(self.press_N)
         self.free()
+        self.presses(self.press_N)
 
     def _adapt(self, tip_lever_m: float) -> None:
         """Choose amplitudes from the noise measured during taring, for a given distance from sensor to tip."""
@@ -137,12 +137,14 @@ class Monitor:
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + PUSH_SHARE * self.budget_N)
 
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
-        """Set the press; the budget then keeps the gripper's force below the limit."""
+        """Set the press; the budget then keeps the gripper's force below the limit. Play does not restore it."""
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
+        self._from_m, self._carried_N = None, self.spent_N
 
     def free(self) -> None:
         """Reset the budget after the force has responded, or where the tool cannot touch anything."""
         self._from_m: Vector3 | None = None
+        self._carried_N = 0.0
         # There is no play towards a wall that has just responded.
         self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
         self.spent_N, self.spent, self.waited_ticks, self._aimed = 0.0, False, 0, False
@@ -156,7 +158,7 @@ class Monitor:
             self._from_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
         across_N = max(hypot(x, y) - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
-        return hypot(across_N, z * self.axial_N_per_m)
+        return self._carried_N + hypot(across_N, z * self.axial_N_per_m)
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity, or zero if it bends the gripper by more than the budget and the dithers.
