@@ -128,6 +128,13 @@ def test_peg_that_rests_too_high_is_wedged(depth_mm, outcome):
     assert trial.report.outcome is outcome
 
 
+def test_no_floor_is_missed_that_a_shifted_zero_of_the_force_hides():
+    trial = Trial(FakeWorld(Pit(1.2e-3, -0.7e-3, depth_m=0.02)))
+    press_bends_m = 1e-3
+    assert trial.report.outcome is Outcome.INSERTED
+    assert trial.report.depth_m > 0.0104 + press_bends_m
+
+
 @pytest.mark.parametrize(("friction_N", "outcome"), [(0.0, Outcome.INSERTED), (4.0, Outcome.UNCERTAIN_DEPTH)])
 def test_without_a_touch_only_a_floor_that_lets_go_makes_the_depth_certain(friction_N, outcome):
     """The peg goes straight into the hole: the plate's height is only known to half a millimetre."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from palpate.adapters.experiments import baseline, build_perception, build_task, ready_pose
-from palpate.core.policy import ControllerKind, Spatial
+from palpate.core.policy import Action, ControllerKind, Spatial
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.support.pegs_6dof import config_of, trials
 
@@ -91,3 +91,24 @@ def test_tool_complies_less_the_later_its_arm_follows(explore, lag_gain, complia
         assert explore._give == 1.0
         explore._look_for_lag((0.01, 0.0, 0.0))
         assert explore._give == pytest.approx(compliance)
+
+
+@pytest.mark.parametrize(
+    ("tilt_rad", "tip_m", "from_encoders_m", "low"),
+    [(0.0, -1e-3, -1e-3, False), (0.0, -2e-4, -1e-3, True), (0.0, -1e-3, -2e-4, True), (0.1, -1e-3, -1e-3, True)],
+)
+def test_lowest_corner_counts_as_in_contact(explore, tilt_rad, tip_m, from_encoders_m, low):
+    explore._state.surface_m, explore._motion.turn_rad = 0.0, (0.0, tilt_rad, 0.0)
+    explore._measurement.position_m = (0.0, 0.0, from_encoders_m)
+    explore._measurement.force_N = (0.0, 0.0, 0.0)
+    explore._measurement.tip_depth_m = tip_m
+    assert explore._low is low
+
+
+@pytest.mark.parametrize(("rise_m", "lifted_m"), [(1e-3, 1.5e-3), (0.0, 0.0)])
+def test_lift_first_relieves_the_gripper(explore, rise_m, lifted_m):
+    explore._motion.reference_m, explore._motion.look_at_joints = (0.0, 0.0, 0.5e-3), lambda: None
+    explore._motion.turn_rad, explore._measurement.tip_depth_m = (0.0, 0.0, 0.0), 0.0
+    explore._monitor = SimpleNamespace(push=lambda direction: None)
+    explore._begin(Action("lift", (0.0, 0.0), spatial=Spatial(ControllerKind.LIFT, rise_m=rise_m)))
+    assert explore._rise_m == pytest.approx(lifted_m)
