@@ -1,7 +1,7 @@
 """The insertion, which lowers the peg until it rests on the floor, or is past its depth between responding walls."""
 
 from enum import Enum
-from math import hypot, sqrt
+from math import ceil, hypot, sqrt
 from typing import Final
 
 from typing_extensions import override
@@ -43,9 +43,9 @@ _RELEASE_SHARE: Final = 0.8
 """Pull divided by press in a release. A peg that descended under the press is released by more than its friction; one
 that not even the harder press moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
-_HALF_TICKS: Final = MOST_SAMPLES // 2
+_LEAST_HALF_TICKS: Final = MOST_SAMPLES // 2
 _MOST_HALVES: Final = 4
-"""Time for vibrations and friction to settle without motion, time for each force average, and number of averages."""
+"""Settling time, minimum time for each force average, and number of averages."""
 _LIGHT_SHARE: Final = 0.5
 """Force of a light contact divided by the press; the dither interrupts a lighter one."""
 _DEVIATIONS: Final = 3.3
@@ -86,7 +86,7 @@ class Insert(RunningPhase):
         self._drop_m = press_N / monitor.axial_N_per_m
         self._held_m = _DUE_SHARE * budget_N / monitor.axial_N_per_m
         # A slower drift stays below half the budget for the maximum duration of a descent.
-        self._drift_N = _DUE_SHARE * budget_N * _HALF_TICKS / self._limit_ticks
+        self._drift_N_per_tick = _DUE_SHARE * budget_N / self._limit_ticks
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
         self._stages = {Stage.SEAT: self._seat, Stage.RELEASE: self._release, Stage.HOLD: self._hold}
         self._stages[Stage.LET_GO] = self._let_go
@@ -105,6 +105,9 @@ class Insert(RunningPhase):
         self._walled = self._found = self._released = False
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
+        # Noise changes a difference of two means by no more than the drift to be found.
+        chance_N = _DEVIATIONS * sqrt(2.0) * self._state.noise[2]
+        self._half_ticks = max(_LEAST_HALF_TICKS, ceil((chance_N / self._drift_N_per_tick) ** (2.0 / 3.0)))
         self._monitor.push(None)
         self._monitor.presses(self._press_N, self._play_m + min(self._chamfer_m, self._bend_m))
         self._controller.reset()
@@ -329,20 +332,25 @@ class Insert(RunningPhase):
         # Without a dither, a response would be pure chance.
         self._monitor.push(None)
         self._monitor.axial.restart()
-        halves, rest = divmod(self._ticks - _SETTLE_TICKS, _HALF_TICKS)
+        half = self._half_ticks
+        halves, rest = divmod(self._ticks - _SETTLE_TICKS, half)
         if halves >= 2 and not rest:
-            first_N, second_N = self._held_N[-2 * _HALF_TICKS : -_HALF_TICKS], self._held_N[-_HALF_TICKS:]
-            drift_N = (sum(second_N) - sum(first_N)) / _HALF_TICKS
-            chance_N = _DEVIATIONS * sqrt(2.0 / _HALF_TICKS) * self._state.noise[2]
-            if drift_N <= max(self._drift_N, chance_N):
+            first_N, second_N = self._held_N[-2 * half : -half], self._held_N[-half:]
+            drift_N = (sum(second_N) - sum(first_N)) / half
+            if drift_N <= self._drift_N_per_tick * half:
                 self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
                 if self._found:
                     self._begin_look()
                 else:
                     self._begin(Stage.SINK)
             elif halves == _MOST_HALVES:
+<<<<<<< HEAD
                 # The force of a peg that slips until it is relieved also decreases, but for a shorter time.
                 rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
+=======
+                # The force of a peg that slips until it is relieved also decreases, but not for so long.
+                rate_N_s = drift_N / half * CONTROL_RATE_HZ
+>>>>>>> 42a6a9bf (Size the means of a held force by the noise)
                 self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool is stationary")
         # The walls are relieved before the force is compared.
         vx, vy, _ = self._pressing(push=False)
