@@ -142,7 +142,7 @@ def changed_core(log: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "palpate" / "core"
         shutil.copytree(Path(str(palpate.core.__file__)).parent, copy)
-        source = copy / "motion" / "laws.py"
+        source = copy / "motion" / "controllers.py"
         text = source.read_text()
         gain = "1.0 / damping_N_s_per_m"
         if gain not in text:

@@ -344,13 +344,8 @@ class Insert(RunningPhase):
                 else:
                     self._begin(Stage.SINK)
             elif halves == _MOST_HALVES:
-<<<<<<< HEAD
                 # The force of a peg that slips until it is relieved also decreases, but for a shorter time.
-                rate_N_s = drift_N / _HALF_TICKS * CONTROL_RATE_HZ
-=======
-                # The force of a peg that slips until it is relieved also decreases, but not for so long.
                 rate_N_s = drift_N / half * CONTROL_RATE_HZ
->>>>>>> 42a6a9bf (Size the means of a held force by the noise)
                 self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool is stationary")
         # The walls are relieved before the force is compared.
         vx, vy, _ = self._pressing(push=False)
