@@ -139,12 +139,12 @@ class Monitor:
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
         """Set the press; the budget then keeps the gripper's force below the limit. Play does not restore it."""
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
-        self._from_m, self._carried_N = None, self.spent_N
+        self._from_m: Vector3 | None = None
+        self._carried_N = self.spent_N
 
     def free(self) -> None:
         """Reset the budget after the force has responded, or where the tool cannot touch anything."""
-        self._from_m: Vector3 | None = None
-        self._carried_N = 0.0
+        self._from_m, self._carried_N = None, 0.0
         # There is no play towards a wall that has just responded.
         self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
         self.spent_N, self.spent, self.waited_ticks, self._aimed = 0.0, False, 0, False
