@@ -176,14 +176,17 @@ class SignalProcessor(Settings):
             raise LifecycleError("signal processor", "without a past", "update()", "call reset() with a reading first")
         a, b, g = self._coefficients
         slopes, levels = self._memory[:-_SIX] or (0.0,) * _SIX, self._memory[-_SIX:]
-        rates = [a * slope + b * (x - level) for x, slope, level in zip(live, slopes, levels, strict=True)]
-        outputs = [level + g * rate for level, rate in zip(levels, rates, strict=True)]
-        if not isfinite(sum(outputs)):
-            raise CommandError("a wrench must be finite", live)
-        slopes = tuple(rate + rate - slope for rate, slope in zip(rates, slopes, strict=True))
-        levels = tuple(output + g * rate for output, rate in zip(outputs, rates, strict=True))
-        self._memory = slopes + levels if self.order == 2 else levels
+        outputs, slopes_after, levels_after = [], [], []
+        for x, slope, level in zip(live, slopes, levels, strict=True):
+            rate = a * slope + b * (x - level)
+            output = level + g * rate
+            outputs.append(output)
+            slopes_after.append(rate + rate - slope)
+            levels_after.append(output + g * rate)
         y0, y1, y2, y3, y4, y5 = outputs
+        if not isfinite(y0 + y1 + y2 + y3 + y4 + y5):
+            raise CommandError("a wrench must be finite", live)
+        self._memory = (*slopes_after, *levels_after) if self.order == 2 else tuple(levels_after)
         return y0, y1, y2, y3, y4, y5
 
     def get_state(self) -> list[float]:

@@ -189,17 +189,19 @@ class JointMonitor:
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
         """Trip if all new samples of a joint show the same angle although its earlier commands changed."""
-        same = self._same or [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
-        self._same = [
-            (angle, samples + 1, min(low, command), max(high, command))
-            if angle == before
-            else (angle, 0, command, command)
-            for angle, command, (before, samples, low, high) in zip(q, command_rad, same, strict=True)
-        ]
-        for number, (angle, samples, low, high) in enumerate(self._same, start=1):
+        if not self._same:
+            self._same = [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
+        same = self._same
+        for joint, (angle, command) in enumerate(zip(q, command_rad, strict=True)):
+            before, samples, low, high = same[joint]
+            if angle != before:
+                same[joint] = (angle, 0, command, command)
+                continue
+            samples, low, high = samples + 1, min(low, command), max(high, command)
+            same[joint] = (angle, samples, low, high)
             if samples >= _STUCK_SAMPLES and high - low > self._stuck_rad:
                 span = f"{(high - low) * 1e3:.2f} mrad"
-                text = f"joint {number} reads {angle:.4f} rad while its commands span {span}"
+                text = f"joint {joint + 1} reads {angle:.4f} rad while its commands span {span}"
                 return Trip(TripReason.TRACKING_ERROR, tick, text)
         return None
 

@@ -114,9 +114,10 @@ class Measurement:
         kinematics.update(q_rad)
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        channels = zip((*raw.force_N, *raw.torque_Nm), self._bias, self._scale, strict=True)
-        fx, fy, fz, tx, ty, tz = ((value - bias) * scale for value, bias, scale in channels)
-        force, torque = (fx, fy, fz), (tx, ty, tz)
+        (a, b, c, u, v, w), (ka, kb, kc, ku, kv, kw) = self._bias, self._scale
+        (fx, fy, fz), (tx, ty, tz) = raw.force_N, raw.torque_Nm
+        force = ((fx - a) * ka, (fy - b) * kb, (fz - c) * kc)
+        torque = ((tx - u) * ku, (ty - v) * kv, (tz - w) * kw)
         if self._to_tip is not None:
             force, torque = rotated(self._to_tip, force), rotated(self._to_tip, torque)
         self._live_N, self._live_Nm = force, torque
