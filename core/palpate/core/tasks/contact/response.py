@@ -161,7 +161,7 @@ class Response:
     def _fit_last(self, count: int) -> None:
         rows = self._rows[:, self._end - count : self._end]
         lags = range(_LAGS) if self.lag is None else (self.lag,)
-        fits = [self._fitted(rows[1 + each], rows[0]) for each in lags]
+        fits = [self._fitted(rows[: 2 + each : 1 + each]) for each in lags]
         certainties = [share / half_width for share, half_width in fits]
         self.share, self.half_width = fits[certainties.index(max(certainties))]
         if self.lag is None and self.verdict() is Verdict.VERIFIED:
@@ -170,25 +170,23 @@ class Response:
             if (likely > _DECIDED).sum() == 1:
                 self.lag = int(likely.argmax())
 
-    def _fitted(self, expected: Array, measured: Array) -> tuple[float, float]:
-        """Return share and half-width for a series of expected forces; a second pass weights outliers less."""
-        total, count = np.add.reduce, len(measured)
-        x, y = expected - total(expected) / count, measured - total(measured) / count
+    def _fitted(self, series: Array) -> tuple[float, float]:
+        """Return share and half-width for measured and expected forces, (2, n); outliers have less weight."""
+        total, count = np.add.reduce, series.shape[1]
+        y, x = series = series - total(series, axis=1, keepdims=True) / count
+        product, square = total(series * x, axis=1).tolist()
         # With a stationary flange, nothing is measured.
-        share = total(x * y) / max(total(x * x), _LEAST)
-        off = np.abs(y - share * x)
-        usual = max(_NORMAL * sorted(off.tolist())[count // 2], self._noise_N, _LEAST)
-        weights = np.minimum(1.0, _OUTLIER * usual / np.maximum(off, _LEAST))
-        samples = total(weights)
-        x = expected - total(weights * expected) / samples
-        y = measured - total(weights * measured) / samples
-        weighted = weights * x
-        square = total(weighted * x)
+        off = np.abs(y - product / max(square, _LEAST) * x)
+        limit = _OUTLIER * max(_NORMAL * sorted(off.tolist())[count // 2], self._noise_N, _LEAST)
+        weights = limit / np.maximum(off, limit)
+        samples = float(total(weights))
+        y, x = series = series - total(weights * series, axis=1, keepdims=True) / samples
+        product, square = total(weights * x * series, axis=1).tolist()
         square = max(square - samples * self._blur_N2, ATTENUATED * square, _LEAST)
-        share = total(weighted * y) / square
+        share = product / square
         rest = y - share * x
-        variance = max(total(weights * rest * rest) / (samples - 2.0), self._noise_N**2, _LEAST)
-        return float(share), DEVIATIONS_95 * sqrt(variance * _repetition(x, rest) / square)
+        variance = max(float(total(weights * rest * rest)) / (samples - 2.0), self._noise_N**2, _LEAST)
+        return share, DEVIATIONS_95 * sqrt(variance * _repetition(x, rest) / square)
 
 
 def _repetition(x: Array, rest: Array) -> float:
@@ -205,5 +203,5 @@ def _repetition(x: Array, rest: Array) -> float:
     # A view of both series, shifted by each lag.
     shifted: Array = np.ndarray((lags, 2, count), buffer=padded, strides=(sample, series, sample))
     products = np.add.reduce(shifted * padded[:, :count], axis=2)
-    correlated = products[1:] / np.maximum(products[0], _LEAST)
-    return max(1.0 + 2.0 * float(np.add.reduce(correlated[:, 0] * correlated[:, 1])), 1.0)
+    variance, *correlated = np.multiply.reduce(products, axis=1).tolist()
+    return max(1.0 + 2.0 * sum(correlated) / max(variance, _LEAST**2), 1.0)
