@@ -10,10 +10,11 @@ negative Fz.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import hypot, inf, sqrt
 from operator import mul
 from pathlib import Path
+from struct import Struct
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -122,6 +123,8 @@ class Kinematics:
         self.tip_rotation: Array = self._tip.rotation
         self.joints = int(self.model.nq)
         self._q: Array = np.zeros(self.joints)
+        # An assignment of a tuple takes three times as long.
+        self._set_q = partial(Struct(f"{self.joints}d").pack_into, self._q, 0)
         self.lower_rad: Array = np.array(self.model.lowerPositionLimit)
         self.upper_rad: Array = np.array(self.model.upperPositionLimit)
         self.velocity_limit_rad_s: Array = np.minimum(self.model.velocityLimit, FASTEST_RAD_S)
@@ -146,7 +149,7 @@ class Kinematics:
 
     def update(self, q_rad: JointVector | Array) -> None:
         """Compute the forward kinematics at joint angles (n,); all placements then refer to them."""
-        self._q[:] = q_rad
+        self._set_q(*q_rad)
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
     @property
@@ -168,7 +171,7 @@ class Kinematics:
 
         This also performs ``update``, and takes only slightly longer.
         """
-        self._q[:] = q_rad
+        self._set_q(*q_rad)
         pin.computeJointJacobians(self.model, self._data, self._q)
         # This also places the tip.
         jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, _LOCAL)

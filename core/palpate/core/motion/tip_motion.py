@@ -4,7 +4,9 @@ An orientation relative to the upright tool consists of tilt about x and y and y
 applied before the tilt, so the tilt is that of the tool's axis for any yaw.
 """
 
+from functools import partial
 from math import atan2, cos, hypot, isfinite, radians, sin
+from struct import Struct
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -103,7 +105,8 @@ class TipMotion:
         self._kinematics = kinematics
         self._inverse = InverseKinematics(kinematics, period_s)
         self._task = FixedFrame(task_in_base)
-        self._target = pin.SE3(tip_rotation_in_base, np.zeros(3))
+        self._target = pin.SE3(tip_rotation_in_base, _NOWHERE)
+        self._set_target_m = partial(Struct("3d").pack_into, self._target.translation, 0)
         self._period_s = period_s
         self._upright: Array = np.array(tip_rotation_in_base)
         self._task_turn = pin.SE3(task_in_base.rotation, _NOWHERE)
@@ -192,6 +195,6 @@ class TipMotion:
         if self._rate_rad_s is not None:
             (a, b, c), (u, v, w), self._rate_rad_s = self.turn_rad, self._rate_rad_s, None
             self._turn_to((a + u * period, b + v * period, c + w * period))
-        self._target.translation = np.array(self._task.place_in_base_m(reference))
+        self._set_target_m(*self._task.place_in_base_m(reference))
         self._q_rad, _ = self._inverse.step(self._q_rad, self._target)
         return JointCommand(self._q_rad)
