@@ -124,7 +124,7 @@ class Kinematics:
         self.joints = int(self.model.nq)
         self._q: Array = np.zeros(self.joints)
         # An assignment of a tuple takes three times as long.
-        self._set_q = partial(Struct(f"{self.joints}d").pack_into, self._q, 0)
+        self._set_q = partial(Struct(f"{self.joints}d").pack_into, self._q.data, 0)
         self.lower_rad: Array = np.array(self.model.lowerPositionLimit)
         self.upper_rad: Array = np.array(self.model.upperPositionLimit)
         self.velocity_limit_rad_s: Array = np.minimum(self.model.velocityLimit, FASTEST_RAD_S)

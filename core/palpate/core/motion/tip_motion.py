@@ -106,7 +106,7 @@ class TipMotion:
         self._inverse = InverseKinematics(kinematics, period_s)
         self._task = FixedFrame(task_in_base)
         self._target = pin.SE3(tip_rotation_in_base, _NOWHERE)
-        self._set_target_m = partial(Struct("3d").pack_into, self._target.translation, 0)
+        self._set_target_m = partial(Struct("3d").pack_into, self._target.translation.data, 0)
         self._period_s = period_s
         self._upright: Array = np.array(tip_rotation_in_base)
         self._task_turn = pin.SE3(task_in_base.rotation, _NOWHERE)
