@@ -10,7 +10,7 @@ from typing import Final
 from palpate.core.job import ACROSS, AXIAL, DITHER_SHARE, HALF_PERIOD, MOST_SAMPLES, PUSH_SHARE, Spring
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Snapshot, Vector3
 from palpate.core.tasks.contact.dither import Dither
-from palpate.core.tasks.contact.response import TIMEOUT_TICKS, Response, Verdict
+from palpate.core.tasks.contact.response import TIMEOUT_TICKS, Response
 from palpate.core.tasks.contact.trial_state import TrialState
 from palpate.core.trial import (
     N_PER_KGF,
@@ -167,7 +167,8 @@ class Monitor:
         """
         if not self._tared:
             return velocity_m_s
-        x, y, z = (at + velocity * PERIOD_S for at, velocity in zip(self._reference_m, velocity_m_s, strict=True))
+        (x, y, z), (vx, vy, vz) = self._reference_m, velocity_m_s
+        x, y, z = x + vx * PERIOD_S, y + vy * PERIOD_S, z + vz * PERIOD_S
         most_N = max(self.budget_N, self._spent_at_N) + self._dithers_N
         if self._bend_N((x, y, z)) <= most_N:
             return velocity_m_s
@@ -301,25 +302,25 @@ class Monitor:
     @property
     def verified(self) -> bool:
         """Return True if the force responds along the axis or along a push."""
-        along = self.axial.verdict()
-        live = self.walled or (self.loose is not None and self.loose.verdict() is Verdict.VERIFIED)
-        live = live or (self.air is not None and self.air.verdict() is Verdict.VERIFIED)
-        return along is Verdict.VERIFIED or (live and not (self.contradicted and self._sunk_ticks > self.axial.window))
+        if self.axial.verified:
+            return True
+        live = self.walled or any(response.verified for response in self._unloaded)
+        return live and not (self.contradicted and self._sunk_ticks > self.axial.window)
 
     @property
     def walled(self) -> bool:
         """Return True if a wall responds to a push."""
-        return self.direction is not None and self.across.verdict() is Verdict.VERIFIED
+        return self.direction is not None and self.across.verified
 
     @property
     def supported(self) -> bool:
         """Return True if the tool rests on something that responds like the gripper's spring."""
-        return self.axial.verdict() is Verdict.VERIFIED
+        return self.axial.verified
 
     @property
     def contradicted(self) -> bool:
         """Return True if the response along the axis does not match the gripper's stiffness."""
-        return self.axial.verdict() is Verdict.CONTRADICTED
+        return self.axial.contradicted
 
     def moves_on(self) -> None:
         """Restart the responses that require a stationary tool, because the tool now follows the force."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from collections import deque
 from math import inf, sqrt
 from typing import Final
@@ -32,14 +31,6 @@ _NS: Final = 1e-9
 Array = NDArray[np.float64]
 
 
-class Verdict(enum.Enum):
-    """Result of the regression over a window."""
-
-    VERIFIED = "verified"
-    CONTRADICTED = "contradicted"
-    UNKNOWN = "unknown"
-
-
 class Response:
     """Least-squares fit of force = -share * (k * (z + damping_s * v) + rigid_kg * a) + constant, in a sliding window.
 
@@ -51,6 +42,8 @@ class Response:
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None without a window.
         half_width: Half-width of the confidence interval of ``share``.
+        verified: True if the latest window shows the expected stiffness, with an interval that is narrow enough.
+        contradicted: True if the interval of the latest window contains no expected stiffness.
         lag: Number of ticks by which the force is older than its timestamp; None until the responses determine it.
         window: Number of samples in a window.
         stationary_ticks: Number of ticks since the tool began to wait. The window grows with it, because a sliding
@@ -84,7 +77,7 @@ class Response:
         """Discard the samples so far."""
         self._first = self._end = self.stationary_ticks = 0
         self.share: float | None = None
-        self.half_width = inf
+        self.half_width, self.verified, self.contradicted = inf, False, False
 
     def add_place(self, time_ns: int, place_m: float) -> None:
         """Add a position from the encoders; a repeated one is ignored."""
@@ -126,17 +119,7 @@ class Response:
         if self._end - self._first < self.window:
             return False
         self._fit_last(min(self._end - self._first, self._longest))
-        return self.verdict(NARROW) is Verdict.VERIFIED
-
-    def verdict(self, half_width: float = FAIR) -> Verdict:
-        """Return the verdict of the latest window; a smaller half-width requires more certainty."""
-        if self.share is None:
-            return Verdict.UNKNOWN
-        lowest, highest = self.spring.lowest, self.spring.highest
-        if self.share - self.half_width > highest or self.share + self.half_width < lowest:
-            return Verdict.CONTRADICTED
-        right = lowest <= self.share <= highest and self.half_width < half_width * self.share
-        return Verdict.VERIFIED if right else Verdict.UNKNOWN
+        return self.verified and self.half_width < NARROW * (self.share or 0.0)
 
     def text(self) -> str:
         """Return the measured stiffness, its interval and the expected range."""
@@ -163,8 +146,11 @@ class Response:
         lags = range(_LAGS) if self.lag is None else (self.lag,)
         fits = [self._fitted(rows[: 2 + each : 1 + each]) for each in lags]
         certainties = [share / half_width for share, half_width in fits]
-        self.share, self.half_width = fits[certainties.index(max(certainties))]
-        if self.lag is None and self.verdict() is Verdict.VERIFIED:
+        self.share, self.half_width = share, width = fits[certainties.index(max(certainties))]
+        lowest, highest = self.spring.lowest, self.spring.highest
+        self.verified = lowest <= share <= highest and width < FAIR * share
+        self.contradicted = share - width > highest or share + width < lowest
+        if self.lag is None and self.verified:
             likely = self._likely * np.maximum(certainties, 1.0) ** 2
             self._likely = likely = likely / likely.max()
             if (likely > _DECIDED).sum() == 1:
@@ -203,5 +189,5 @@ def _repetition(x: Array, rest: Array) -> float:
     # A view of both series, shifted by each lag.
     shifted: Array = np.ndarray((lags, 2, count), buffer=padded, strides=(sample, series, sample))
     products = np.add.reduce(shifted * padded[:, :count], axis=2)
-    variance, *correlated = np.multiply.reduce(products, axis=1).tolist()
-    return max(1.0 + 2.0 * sum(correlated) / max(variance, _LEAST**2), 1.0)
+    correlated: list[float] = np.multiply.reduce(products, axis=1).tolist()
+    return max(1.0 + 2.0 * sum(correlated[1:]) / max(correlated[0], _LEAST**2), 1.0)
