@@ -48,7 +48,6 @@ class Mailbox:
         self._boxes = {node: NodeBox(node, heartbeat_ns=now_ns()) for node in nodes}
         self._tpdo_bytes = tpdo_bytes
         self._now_ns = now_ns
-        self._waiting = False
         self._missing = 0
         self._all_here = threading.Condition()
 
@@ -59,7 +58,7 @@ class Mailbox:
             if len(data) != self._tpdo_bytes:
                 return
             box.tpdo = bytes(data)
-            if self._waiting and not box.answered:
+            if not box.answered:
                 box.answered = True
                 self._missing -= 1
                 if self._missing == 0:
@@ -91,7 +90,6 @@ class Mailbox:
             for box in self._boxes.values():
                 box.answered = False
             self._missing = len(self._boxes)
-            self._waiting = True
 
     def wait(self, deadline_ns: int) -> tuple[NodeBox, ...]:
         """Wait until every node has answered or until the deadline; return copies of all boxes."""
@@ -101,7 +99,6 @@ class Mailbox:
                 if remaining_ns <= 0:
                     break
                 self._all_here.wait(remaining_ns * _NS)
-            self._waiting = False
             return self._copies()
 
     def look(self) -> tuple[NodeBox, ...]:

@@ -66,7 +66,11 @@ class UrLink:
     """
 
     def __init__(
-        self, host: str, rate_Hz: float, set_priority: Callable[[], object] | None = None, real_time_factor: float = 1.0
+        self,
+        host: str,
+        rate_Hz: float,
+        set_priority: Callable[[], object] = lambda: None,
+        real_time_factor: float = 1.0,
     ) -> None:
         self._real_time_factor = real_time_factor
         self.host, self._words, self._set_priority = host, [host, str(rate_Hz)], set_priority
@@ -164,8 +168,7 @@ class UrLink:
             errors.close()
 
     def _start(self, fd: int) -> None:
-        if self._set_priority is not None:
-            self._set_priority()
+        self._set_priority()
         self._process = subprocess.Popen(
             [sys.executable, "-m", "palpate.drivers.ur.process_main", str(fd), *self._words], pass_fds=[fd],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True,
@@ -212,8 +215,6 @@ class UrLink:
         return SilentError(NAME, f"the connection to {self.host} is broken: {cause}", CHECK)
 
     def _last_words(self) -> str:
-        if self._errors is None:
-            return ""
         self._errors.seek(0)
         lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
         return lines[-1].strip() if lines else ""
