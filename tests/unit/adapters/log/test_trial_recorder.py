@@ -1,5 +1,6 @@
 """Recording the trials of a run: it changes nothing, equal runs give equal logs, and logs hold the rig's facts."""
 
+import hashlib
 import os
 from contextlib import nullcontext
 
@@ -12,7 +13,7 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.experiments.trials import Recording
-from palpate.adapters.log import TrialRecorder, recorded_sensor, set_aside
+from palpate.adapters.log import TrialRecorder, recorded_sensor, set_aside, source_sha256
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError
 from tests.support.memory_sink import MemorySink
@@ -48,6 +49,15 @@ def runs(tmp_path_factory):
 
 def test_recording_changes_no_result(runs):
     assert {name: runs[0][name] for name in FILES} == runs[2]
+
+
+def test_digest_of_source_takes_each_file_by_name_once_from_the_first_folder_that_has_it(tmp_path):
+    for name in ("first/z.py", "first/notes.txt", "second/within/a.py", "second/z.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(name)
+    whole = b"within/a.py\0second/within/a.py" + b"z.py\0first/z.py"
+    found = source_sha256([str(tmp_path / "first"), str(tmp_path / "second")])
+    assert found == hashlib.sha256(whole).hexdigest()
 
 
 def test_equal_runs_give_equal_logs(runs):
