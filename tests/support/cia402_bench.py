@@ -92,24 +92,6 @@ def flipped(bit):
     return change
 
 
-class Delay:
-    """Lets a drive's process data leave later."""
-
-    def __init__(self, network, drive, by_ns=0):
-        self.by_ns = by_ns
-        self._network, self._identifier = network, 0x180 + drive.node
-        self._waiting = []
-        drive.outgoing = self._outgoing
-
-    def _outgoing(self, frames):
-        now_ns = self._network.now_ns
-        at_once = [frame for frame in frames if frame.arbitration_id != self._identifier]
-        self._waiting += [(now_ns + self.by_ns, frame) for frame in frames if frame.arbitration_id == self._identifier]
-        due = [frame for time_ns, frame in self._waiting if time_ns <= now_ns]
-        self._waiting = [item for item in self._waiting if item[0] > now_ns]
-        return at_once + due
-
-
 class Bench:
     """Six emulated drives and the arm that drives them."""
 

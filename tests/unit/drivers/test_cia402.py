@@ -8,10 +8,10 @@ import pytest
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, DriveState, JointDrive
 from palpate.drivers.cia402.codec import PATTERNS, state_of
 from palpate.drivers.cia402.mailbox import Mailbox
-from palpate.drivers.errors import DeviceFaultError, SettingError, SilentError, WiringError
+from palpate.drivers.errors import DeviceFaultError, SettingError, SilentError
 from tests.support import cia402_vectors as golden
 from tests.support.cia402_bench import Bench, joints
-from tests.support.stopped_arm import wait_for
+from tests.wall_clock.late import wait_for
 
 BUS = {"interface": "virtual", "bitrate": 1_000_000}
 SYNC = 0x080
@@ -74,15 +74,8 @@ def test_statusword_is_read_by_mask(state):
     assert all(sum(word & mask == value for _, mask, value in PATTERNS) <= 1 for word in range(0x80))
 
 
-class Clock:
-    now_ns = 0
-
-    def __call__(self):
-        return self.now_ns
-
-
 def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded():
-    mailbox = Mailbox((1, 2), 6, Clock())
+    mailbox = Mailbox((1, 2), 6, lambda: 0)
     for _ in range(1000):
         mailbox.on_emcy(0x081, bytearray(b"\x11\x86\x21\x01\x02\x03\x04\x05"), 0.0)
     active = mailbox.look()[0].active
@@ -90,6 +83,27 @@ def test_emergency_stays_until_the_node_takes_it_back_and_a_flood_is_bounded():
     assert len(active) <= 65
     mailbox.on_emcy(0x081, bytearray(b"\x07\x00\x00\x00\x00\x00\x00\x00"), 0.0)
     assert mailbox.look()[0].active == ()
+
+
+def test_answer_that_comes_after_the_wait_counts_for_no_sync():
+    mailbox = Mailbox((1,), 7, lambda: 0)
+    mailbox.begin()
+    mailbox.wait(0)
+    mailbox.on_tpdo(0x181, bytearray(7), 0.0)
+    mailbox.begin()
+    assert [box.answered for box in mailbox.wait(0)] == [False]
+    mailbox.begin()
+    mailbox.on_tpdo(0x181, bytearray(7), 0.0)
+    assert [box.answered for box in mailbox.wait(0)] == [True]
+
+
+def test_frame_of_another_length_changes_nothing():
+    mailbox = Mailbox((1,), 7, lambda: 0)
+    before = mailbox.look()
+    for hear in (mailbox.on_tpdo, mailbox.on_heartbeat, mailbox.on_emcy):
+        for size in (0, 2, 6):
+            hear(0x001, bytearray(size), 0.0)
+    assert mailbox.look() == before
 
 
 def test_link_sends_frames_and_hears_them():
@@ -109,13 +123,6 @@ def test_link_sends_frames_and_hears_them():
         link.unsubscribe(0x181)
         link.require_alive()
     assert heard == [(0x181, b"\x01")] * 2
-
-
-def test_bus_that_does_not_exist_is_a_wiring_error():
-    with pytest.raises(WiringError, match="slcan /dev/no-such-adapter"):
-        CanopenLink.open(interface="slcan", channel="/dev/no-such-adapter", bitrate=1_000_000)
-    with pytest.raises(WiringError, match="no-such-interface"):
-        CanopenLink.open(interface="no-such-interface", channel="can0", bitrate=1_000_000)
 
 
 def test_closed_bus_is_not_alive_and_takes_nothing():

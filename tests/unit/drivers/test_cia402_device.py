@@ -20,7 +20,8 @@ from palpate.drivers.errors import (
 from palpate.simulation.emulators.cia402.node import NmtState
 from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT
 from palpate.simulation.emulators.cia402.servo import PowerState
-from tests.support.cia402_bench import SCALE, Bench, Delay, flipped, lost, mute, on_answers
+from palpate.simulation.emulators.lines.can_bus import BusFrame
+from tests.support.cia402_bench import SCALE, Bench, flipped, lost, mute, on_answers
 
 STATIONARY = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}
 
@@ -47,6 +48,19 @@ def test_enabling_goes_step_by_step_and_moves_nothing():
     assert bench.arm.state is ArmState.ENABLED
     bench.cycle(times=50)
     assert [bench.plant.motor_counts(axis) for axis in range(6)] == start
+
+
+def test_request_out_of_order_is_refused_and_nothing_is_sent():
+    bench = Bench()
+    for request in (bench.arm.enable, bench.arm.cycle, bench.arm.disable, bench.arm.acknowledge):
+        with pytest.raises(StateError, match="while it is new"):
+            request()
+    bench.arm.stop()
+    assert bench.network.sent == []
+    bench.arm.open()
+    sent = len(bench.network.sent)
+    bench.arm.disable()
+    assert (len(bench.network.sent), bench.arm.state) == (sent, ArmState.CONFIGURED)
 
 
 def test_joint_outside_its_limits_is_not_enabled():
@@ -133,6 +147,21 @@ def test_closing_takes_the_power_away_without_alarm():
     assert 0x181 not in bench.network.subscribers
 
 
+def test_arm_that_does_not_come_to_rest_keeps_its_power_and_is_a_fault():
+    bench = Bench().enabled()
+    counts = itertools.count(step=100)
+
+    def moving(frame):
+        position = next(counts).to_bytes(4, "little")
+        return [BusFrame(frame.arbitration_id, frame.data[:2] + position + frame.data[6:])]
+
+    on_answers(bench.drives[1], moving)
+    with pytest.raises(SilentError, match="joints do not come to rest; use the emergency stop"):
+        bench.arm.disable()
+    assert bench.arm.state is ArmState.FAULTED
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.QUICK_STOP}
+
+
 def test_dead_drive_does_not_keep_the_others_under_power():
     bench = Bench().enabled()
     mute(bench.drives[2])
@@ -177,16 +206,15 @@ def test_drive_that_is_not_there_and_a_device_of_another_profile_are_named():
     bench.arm.open()
 
 
-@pytest.mark.parametrize("index", [0x605A, 0x6085, 0x6007, 0x1016])
-def test_object_that_a_drive_may_lack_is_done_without_and_noted(index):
+@pytest.mark.parametrize(("index", "notes"), [(0x605A, 1), (0x6085, 1), (0x6007, 1), (0x1016, 1), (0x60C2, 0)])
+def test_object_that_a_drive_may_lack_is_done_without_and_noted(index, notes):
     def without(bench):
         objects = bench.drives[1].objects
         objects.set_data = partial(_write_without, objects.set_data, index)
         return bench
 
     bench = without(Bench()).enabled()
-    (note,) = bench.arm.notes
-    assert note.startswith(f"drive 2 has no object 0x{index:04X}: ")
+    assert [note.partition(":")[0] for note in bench.arm.notes] == [f"drive 2 has no object 0x{index:04X}"] * notes
     bench.cycle(0.001, times=5)
     bench.arm.disable()
 
@@ -225,8 +253,30 @@ def status(bit):
     return provoke
 
 
+def homing(bench):
+    objects = bench.drives[1].objects
+    objects._written = lambda index: objects.__setitem__(0x6061, 6)
+
+
 def heartless(bench):
     bench.drives[1].outgoing = lambda frames: [frame for frame in frames if frame.arbitration_id != 0x702]
+
+
+@pytest.mark.parametrize(
+    ("provoke", "kind", "message"),
+    [
+        (heartless, SilentError, "not every drive became operational"),
+        (lambda b: on_answers(b.drives[1], lost), SilentError, r"drives \[2\] send no process data"),
+        (homing, DeviceFaultError, r"drive 2: does not take mode CSP \(8\); it shows b'\\x06'"),
+    ],
+)
+def test_drive_that_cannot_be_set_up_is_named_and_none_has_power(provoke, kind, message):
+    bench = Bench()
+    provoke(bench)
+    with pytest.raises(kind, match=message):
+        bench.arm.open()
+    assert bench.arm.state is ArmState.NEW
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
 
 
 CASES = {
@@ -238,7 +288,11 @@ CASES = {
     ),
     "following error": (jammed, DeviceFaultError, "drive 2: reports EMCY 0x8611"),
     "no heartbeat": (heartless, SilentError, "drive 2: no heartbeat"),
-    "no answers": (lambda b: on_answers(b.drives[1], lost, 3), SilentError, "drive 2: 3 SYNCs in a row"),
+    "no answers": (
+        lambda b: on_answers(b.drives[1], lost, 3),
+        SilentError,
+        "drive 2: 3 SYNCs in a row were not answered in time.*end other work here",
+    ),
     "restart": (lambda b: b.drives[1].reset(), DeviceFaultError, "drive 2: has restarted"),
     "NMT stopped": (
         lambda b: setattr(b.drives[1], "nmt", NmtState.STOPPED),
@@ -257,11 +311,6 @@ CASES = {
         lambda b: b.drives[1].objects.set_data(0x6060, 0, b"\0"),
         DeviceFaultError,
         r"drive 2: is in mode 0, not in CSP \(another master",
-    ),
-    "late answers": (
-        lambda b: Delay(b.network, b.drives[1], 5_000_000),
-        SilentError,
-        "drive 2: 3 SYNCs in a row were not answered in time.*end other work here",
     ),
     "host away": (lambda b: b.network.sleep(0.15), LateError, r"has not heard from this computer for \d+ ms"),
     "bus error": (
@@ -326,10 +375,17 @@ def test_fault_that_does_not_go_away_stays_latched():
     bench.arm.acknowledge()
 
 
-def test_drive_in_fault_is_not_enabled():
+def test_drive_that_needs_a_person_is_named_without_power_and_not_enabled():
     bench = Bench()
     bench.arm.open()
+    assert bench.arm.diagnostics()["fault"] == ""
+    put(bench, 1.1)
+    assert bench.cycle().position_rad == (0.0, 1.1, 0.0, 0.0, 0.0, 0.0)
+    assert bench.arm.diagnostics()["fault"] == "drive 2 is at 1.1000 rad, beyond the joint's limits"
+    put(bench, 0.0)
     bench.drives[5]._fault()
+    bench.cycle()
+    assert bench.arm.diagnostics()["fault"].startswith("drive 6 is in fault; look its code up")
     with pytest.raises(DeviceFaultError, match="drive 6: is in fault"):
         bench.arm.enable()
     assert bench.arm.state is ArmState.FAULTED

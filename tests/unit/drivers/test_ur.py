@@ -1,12 +1,13 @@
 """The arm behind its link, in virtual time: refusals, faults by name, a connection that breaks and is made again."""
 
 from dataclasses import replace
+from math import nan
 
 import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.device import ArmState
-from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, WiringError
+from palpate.drivers.errors import DriverError, LateError, RefusedError, SettingError, SilentError, WiringError
 from palpate.drivers.ur import UrArm, UrSettings
 from palpate.simulation.emulators.ur.controller import RobotMode, SafetyMode
 from tests.virtual_ur import HOME, VirtualUr
@@ -42,6 +43,8 @@ def test_arm_goes_where_it_is_led_no_faster_than_allowed_and_stops():
     lead(arm, ur, 60, there)
     assert ur.controller.targets_rad() == pytest.approx(there, abs=1e-4)
     arm.stop()
+    lead(arm, ur, 5, HOME)
+    assert arm.setpoint_rad == pytest.approx(there, abs=1e-9)
     assert ur.controller.stationary
     with pytest.raises(RefusedError):
         arm.cycle((float("nan"),) * 6)
@@ -64,9 +67,39 @@ TROUBLES = [
     (lambda ur: ur.controller.reboot(), "power off; power on and release the brakes"),
     (lambda ur: ur.controller.end_program(), "at the pendant, or by a switch to local control; switch back to remote"),
     (lambda ur: setattr(ur, "is_silent", True), "no data for"),
+    (lambda ur: setattr(ur.controller, "robot_mode", 42), "sends makes no sense: robot mode 42"),
+    (lambda ur: ur.load.__setitem__(2, nan), "sends makes no sense: what should be numbers is none"),
     (lambda ur: setattr(ur, "is_plugged", False), "unplugged"),
     (lambda ur: ur.load.__setitem__(2, -40.0), "changed by 35.0 N, beyond [arm] force_stop_N = 20"),
 ]
+
+
+def test_idle_arm_shows_its_pose_and_its_controller_whatever_the_safety_mode():
+    ur = VirtualUr()
+    arm = made(ur)
+    assert {"controller", "payload"}.isdisjoint(arm.diagnostics())
+    arm.open()
+    ur.controller.emergency_stop()
+    ur.ticks(1)
+    assert arm.cycle().position_rad == HOME
+    found = arm.diagnostics()
+    assert found["controller"] == "PolyScope URSoftware 5.11.1.108318 (Jan 01 2021), robot 20205500001"
+    assert (found["state"], found["fault"], found["newest data"]) == ("configured", "", "0 ms old")
+
+
+def test_late_data_keep_their_time_and_are_no_fault_of_the_arm_if_this_computer_was_away():
+    ur = VirtualUr()
+    arm = enabled(ur)
+    lead(arm, ur, 5)
+    ur.is_silent = True
+    since_ns = ur.clock.now_ns()
+    ur.clock.sleep(0.05)
+    assert since_ns - 10_000_000 < arm.cycle().time_ns <= since_ns
+    assert ur.clock.now_ns() >= since_ns + 70_000_000  # it has waited for newer ones
+    ur.clock.sleep(0.2)
+    with pytest.raises(LateError, match=r"this computer was away for 2\d\d ms"):
+        arm.cycle()
+    assert arm.state is ArmState.FAULTED
 
 
 def test_trouble_of_a_stopped_arm_is_latched_too():

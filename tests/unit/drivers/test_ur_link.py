@@ -1,15 +1,17 @@
 """The link to the client of Universal Robots, and the client's process as a thread over a client that is scripted."""
 
 import json
+import signal
 import socket
 import sys
 import threading
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
 from palpate.drivers.errors import SettingError, SilentError, WiringError
 from palpate.drivers.ur import UrLink, process_main
+from palpate.drivers.ur import link as link_module
 from palpate.drivers.ur.process_main import Served
 from tests.wall_clock.late import wait_for
 
@@ -180,6 +182,26 @@ def test_client_that_dies_is_named_with_its_last_words(client, printed, said):
     with pytest.raises(SilentError, match=said):
         dying.open(LIMIT_S)
     dying.close()
+
+
+def test_process_that_ignores_its_end_is_killed_and_its_priority_is_not_this_thread_s(client, monkeypatch):
+    threads, words, popen = [], [sys.executable, "-c", "import time; time.sleep(60)"], link_module.subprocess.Popen
+    monkeypatch.setattr(link_module.subprocess, "Popen", lambda _, **options: popen(words, **options))
+    deaf = UrLink("arm", 500.0, lambda: threads.append(threading.current_thread()))
+    processes = []
+    monkeypatch.setattr(deaf, "call", lambda *_: processes.append(deaf._process) or {"version": "", "serial": ""})
+    deaf.open(LIMIT_S)
+    deaf.close()
+    assert [process.poll() for process in processes] == [-signal.SIGKILL] * 2
+    assert [thread is threading.current_thread() for thread in threads] == [False]
+
+
+def test_client_s_threads_come_before_whoever_waits_for_it(client, ends, monkeypatch):
+    given = []
+    monkeypatch.setattr(process_main.os, "sched_getparam", lambda _: SimpleNamespace(sched_priority=30))
+    monkeypatch.setattr(process_main.os, "sched_setscheduler", lambda *of: given.append(of[2].sched_priority))
+    Served(ends[1], "arm", 500.0)._listen()
+    assert given == [30, 29]
 
 
 def test_missing_client_is_named_with_its_extra(monkeypatch):

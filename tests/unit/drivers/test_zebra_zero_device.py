@@ -231,17 +231,6 @@ def test_measured_pose_beyond_a_limit_is_a_fault(line):
     arm.enable()
 
 
-def test_one_lost_reply_is_no_fault_and_two_are(line):
-    arm = running(line)
-    line.modules[2].address = 0x70
-    tick(arm, line)
-    with pytest.raises(SilentError, match="module 3"):
-        tick(arm, line)
-    line.modules[2].address = 3
-    arm.acknowledge()
-    arm.enable()
-
-
 @pytest.mark.parametrize(
     ("modules", "error", "message"),
     [(slice(2, 3), SilentError, "home pose"), (slice(6), WiringError, "not known any more")],
@@ -298,10 +287,11 @@ def test_group_stop_that_is_lost_is_made_up_for(line):
     assert all(module.counts == module.target for module in line.modules)
 
 
-def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line):
+@pytest.mark.parametrize("end", [ZebraZero.stop, ZebraZero.disable])
+def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line, end):
     arm = running(line)
     showing(line.modules[5], lambda module: 0x08)
-    arm.stop()
+    end(arm)
     assert (7, b"\x05") in line.modules[5].seen[-3:]
     assert (arm.stopped, arm.is_faulted) == (StopOutcome.NOT_SEEN, True)
     assert "not every motor was seen stationary" in arm.fault

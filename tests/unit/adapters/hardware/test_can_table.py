@@ -31,6 +31,8 @@ def test_table_can_goes_to_python_can_as_it_is(monkeypatch):
     [
         ("kvaser", "library of its maker is missing .CANlib, .* install it"),
         ("neovi", "python-ics"),
+        ("slcan", "CAN bus slcan 0: cannot be opened"),
+        ("no-such-interface", "CAN bus no-such-interface 0: cannot be opened"),
         ("socketcand", "give python-can what .* .arm.can."),
     ],
 )
