@@ -11,6 +11,7 @@ import serial
 from palpate.drivers.cia402 import mailbox
 from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
 from palpate.simulation.emulators.lines.serial_line import SerialLine
+from tests.support.cia402_bench import FakeNetwork
 from tests.virtual_time import VirtualCondition, VirtualTime
 
 _GRAIN_NS = 1_000_000
@@ -128,14 +129,13 @@ class VirtualCanBus(can.BusABC):
             self.wire.hosts.remove(self._heard.append)
 
 
-class VirtualNetwork:
-    """Looks like ``canopen.Network`` as far as the driver uses it; receives without a thread of its own."""
+class VirtualNetwork(FakeNetwork):
+    """The network on an emulated bus; receives without a thread of its own."""
 
     def __init__(self, clock, opened):
-        self._clock, self._opened = clock, opened
-        self._bus = None
+        super().__init__(())
+        self._clock, self._opened, self._bus = clock, opened, None
         self.listeners = []
-        self.subscribers = {}
         self.notifier = None
 
     def connect(self):
@@ -150,12 +150,6 @@ class VirtualNetwork:
         if self._bus is not None:
             self._bus.hosts.remove(self._hear)
             self._bus = None
-
-    def subscribe(self, can_id, callback):
-        self.subscribers.setdefault(can_id, []).append(callback)
-
-    def unsubscribe(self, can_id):
-        del self.subscribers[can_id]
 
     def send_message(self, can_id, data, remote=False):
         if self._bus is None:
@@ -173,8 +167,7 @@ class VirtualNetwork:
             self._bus.hosts.remove(count)
 
     def _hear(self, frame):
-        for callback in self.subscribers.get(frame.arbitration_id, []):
-            callback(frame.arbitration_id, bytearray(frame.data), 0.0)
+        self.deliver([frame])
 
 
 class Cable:

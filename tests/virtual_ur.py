@@ -2,6 +2,7 @@
 
 from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.ur.link import UrHello, UrLink, UrState
+from palpate.drivers.ur.process_main import _VARIABLES as VARIABLES
 from palpate.simulation.emulators.ur.controller import CYCLE_NS, ControllerConfig, UrController
 from tests.virtual_time import VirtualTime
 
@@ -36,17 +37,7 @@ class VirtualUr(UrLink):
         if self.moves:
             controller.measured_rad(controller.targets_rad())
         if not self.is_silent and self.is_plugged:
-            names = (
-                "actual_q",
-                "ft_raw_wrench",
-                "robot_mode",
-                "safety_mode",
-                "runtime_state",
-                "payload",
-                "payload_cog",
-                "actual_TCP_pose",
-            )
-            values = [controller.read(name) for name in names]
+            values = [controller.read(name) for name in VARIABLES[1:]]  # the first is the time
             self._seen = UrState(now_ns, now_ns * 1e-9, *values)
 
     def stamp_ns(self):

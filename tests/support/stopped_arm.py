@@ -2,15 +2,14 @@
 
 import os
 import threading
-import time
 from contextlib import contextmanager
 from pathlib import Path
 
 from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand
 from tests.fake_devices import FakeArm
+from tests.wall_clock.late import wait_for
 
-TIMEOUT_S = 30.0
 HERE = JointCommand((0.0,))
 
 
@@ -34,14 +33,6 @@ def active_arm(clock):
     arm.configure()
     arm.activate()
     return arm
-
-
-def wait_for(condition):
-    """Until it holds; fails only after a time that no busy machine needs."""
-    deadline = time.monotonic() + TIMEOUT_S
-    while not condition():
-        assert time.monotonic() < deadline, "it never came about"
-        time.sleep(0.002)
 
 
 @contextmanager

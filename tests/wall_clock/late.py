@@ -11,8 +11,8 @@ class TooLateError(AssertionError):
     """Something did not come about in time."""
 
 
-def wait_for(condition, within_s=10.0):
-    """Wait until something has come about, and return it."""
+def wait_for(condition, within_s=30.0):
+    """Wait until something has come about, and return it; too late only after a time that no busy machine needs."""
     deadline_s = time.monotonic() + within_s
     while not (found := condition()):
         if time.monotonic() > deadline_s:

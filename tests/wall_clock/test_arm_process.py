@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.support.stopped_arm import wait_for
-from tests.wall_clock.late import TooLateError
+from tests.wall_clock.late import TooLateError, wait_for
 
 ARM = """
 import ctypes, os, signal, time

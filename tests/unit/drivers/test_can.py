@@ -219,14 +219,6 @@ def test_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(cable,
 
 def test_other_serial_interfaces_do_not_wait_for_ever_either(cable):
     bus = open_bus("serial", cable.channel, 1_000_000)
-    message = can.Message(arbitration_id=0x201, data=bytes(8), is_extended_id=False)
-
-    def send():
-        try:
-            bus.send(message)
-        except can.CanError:
-            return False
-        return True
-
-    require_end(lambda: until_refused(send))
+    link = CanLink(bus)
+    require_end(lambda: until_refused(lambda: link.send(FRAME)))
     bus.shutdown()

@@ -14,12 +14,6 @@ from tests.unit.drivers.jr3_board import FORCES_N, MOMENTS_DNM, Bench, forces, m
 BOOTUP = CanFrame(0x701)
 
 
-def test_requests_come_in_their_order():
-    bench = Bench().streaming()
-    assert bench.link.requested == ["state", "force scales", "moment scales", "stop", "start"]
-    assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
-
-
 def test_late_acknowledgement_counts_once():
     bench = Bench()
     bench.link.mute = {"state"}
@@ -46,18 +40,10 @@ def test_late_answer_for_forces_is_not_taken_for_moments():
     assert bench.device.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
 
 
-def test_missing_board_is_a_wiring_error():
-    bench = Bench()
-    bench.link.mute = {"state"}
-    with pytest.raises(WiringError, match=r"no answer \("):
-        start_up(bench.device, bench.clock_ns, bench.sleep)
-    assert bench.link.requested == ["state"] * 16
-    assert bench.device.phase is Jr3Phase.FAULTED
-
-
 @pytest.mark.parametrize(
     ("board", "error", "message"),
     [
+        ({"mute": {"state"}}, WiringError, r"no answer \("),
         ({"answer": lambda _: [CanFrame(0x101, b"\x07")]}, WiringError, r"no answer \(frames without sense \(16\)\)"),
         ({"state": 1}, DeviceFaultError, "not initialised"),
         (
@@ -67,7 +53,7 @@ def test_missing_board_is_a_wiring_error():
         ),
         ({}, SilentError, "nothing new yet"),
     ],
-    ids=["garbage", "no sensor", "full scales of zero", "no stream"],
+    ids=["no board", "garbage", "no sensor", "full scales of zero", "no stream"],
 )
 def test_board_with_which_nothing_can_begin_is_named(board, error, message):
     bench = Bench()

@@ -183,7 +183,6 @@ REFUSALS = {
         lambda domain: (setattr(domain, "publishers", 0), domain.seen[0].append(("x/msg/Y", ""))),
         "/joint_states carries x/msg/Y, not sensor_msgs/msg/JointState",
     ),
-    "two": (lambda domain: setattr(domain, "publishers", 2), "2 publishers send /joint_states"),
     "silence": (lambda domain: setattr(domain, "network", lambda message: None), "no new message of /joint_states"),
 }
 

@@ -12,7 +12,8 @@ from palpate.adapters.contracts import FakeClock
 from palpate.adapters.hardware.operator_stop import GuardedArm, OperatorStop
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.values import CommandReason
-from tests.support.stopped_arm import HERE, active_arm, nothing_left_behind, wait_for
+from tests.support.stopped_arm import HERE, active_arm, nothing_left_behind
+from tests.wall_clock.late import wait_for
 
 
 class Bench:
