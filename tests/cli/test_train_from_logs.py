@@ -50,7 +50,6 @@ def test_logs_of_two_tools_are_refused(palpate):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("nowhere", "--out", "touch"), "nowhere: is not there"),
         (("nowhere",), "needs --out"),
         (("nowhere", "--out", "touch", "--learner", "sarsa"), "learner must be 'belief'"),
         (("nowhere", "--out", "touch", "--trials", 3), "takes no other flag than --out"),

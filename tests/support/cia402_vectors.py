@@ -56,3 +56,16 @@ REFUSED = {
     "C000000000000000": 0x0504_0001,  # block transfer
 }
 """Requests of which nothing comes but an abort code."""
+
+STATUSWORDS = {
+    "NOT_READY": (0x0200, 0x0000, 0x0090, 0x0020),
+    "SWITCH_ON_DISABLED": (0x0240, 0x0040, 0x0250, 0x0660, 0x02F0),
+    "READY": (0x0231, 0x0021, 0x16B1),
+    "SWITCHED_ON": (0x0233, 0x0023, 0x16B3),
+    "ENABLED": (0x1237, 0x0027, 0x0237, 0x1637, 0x12B7),
+    "QUICK_STOP": (0x0217, 0x0007, 0x1617),
+    "FAULT_REACTION": (0x021F, 0x000F, 0x022F),
+    "FAULT": (0x0208, 0x0008, 0x0238),
+    "": (0x0001, 0x0025, 0x0002, 0x004F),
+}
+"""By state, as drives send them: with voltage, remote, target and warning bits set or not; first the emulator's."""

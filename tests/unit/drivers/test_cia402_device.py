@@ -110,10 +110,10 @@ def test_stop_slows_down_smoothly_and_holds():
 
 def test_stop_works_when_the_bus_is_gone():
     bench = Bench().enabled()
-    bench.network.broken = OSError("no such device")
+    bench.network.broken = OSError(105, "No buffer space available")
     bench.arm.stop()
     bench.arm.stop()
-    with pytest.raises(SilentError, match="no such device"):
+    with pytest.raises(SilentError, match=r"does not take frames.*No buffer space"):
         bench.cycle()
     bench.arm.stop()
     bench.arm.close()
@@ -288,11 +288,7 @@ CASES = {
     ),
     "following error": (jammed, DeviceFaultError, "drive 2: reports EMCY 0x8611"),
     "no heartbeat": (heartless, SilentError, "drive 2: no heartbeat"),
-    "no answers": (
-        lambda b: on_answers(b.drives[1], lost, 3),
-        SilentError,
-        "drive 2: 3 SYNCs in a row were not answered in time.*end other work here",
-    ),
+    "no answers": (lambda b: on_answers(b.drives[1], lost, 3), SilentError, "drive 2: 3 SYNCs in.*; .*end other work"),
     "restart": (lambda b: b.drives[1].reset(), DeviceFaultError, "drive 2: has restarted"),
     "NMT stopped": (
         lambda b: setattr(b.drives[1], "nmt", NmtState.STOPPED),
@@ -318,11 +314,6 @@ CASES = {
         SilentError,
         "receiving has ended .*non-hexadecimal",
     ),
-    "bus full": (
-        lambda b: setattr(b.network, "broken", OSError(105, "No buffer space available")),
-        SilentError,
-        "does not take frames.*No buffer space",
-    ),
 }
 
 
@@ -335,8 +326,7 @@ def test_fault_stops_the_arm_and_stays(provoke, kind, message):
         bench.cycle(0.003, times=40)
     assert bench.arm.state is ArmState.FAULTED
     assert bench.arm.fault is not None
-    if bench.network.broken is None:
-        assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= STATIONARY
+    assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= STATIONARY
     sent = len(bench.network.sent)
     for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable):
         with pytest.raises(DeviceFaultError, match="latched"):

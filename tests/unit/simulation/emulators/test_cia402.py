@@ -22,16 +22,6 @@ TABLE = {
     S.FAULT_REACTION: {},
     S.FAULT: {0x80: S.SWITCH_ON_DISABLED},
 }
-STATUSWORDS = {
-    S.NOT_READY: 0x0200,
-    S.SWITCH_ON_DISABLED: 0x0240,
-    S.READY: 0x0231,
-    S.SWITCHED_ON: 0x0233,
-    S.ENABLED: 0x1237,
-    S.QUICK_STOP: 0x0217,
-    S.FAULT_REACTION: 0x021F,
-    S.FAULT: 0x0208,
-}
 
 
 @pytest.mark.parametrize("state", TABLE)
@@ -45,11 +35,11 @@ def test_controlword_leads_where_the_standard_says(state):
         assert machine.state is expected, hex(word)
 
 
-@pytest.mark.parametrize("state", STATUSWORDS)
+@pytest.mark.parametrize("state", PowerState)
 def test_statusword_shows_the_state(state):
     machine = PowerMachine()
     machine.state = state
-    assert machine.statusword == STATUSWORDS[state]
+    assert machine.statusword == golden.STATUSWORDS[state.name][0]
 
 
 def test_fault_reset_acts_on_the_rising_edge_only():
