@@ -63,7 +63,7 @@ class LoopObserver:
     """
 
     def begun(self, start_ns: int, report: TrialReport) -> None:
-        """Called when the task has begun, at the start time of its schedule; the report is updated during the trial."""
+        """Called once the task has begun, at the start time of its schedule; the report is updated during the trial."""
 
     def waited(self, tick: int, deadline_ns: int) -> None:
         """Called after sleeping until a tick's slot."""
@@ -78,10 +78,10 @@ class LoopObserver:
         """Called after the joint encoders have been read."""
 
     def sensed(self, observation: Observation | None) -> None:
-        """Called after the task has processed the snapshot; the observation is set only at ticks with a choice."""
+        """Called after the task has processed the snapshot; the observation is set only at decision ticks."""
 
     def chosen(self) -> None:
-        """Called after the policy has chosen an action, only at ticks with a choice."""
+        """Called at decision ticks, after the policy has chosen an action."""
 
     def acted(self, command: JointCommand) -> None:
         """Called after the task has returned a command."""
@@ -96,7 +96,7 @@ class LoopObserver:
         """Called at the end of a tick, before the loop sleeps or the trial ends."""
 
     def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
-        """Called after an error, or a closed generator (GeneratorExit), ended the trial; the arm has been stopped."""
+        """Called after an error or generator closing (GeneratorExit) ended the trial; the arm has been stopped."""
 
     def stopped(self, error: BaseException | None) -> None:
         """Called after the stop command at the end of the trial; ``error`` is the exception that it raised, or None."""
@@ -269,7 +269,7 @@ def trial_ticks(
 
 
 def _read_on(sensor: ForceSensor, last: WrenchSample | None) -> WrenchSample:
-    """Read the sensor during a retraction, which continues even if the sensor fails."""
+    """Keep reading the sensor during a retraction, which continues even if the sensor fails."""
     try:
         return sensor.read()
     except DeviceError:

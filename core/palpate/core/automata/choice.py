@@ -1,4 +1,4 @@
-"""Selection of q, the number of intervals, by scoring the partitions of a network on strings (paper, 5.3).
+"""Select q, the number of intervals, by scoring a network's partitions on strings (paper, 5.3).
 
 For acceptance, the smallest q whose automaton classifies every training string correctly is chosen (Giles et al.,
 1992).
@@ -157,7 +157,7 @@ def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Return the automata for all values of q, in ascending order, each with its loss and price."""
+    """Return the automata for all values of q in ascending order, each with its loss and price."""
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)
@@ -190,7 +190,7 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
 
 
 def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
-    """Count how often each symbol, or the end, followed each state, (states, symbols + 1)."""
+    """Return how often each symbol, or the end, follows each state, (states, symbols + 1)."""
     counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
     np.add.at(counts, np.minimum(tree.states(follower.table(), start), follower.lost), tree.counts)
     return counts

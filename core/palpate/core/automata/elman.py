@@ -20,7 +20,7 @@ from palpate.core.ports import OneOf, Range, Settings
 Array: TypeAlias = npt.NDArray[np.float64]
 
 RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
-"""Lowest and highest activation of a hidden unit for each activation function, by name."""
+"""Minimum and maximum activation of a hidden unit, by name of the activation function."""
 
 MOST_HIDDEN: Final = 128
 
@@ -82,7 +82,7 @@ class Network:
     Attributes:
         recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) for a first-order network.
         inputs: Input weights of each symbol, (s, h), including the bias.
-        start: Hidden state of the empty string before the activation function, (h,).
+        start: Hidden state for the empty string, before the activation function, (h,).
         bias: Bias of the outputs, (k,).
     """
 
@@ -101,11 +101,11 @@ class Network:
 
     @property
     def start_state(self) -> Array:
-        """Hidden state of the empty string, (h,)."""
+        """Hidden state for the empty string, (h,)."""
         return self._activated(self.start)
 
     def after(self, hidden: Array, symbols: Integers) -> Array:
-        """Return the hidden states, (n, h), after feeding one symbol, (n,), to each given hidden state, (n, h)."""
+        """Feed one symbol, (n,), to each given hidden state, (n, h), and return the next hidden states, (n, h)."""
         drives = np.empty_like(hidden)
         for symbol in np.unique(symbols).tolist():
             rows = np.flatnonzero(symbols == symbol)

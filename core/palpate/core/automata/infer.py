@@ -1,10 +1,10 @@
-"""Inference of an automaton from strings (paper, 3.4 and 5.3).
+"""Infer an automaton from strings (paper, 3.4 and 5.3).
 
 Networks are trained on the strings. Automata are extracted from the best networks by dynamic state partitioning, and
-the best automaton is minimised. Labelled strings give an acceptor. Positive strings give a Moore machine whose outputs
-are the possible next symbols. The held-out loss of such a machine is reported with four baselines: machines whose
+the best automaton is minimised. Labelled strings yield an acceptor, positive strings a Moore machine whose outputs are
+the possible next symbols. The held-out loss of such a machine is reported along with four baselines: machines whose
 states are the last zero, one, two and three symbols. An automaton that is no better than these baselines is useless. If
-the next symbol is unpredictable, even one symbol is worse than none, because its counts are smaller.
+the next symbol is unpredictable, even the last symbol is worse than none, because each count is smaller.
 """
 
 from collections.abc import Sequence
@@ -171,6 +171,6 @@ def _predictor(
 
 
 def _whole(chosen: Extract, tree: PrefixTree, settings: ExtractionSettings) -> Extract:
-    """Extract the automaton again with all strings, unless this results in too many states, and label its states."""
+    """Extract the automaton again from all strings, unless it then has too many states, and label its states."""
     cells = settings.partition(chosen.partition.network, chosen.intervals, tree) or chosen.partition
     return replace(chosen, partition=cells, machine=labelled(cells.minimal(settings.least_share), tree))

@@ -1,4 +1,4 @@
-"""Minimisation to a canonical machine by Moore's partition refinement, and comparison of machines.
+"""Minimise machines to a canonical form by Moore's partition refinement, and compare them.
 
 :meth:`Machine.output_of` returns None for a word that takes an unknown transition. Minimisation treats None as an
 output like any other: two states are merged only if the same words are known from both. A state that lacks a transition
@@ -26,7 +26,7 @@ def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Mach
 
     Machines of the same kind and alphabet with the same output for every word give the same result, except for labels.
     Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
-    three members, the label is the first name and the number of the others. A machine without labels stays unlabelled.
+    three members, the label is the first name and the number of others. A machine without labels stays unlabelled.
 
     Args:
         apart: Class of each state, (states,). States of different classes are not merged even if they are equivalent.

@@ -1,10 +1,10 @@
-"""Extraction of automata from networks by dynamic state partitioning (paper, 5.3; Giles et al., 1992).
+"""Extract automata from networks by dynamic state partitioning (paper, 5.3; Giles et al., 1992).
 
 The range of each hidden unit is divided into q equal intervals, which define cells of hidden states. The search starts
 at the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
-hidden state in a known cell only adds a transition. The hidden state of the first visit represents its cell.
+hidden state in a known cell only adds a transition. Each cell is represented by the first hidden state found in it.
 
-If strings are given, the search follows only these, because a network also responds to input that it was not trained
+If strings are given, the search follows only these, because a network also responds to inputs that it was not trained
 on. Every state is then reached by at least one string.
 """
 

@@ -2,7 +2,7 @@
 
 Every restart is trained on all strings at once. The tree shares the common prefixes of strings, and a batch of small
 matrix products takes barely longer than a single one. Training a network in a batch therefore costs about a fortieth of
-training it alone.
+the time it takes alone.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class Restarts:
                 gradient.mul_(factors.view(-1, *[1] * (gradient.dim() - 1))).nan_to_num_(0.0, 0.0, 0.0)
 
     def network(self, place: int) -> Network:
-        """Return one network of the batch."""
+        """Return one network from the batch."""
         values = {
             name: parameter[place].detach().numpy().astype(np.float64) for name, parameter in self.parameters.items()
         }

@@ -78,7 +78,7 @@ class AutomatonState(Settings):
             strings: Strings from which it was inferred. Transitions that no string takes are then unknown because a
                 network has a transition even for input that it was not trained on. The anchor of a symbol is the state
                 to which it leads most often in the strings, or, without strings, in most transitions.
-            symbols: Names of the symbols in the order of the trials; None uses the machine's order.
+            symbols: Names of the symbols in the order used in the trials; None uses the machine's order.
 
         Raises:
             ConfigurationError: The symbols are not those of the machine, or the strings have a different alphabet.
@@ -105,7 +105,7 @@ class AutomatonState(Settings):
 
     @property
     def symbol_of(self) -> tuple[int | None, ...]:
-        """Symbol that leads to each state, (states,); if several do, the one that does so from the most states.
+        """Symbol that leads to each state, (states,); if there are several, the one that does so from the most states.
 
         It is None for ``lost`` and for states without a known incoming transition.
         """

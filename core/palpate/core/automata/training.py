@@ -89,7 +89,7 @@ class TrainedNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Training:
-    """Results of the training.
+    """Results of training.
 
     Attributes:
         networks: All trained networks, at least one; consistent networks come first, then those with the lowest loss.
@@ -153,7 +153,7 @@ def train(
 
 
 class _Batch:
-    """A batch of restarts in training, with the best version of each."""
+    """A batch of restarts being trained, with the best version of each."""
 
     def __init__(
         self,
@@ -196,7 +196,7 @@ class _Batch:
                     return
 
     def _flat(self, looks: list[Progress]) -> bool:
-        """Return True if the held-out loss no longer improves."""
+        """Return True if the held-out loss has stopped improving."""
         few = self._settings.flat_looks
         if self._judged is None or not few or len(looks) <= few:
             return False
@@ -233,7 +233,7 @@ def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Limit torch to one thread; multiple threads would change the order of summation and thus the last bits."""
+    """Limit torch to one thread; more would change the order of summation and thus the least significant bits."""
     import torch
 
     threads = torch.get_num_threads()

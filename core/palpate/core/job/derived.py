@@ -1,4 +1,4 @@
-"""Settings derived from the part, the tool, the place, the limits and the sensor, each with one formula.
+"""Settings derived from the part, the tool, the place, the limits and the sensor, each by a single formula.
 
 All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
 newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in
@@ -31,14 +31,14 @@ _NOISES_TORQUE: Final = 2.5
 NOISE_BAND: Final = 1.11
 """Noise bandwidth of a second-order Butterworth low-pass filter, divided by its cut-off frequency."""
 _NOISES_UNEXPECTED: Final = 9.3
-"""Bound on the norm of the difference of two samples, in standard deviations of one channel."""
+"""Bound on the norm of the difference between two samples, in standard deviations of one channel."""
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Minimum force limit in standard deviations of the force; below it, the limit for unexpected contact is the same."""
 _LETS_GO: Final = 4.0
 """Change in force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
 twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
 _GAIN_TIMES_LAG: Final = 0.7
-"""Gain of the force control times the arm's lag. Above 1 the control oscillates; from pi / 2 it is unstable."""
+"""Gain of the force control times the arm's lag. Above 1 the control oscillates; at pi / 2 or more it is unstable."""
 JAMS_FROM: Final = 0.8
 """Jam number above which the pressing force of the insertion increases."""
 _OVER_JAM: Final = 1.3
@@ -58,7 +58,7 @@ _SMALLEST_SWEEP: Final = 1.8
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants with a unit that do not depend on the job, with the reason for each.
+    """Constants with a unit that do not depend on the job, with the rationale for each.
 
     Attributes:
         press_N: Pressing force in the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
@@ -66,9 +66,9 @@ class Constants:
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
-        stopped_kg: Mass of the arm that a wall stops; at 19 mm/s and 40 N/mm the load on a wedged peg was up to 15 N.
+        stopped_kg: Effective arm mass stopped by a wall; at 19 mm/s and 40 N/mm, the load on a wedged peg reached 15 N.
         most_capture_m: Maximum capture half-width; beyond it, one path covers most areas and a wider one saves no time.
-        capture_delay_s: Reduction of the capture half-width divided by the speed (1.5 to 2 ms).
+        capture_delay_s: Reduction in the capture half-width divided by the speed (1.5 to 2 ms).
         area_margin_m: Margin of the area beyond the farthest hole and start, for the last half step.
         search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
         least_time_s: Time limit for exploration in the source paper.
@@ -76,7 +76,7 @@ class Constants:
         least_rate_N_s: Rate limit that a soft gripper with the paper's press never reaches.
         least_torque_Nm: Torque limit that no light contact reaches with a short tool.
         ready_height_m: Height of the ready pose for a known plate and an untilted tool.
-        height_margin_m: Remaining height in the worst case.
+        height_margin_m: Height that remains in the worst case.
         period_s: Control period.
         cutoff_Hz: Cut-off frequency of the low-pass filter in the perception.
         lateral_time_s: Time constant of the decay of lateral forces during the insertion.
@@ -205,8 +205,8 @@ def sliding_N(friction: float, press_N: float) -> float:
 def wall_force_N(job: Quantities) -> float:
     """Return the maximum force, over all depths, that each of the two walls exerts on a tilted peg.
 
-    A peg tilted by theta fits freely down to l = 2 c / theta. Deeper, the walls bend the gripper back by theta - 2 c /
-    l over a lever l. They carry the force k (theta - 2 c / l) / l, which is largest at l = 4 c / theta.
+    A peg tilted by theta fits freely down to l = 2 c / theta. Deeper, its walls bend the gripper back by theta - 2 c /
+    l over a lever l. They exert a force of k (theta - 2 c / l) / l, which is largest at l = 4 c / theta.
     """
     if not job.tilt_rad:
         return 0.0

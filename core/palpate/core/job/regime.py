@@ -41,7 +41,7 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
 
     Args:
         found: Settings derived from the job.
-        step_m: Standard deviation of the tip position along the tool, caused by encoder steps.
+        step_m: Standard deviation of the tip position along the tool due to encoder steps.
     """
     jam_N = jamming_force_N(job)
     noise_m, tilted_m, encoder_m = depth_parts_m(job, step_m, known)
@@ -82,7 +82,7 @@ def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[flo
 
 
 def largest_tilt_rad(job: Quantities, force_N: float) -> float:
-    """Return the maximum tilt at which walls and friction hold a peg with less than a given force."""
+    """Return the maximum tilt at which walls and friction hold a peg with less than the given force."""
     slope = 2.0 * job.friction * job.tilt_Nm_per_rad
     if not slope:
         return inf

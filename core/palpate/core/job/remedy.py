@@ -24,7 +24,7 @@ class Verification:
     """The verification of a job's contacts, in SI units.
 
     Attributes:
-        step_m: Standard deviation of the tip position along the tool, caused by encoder steps.
+        step_m: Standard deviation of the tip position along the tool due to encoder steps.
         press_N: Pressing force that the user set; 0 for the derived one.
     """
 
@@ -34,7 +34,7 @@ class Verification:
 
     @property
     def regime(self) -> Regime:
-        """Return the regime at the given press."""
+        """Return the regime for the given press."""
         known, found = Constants(), derive(self.job)
         found = replace(found, press_N=self.press_N or found.press_N)
         return regime_of(self.job, found, step_m=self.step_m, known=known)

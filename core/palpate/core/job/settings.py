@@ -1,4 +1,4 @@
-"""Conversion of derived quantities to tables of settings, in the units of those settings."""
+"""Convert derived quantities to tables of settings, in the units of those settings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
-"""Accuracy of the depth once the surface was touched; half the dither of a soft gripper if that is larger."""
+"""Accuracy of the depth once the surface has been touched; half the dither of a soft gripper if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
 """Height of a wedged corner above a properly seated corner, divided by the height difference between a tilted
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
@@ -31,7 +31,7 @@ _PHASE: Final = 0.6521
 """Phase of the gripper's fastest spring in a step of the simulated cell, rad, as in the paper's cell. At twice this
 phase a light peg in a stiff gripper chatters in a tight hole."""
 _SLIP: Final = 5.0
-"""Slip distance of a peg in a simulation step, divided by its radial clearance. With higher values the peg is driven
+"""Slip distance of a peg per simulation step, divided by its radial clearance. With higher values the peg is driven
 into both walls at once and chatters."""
 _LEAST_LEVER_MM: Final = 60.0
 """Minimum inertia lever: the height of the centre of mass above the tip for a tool with a small peg."""
@@ -127,7 +127,7 @@ def _supervision(found: Derived, force_N: float, range_Nm: float) -> dict[str, A
 
 
 def _substeps(job: Job, found: Derived) -> int:
-    """Return the simulation steps of the cell per control period."""
+    """Return the number of simulation steps per control period."""
     part, tool = job.part, job.tool
     stiffness_N_per_m, mass_kg = tool.lateral_N_per_mm * 1e3, tool.moving_mass_kg
     phase = sqrt(stiffness_N_per_m / mass_kg) / CONTROL_RATE_HZ
@@ -138,7 +138,7 @@ def _substeps(job: Job, found: Derived) -> int:
 
 
 def _cell(job: Job, found: Derived) -> dict[str, Any]:
-    """Return the simulated cell for a job, with the maximum uncertainties of that job."""
+    """Return the simulated cell for a job, with the job's maximum uncertainties."""
     part, tool, place = job.part, job.tool, job.place
     drawn = {"tilt_heading": "drawn", "grip_trials": 1} if place.tilt_uncertainty_mrad else {}
     substeps = _substeps(job, found)
@@ -172,7 +172,7 @@ def _cell(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def _spatial(job: Job, found: Derived) -> dict[str, Any]:
-    """Return the settings of the insertion in six degrees of freedom, from the cross-section."""
+    """Return the settings for insertion in six degrees of freedom, based on the cross-section."""
     part, tool, place = job.part, job.tool, job.place
     sides, corner_mm = SIDES.get(part.shape, 0), corner_distance_mm(part)
     flat_deg = degrees(acos(corner_mm / (part.peg_mm / 2.0))) if part.shape == KEYED else 0.0
@@ -220,7 +220,7 @@ def attempts(part: PartConfig) -> float:
 
 
 def corner_distance_mm(part: PartConfig) -> float:
-    """Return the distance of a peg's corners, or of its flat, from its axis; its radius if it has neither."""
+    """Return the distance of a peg's corners, or of its flat, from its axis; the radius if it has neither."""
     half_mm, sides = part.peg_mm / 2.0, SIDES.get(part.shape, 0)
     if part.shape == KEYED:
         return half_mm - part.flat_mm

@@ -14,7 +14,7 @@ from palpate.core.ports import Holds, OneOf, Range, Settings, Vector3
 
 ROUND: Final = "round"
 SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
-"""Number of sides by name of the cross-section; other cross-sections are round."""
+"""Number of sides of each named cross-section; all others are round."""
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
@@ -30,7 +30,7 @@ _MOST_ASIDE_MM: Final = 500.0
 
 
 def _none_or(low: float, high: float) -> Holds:
-    """Accept zero, or a range that excludes values in metres or radians."""
+    """Accept zero, or a range that excludes values given in metres or radians by mistake."""
     return Holds(lambda value: value == 0.0 or low <= value <= high, f"0, or a number from {low:g} to {high:g}")
 
 
@@ -156,7 +156,7 @@ class ToolConfig(Settings):
 
     @property
     def moving_centre_above_tip_mm(self) -> float:
-        """Return the height of the compliant part's centre of mass above the tip; the rigid part is at the sensor."""
+        """Return the height above the tip of the compliant part's centre of mass; the rigid part is at the sensor."""
         return round(self.tip_mm[2] - self.centre_of_mass_mm[2] * self.mass_kg / self.moving_mass_kg, 3)
 
     @override

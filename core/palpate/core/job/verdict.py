@@ -1,4 +1,4 @@
-"""Verdict on a job: its feasibility, the reasons, and the best shipped task and policy."""
+"""Verdict on a job: its feasibility, the reasons, and the best built-in task and policy."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
     """Judge whether a job is feasible, and choose a task and a policy.
 
     Args:
-        step_mm: Standard deviation of the tip position along the tool, caused by encoder steps.
-        task: Name of the task; empty selects the best shipped one.
+        step_mm: Standard deviation of the tip position along the tool due to encoder steps.
+        task: Name of the task; empty selects the best built-in one.
     """
     quantities = Quantities.of(job, sensor)
     found = derive(quantities)
@@ -117,7 +117,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
-    """Return four standard deviations of depth in mm and a remedy, if the tolerance is smaller; else None.
+    """Return four standard deviations of depth, in mm, and a remedy if the tolerance is smaller; else None.
 
     Args:
         parts: Standard deviations from noise, tilt and encoders.
@@ -200,7 +200,7 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
 
 
 def _wedge(job: Job, regime: Regime) -> str:
-    """Describe wedging using Whitney's condition that the line between the two contacts lies in both friction cones."""
+    """Describe wedging using Whitney's condition that the line between the two contacts is in both friction cones."""
     tilt_mrad = job.place.tilt_uncertainty_mrad
     return f"a peg tilted by {tilt_mrad:g} mrad may wedge in the mouth of the hole (W = {regime.wedge_number:.1f})"
 

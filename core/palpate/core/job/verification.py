@@ -34,7 +34,7 @@ FAIR: Final = 0.5
 """Maximum half-widths of the interval, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
 continue. Both distinguish half and twice the stiffness."""
 _FEWEST: Final = 18
-"""Number of samples in the shortest window, three dither periods. Two periods match by chance within a second."""
+"""Number of samples in the shortest window, three dither periods. Two periods would match by chance within a second."""
 MOST_SAMPLES: Final = 56
 """Number of samples in the longest window, 0.4 s; a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
@@ -69,12 +69,12 @@ class Spring:
         return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / self.period_s**2)
 
     def blur_N(self, step_m: float) -> float:
-        """Return the standard deviation of the expected force that position errors alone cause."""
+        """Return the standard deviation of the expected force due to position errors alone."""
         spring_N, inertia_N = self.stiffness_N_per_m * step_m, self.rigid_kg * step_m / self.period_s**2
         return sqrt(spring_N**2 * (1.0 + 0.5 * (self.damping_s / self.period_s) ** 2) + 6.0 * inertia_N**2)
 
     def least_dither_N(self, noise_N: float, step_m: float, half_width: float = NARROW) -> float:
-        """Return the minimum dither amplitude that the longest window verifies, including position errors."""
+        """Return the minimum dither amplitude that the longest window can verify, given the position errors."""
         least_N = _per_root_sample(self.noise_N(noise_N, step_m), half_width) / sqrt(MOST_SAMPLES - _FEWEST)
         return max(least_N, self.blur_N(step_m) * sqrt(ATTENUATED / (1.0 - ATTENUATED)) / _SMOOTHED)
 

@@ -1,4 +1,4 @@
-"""Hybrid compliant motion: a controller for each axis."""
+"""Hybrid compliant motion, with a controller for each axis."""
 
 from abc import abstractmethod
 from math import sqrt
@@ -177,5 +177,5 @@ class ForceControl(Controller):
         return limited((i * x + p * (x - u), i * y + p * (y - v), i * z + p * (z - w)), self._speed)
 
     def reset(self) -> None:
-        """Clear the last error, so that a new contact does not start with a jump."""
+        """Clear the last error so that a new contact does not start with a jump."""
         self._last = None

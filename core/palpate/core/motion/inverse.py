@@ -80,7 +80,7 @@ class InverseKinematics:
         return tuple(q.tolist()), limited
 
     def solve(self, tip_target_in_base: pin.SE3, *, free_yaw: bool, seed_rad: Array, field: str) -> Array:
-        """Find joint angles for a placement by iteration from a seed.
+        """Find joint angles for a placement iteratively from a seed.
 
         Args:
             free_yaw: True leaves the rotation about the tool axis free.
@@ -156,7 +156,7 @@ class InverseKinematics:
         return q + dq, limited
 
     def _pull(self, q: Array, reach_rad: Array, share: float) -> Array | None:
-        """Return the step of a redundant arm towards its posture, ignoring the tip."""
+        """Return the step that moves a redundant arm towards its posture, ignoring the tip."""
         if self._posture is None:
             return None
         pull: Array = (self._posture - q) * share

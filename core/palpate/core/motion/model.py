@@ -39,7 +39,7 @@ class _Loaded:
 
 
 def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.SE3, pin.SE3]:
-    """Return the placements of the controller's base and flange in the arm's root frame at joint angles (n,).
+    """Return the placements of the controller's base and flange in the arm's root frame for joint angles (n,).
 
     These are the links ``base`` and ``tool0`` of ROS descriptions of industrial arms; if they are missing, the root and
     the flange are used.
@@ -88,7 +88,7 @@ a command jump, 50 mrad, and no task needs more."""
 
 
 class Kinematics:
-    """An arm with its tool. It contains Pinocchio's mutable data, so each user needs a separate instance.
+    """An arm with its tool. It contains Pinocchio's mutable data, so each caller needs its own instance.
 
     Attributes:
         model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
@@ -148,7 +148,7 @@ class Kinematics:
         return int(self.model.addFrame(frame))
 
     def update(self, q_rad: JointVector | Array) -> None:
-        """Compute the forward kinematics at joint angles (n,); all placements then refer to them."""
+        """Compute the forward kinematics for joint angles (n,); all placements then refer to these angles."""
         self._set_q(*q_rad)
         pin.framesForwardKinematics(self.model, self._data, self._q)
 
@@ -178,7 +178,7 @@ class Kinematics:
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Return the standard deviation of the tip along the tool axis due to encoder steps, in the initial posture."""
+        """Return the standard deviation of the tip position along the tool due to encoder steps, in the posture."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 

@@ -1,4 +1,4 @@
-"""Conversion of tip velocities in the task frame to joint commands, and the parametrisation of orientations.
+"""Convert tip velocities in the task frame to joint commands, and parametrise orientations.
 
 An orientation relative to the upright tool consists of tilt about x and y and yaw about z in the task frame. The yaw is
 applied before the tilt, so the tilt is that of the tool's axis for any yaw.
@@ -21,7 +21,7 @@ Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
 
 def tilt_rows(turn_rad: Vector3) -> Rows:
-    """Return the rotation by the tilt alone, (3, 3), row by row, task frame."""
+    """Return the rotation due to the tilt alone, (3, 3), row by row, task frame."""
     x, y, _ = turn_rad
     # Without a tilt the direction is arbitrary; avoid dividing by zero.
     angle = max(hypot(x, y), 1e-300)
@@ -32,7 +32,7 @@ def tilt_rows(turn_rad: Vector3) -> Rows:
 
 
 def orientation(turn_rad: Vector3) -> Rows:
-    """Return the rotation from the upright tool to the turned one, (3, 3), row by row, task frame."""
+    """Return the rotation that takes the tool from upright to an orientation, (3, 3), row by row, task frame."""
     return _yawed(tilt_rows(turn_rad), turn_rad[2])
 
 
@@ -43,7 +43,7 @@ def _yawed(tilt: Rows, yaw_rad: float) -> Rows:
 
 
 def turn_of(rotation: Rows) -> Vector3:
-    """Return the tilt and yaw of the rotation, (3, 3), row by row, that turned the tool from upright, task frame."""
+    """Return the tilt and yaw of the rotation that took the tool from upright, (3, 3), row by row, task frame."""
     (a, _, e), (f, _, h), (i, _, k) = rotation
     share = atan2(hypot(e, h), k) / max(hypot(e, h), 1e-300)
     x, y = -h * share, e * share
@@ -67,7 +67,7 @@ class AngularCompliance:
         self._tilt, self._yaw, self._fastest_rad_s = tilt_rad_per_Nms, yaw_rad_per_Nms, fastest_rad_s
 
     def rate_rad_s(self, torque_Nm: Vector3) -> Vector3:
-        """Return the turn rate, (3,), for a torque of the environment on the tool, (3,), both in the task frame."""
+        """Return the turn rate, (3,), for a torque exerted by the environment, (3,), both in the task frame."""
         x, y, z = torque_Nm
         return limited((self._tilt * x, self._tilt * y, self._yaw * z), self._fastest_rad_s)
 
@@ -96,7 +96,7 @@ class TipMotion:
     Attributes:
         reference_m: Commanded tip, (3,), task frame.
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z, task frame.
-        tilt: Rotation by the tilt of ``turn_rad`` alone, (3, 3), row by row, task frame.
+        tilt: Rotation due to the tilt of ``turn_rad`` alone, (3, 3), row by row, task frame.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class TipMotion:
         self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
-        """Start from the arm's pose and the tool's actual orientation, which may be turned and wedged in a hole."""
+        """Start from the arm's pose and the actual tool orientation; the tool may be rotated and wedged in a hole."""
         self._q_rad = position_rad
         self._kinematics.update(position_rad)
         self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())

@@ -1,6 +1,6 @@
 """Check the URDF of an arm before passing it to Pinocchio, which would crash on a graph that is not a tree.
 
-Limits from the arm's table and a calibration from its controller are inserted, so that both libraries use one source.
+Limits from the arm's table and a calibration from its controller are inserted, so both libraries use the same source.
 """
 
 import re
@@ -134,7 +134,7 @@ def _chain(arm: ArmDescription, above: Mapping[str, Element], refused: Refusal) 
 
 
 def _set_limits(arm: ArmDescription, number: int, joint: Element, refused: Refusal) -> None:
-    """Insert the limits of the arm's table; reject joints that still lack limits."""
+    """Insert the limits from the arm's table; reject joints that still lack limits."""
     name, limit = joint.get("name"), joint.find("limit")
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit")

@@ -67,7 +67,7 @@ class SelectedChannels(_OfChannels):
         channels: Names from ``CHANNELS``, in the required order.
 
     Raises:
-        ConfigurationError: A channel is unknown or given twice.
+        ConfigurationError: A channel is unknown or listed twice.
     """
 
     channels: Channels
@@ -204,7 +204,7 @@ class SelfOrganisingMap(_OfChannels):
         return ("som_row", "som_column")
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the row and column of the nearest unit, counted from 0.
+        """Return the zero-based row and column of the nearest unit.
 
         Raises:
             CommandError: The measurement is not finite, so no unit is nearest.

@@ -127,7 +127,7 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
 
 
 def perception_to_dict(perception: Perception) -> dict[str, Any]:
-    """Convert a whole perception to plain JSON values, to be saved as a separate file or in another document."""
+    """Convert a complete perception to plain JSON values, to be saved separately or within another document."""
     return {"schema": SCHEMA, **{role: stage_to_dict(getattr(perception, role)) for role in _ROLES}}
 
 

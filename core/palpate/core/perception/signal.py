@@ -97,9 +97,9 @@ class SignalProcessor(Settings):
 
     It computes ``(raw - tare) * scale``, applies the normalisation if there is one, then a Butterworth low-pass filter.
     The filter is the bilinear transform of the analogue one, pre-warped at the cut-off, as in ``scipy.signal.butter``.
-    It is implemented as trapezoidal integrators whose contents are the state. In this form, rounded coefficients pass a
-    constant input unchanged to the last bit, and low cut-off frequencies lose no precision. Plain floats are faster for
-    six channels than numpy, and avoid BLAS kernels whose last bits depend on the processor.
+    It is implemented as trapezoidal integrators whose contents are the state. In this form, a constant
+    input stays bit-identical despite rounded coefficients, and low cut-off frequencies lose no precision. For six
+    channels, plain floats are faster than numpy, and avoid BLAS kernels whose rounding depends on the processor.
 
     Attributes:
         cutoff_Hz: Frequency at which the gain is -3 dB; below half the rate.
@@ -136,7 +136,7 @@ class SignalProcessor(Settings):
         self._coefficients = (a, a * g, g) if self.order == 2 else (0.0, g / (1.0 + g), 1.0)
 
     def tare(self, bias: Sequence[float]) -> None:
-        """Set the zero to ``bias``, a raw reading, (6,); it is never set automatically.
+        """Zero the sensor at ``bias``, a raw reading, (6,); this never happens automatically.
 
         The filter state still refers to the old zero; call :meth:`reset` next.
 
@@ -147,7 +147,7 @@ class SignalProcessor(Settings):
         self._bias = self._bias_with(self._tare)
 
     def reset(self, raw: Sequence[float]) -> None:
-        """Start without a transient, as if the raw reading, (6,), had always been constant.
+        """Start without a transient, as if the input had always been this raw reading, (6,).
 
         Raises:
             CommandError: ``raw`` is not six finite numbers.

@@ -109,7 +109,7 @@ BETWEEN = " > "
 class LastSymbols(Settings):
     """State identifier that uses the last symbols, in order, as the state; there are fewer at the start of a trial.
 
-    All combinations are states, shorter ones first, even if they cannot occur, because states are numbered before any
+    All combinations are states, shorter ones first, even if impossible, because states are numbered before any
     observation.
 
     Attributes:

@@ -53,7 +53,7 @@ class Symboliser(Protocol):
 class Thresholds(Settings):
     """Symboliser with bands for each feature; a symbol combines the bands, with the first feature most significant.
 
-    With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; otherwise they are counted from
+    With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; otherwise they are numbered from
     0, for example ``"fz:1"``. A value on a threshold belongs to the band nearer to the middle, so the middle band
     between -t and t is ``|value| <= t``; with a single threshold it belongs to the upper band.
 

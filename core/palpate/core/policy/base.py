@@ -1,7 +1,7 @@
 """Observations, decisions and transitions: the interface of every policy.
 
-The task calls ``choose`` before each action and, if it is in the set, ``learn`` with the result afterwards. An
-aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overrate
+The task calls ``choose`` before each action. If the action is in the set, it then calls ``learn`` with the result. An
+aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overvalue
 regions far from the hole. At the end of the trial, ``end_trial`` receives the episode outcome from port data.
 """
 
@@ -27,7 +27,7 @@ class ControllerKind(enum.Enum):
     STEP = "step"
     """Slide to a position while pressing and turning to an orientation."""
     PUSH = "push"
-    """Move sideways by force, pressing at a given tilt; comply with the torque about the tool axis."""
+    """Move sideways under force control, pressing at a given tilt; comply with the torque about the tool axis."""
     LIFT = "lift"
     """Move to a position and an orientation in free space."""
     WITHDRAW = "withdraw"
@@ -43,8 +43,8 @@ class Spatial:
     Attributes:
         controller: Controller for the action.
         rise_m: Lift of the tip away from the plate. A push keeps the tip this far above the plate, or below it if
-            negative; 0 sets no such bound.
-        turn_rad: Turn of the tool, (3,): tilt about the task's x and y, and yaw about its z.
+            negative; 0 for no bound.
+        turn_rad: Rotation of the tool, (3,): tilt about the task's x and y axes, and yaw about its z axis.
         push_N: Force of a push, (2,), task frame.
         pivot_m: Pivot on the tool's end face, (2,), task frame, relative to the tip of the upright tool.
     """
@@ -133,7 +133,7 @@ PERSON: Final = "person"
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Inputs to the choice of an action; lengths and wrenches are in the task frame.
+    """Inputs to the choice of an action; positions and wrenches are in the task frame.
 
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
@@ -202,7 +202,7 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeOutcome:
-    """Episode outcome from port data, which labels a trial's observations.
+    """Outcome of an episode according to port data, used to label the trial's observations.
 
     Attributes:
         inserted: True if the peg was found to be in the hole; always False for a trial that the supervisor ended.
@@ -229,18 +229,18 @@ class Policy(Protocol):
     @property
     @abstractmethod
     def temperature(self) -> float | None:
-        """Return the degree of randomness for display, or None if the policy has none."""
+        """Return the temperature for display, or None if the policy has none."""
 
     @abstractmethod
     def serves(self, state: int) -> bool:
-        """Return True if the policy can choose in the given state."""
+        """Return True if the policy can choose an action in the given state."""
 
     @abstractmethod
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         """Begin a trial.
 
         Args:
-            trial: Number of the learning trial, from 0.
+            trial: Number of the learning trial, starting from 0.
         """
 
     @abstractmethod
@@ -300,7 +300,7 @@ def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
 
 
 def drawing_from(rng: np.random.Generator | None, who: str) -> np.random.Generator:
-    """Return the generator of the trial.
+    """Return the trial's random number generator.
 
     Raises:
         LifecycleError: No trial has begun.

@@ -107,7 +107,7 @@ class ActionEntry(Settings):
         return cls(action.name, _scaled(action.displacement_m, 1e3), spatial)
 
     def step(self) -> Action:
-        """Return the step in the plane; rounding to mm may change the last bit."""
+        """Return the step in the plane; conversion from mm may change the least significant bit."""
         return Action(self.name, _scaled(self.displacement_mm, 1e-3))
 
     def require_same(self, where: str, other: Self) -> None:
@@ -162,7 +162,7 @@ class LearnerEntry(Settings):
 
     @property
     def trials_learned(self) -> int:
-        """Return the number of trials from which it learned."""
+        """Return the number of trials from which the learner has learned."""
         return int(self.state["trials_learned"])
 
     @property

@@ -18,7 +18,7 @@ GREEDY_BELOW: Final = 1e-6
 class TemperatureSchedule(Settings):
     """Geometric decay with a floor: ``T(trial) = max(floor, initial * decay**trial)``.
 
-    Keep the floor above zero if different places look like the same state: without randomness, a policy may alternate
+    Keep the floor above zero if different positions map to the same state: without randomness, a policy may alternate
     between two of them forever, and its learned values deteriorate.
     """
 
@@ -38,7 +38,7 @@ class TemperatureSchedule(Settings):
         require_floor(self.dotted("floor"), self.floor, self.initial, "the initial temperature")
 
     def at(self, trial: int) -> float:
-        """Return the temperature of a trial, counted from 0."""
+        """Return the temperature of a trial; trials are numbered from 0."""
         return max(self.floor, self.initial * self.decay**trial)
 
     @property

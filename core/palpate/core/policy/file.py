@@ -204,7 +204,7 @@ def policy_from(
     """Create the policy stored in a document for a task with the given states and actions.
 
     The actions are the task's own, because those of the file are rounded to mm. Unless ``frozen``, learning resumes; to
-    continue the temperature schedule, the next trial must be number ``document.learner.trials_learned``.
+    continue the temperature schedule, the next trial must be numbered ``document.learner.trials_learned``.
 
     Args:
         bounds: Task bounds for a belief.
@@ -237,7 +237,7 @@ def _parts_of(policy: Policy) -> tuple[Policy, ...]:
 
 
 def _assigned(parts: Sequence[AssignedPolicy], source: str) -> dict[str, str]:
-    """Return the names of states with the names of the actions assigned to them by parts with a given source."""
+    """Return the actions that the parts with a given source assign, by name of the state."""
     return {
         state: part.actions[index].name
         for part in parts

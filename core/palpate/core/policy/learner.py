@@ -39,7 +39,7 @@ class Learner(Policy):
 
     @property
     def trials_learned(self) -> int:
-        """Return the number of trials from which it learned."""
+        """Return the number of trials from which the learner has learned."""
         return self._trials_learned
 
     @abstractmethod
@@ -47,7 +47,7 @@ class Learner(Policy):
         """Return everything that learning has changed, as plain JSON values that preserve every bit.
 
         It may be called during a trial, after ``begin_trial`` and after ``end_trial``. A learner that is set to this
-        state and begins the same trial continues identically. The caller's random generator is not included.
+        state and begins the same trial continues identically. The caller's random number generator is not included.
         """
 
     @abstractmethod
@@ -97,7 +97,7 @@ class ModelLearner(Learner, Generic[T]):
         self._begin(rng)
 
     def learn(self, transition: Transition) -> None:
-        """Ignore single steps, because their value is known only at the end of the trial."""
+        """Ignore individual steps, because their value is known only at the end of the trial."""
 
     def get_state(self) -> dict[str, Any]:
         """Return the remembered trials as plain JSON values; the model is fitted to them again."""

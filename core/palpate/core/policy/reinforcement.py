@@ -1,4 +1,4 @@
-"""Reinforcement signals, which are the costs of actions. All are at most 0; reaching the goal only ends the cost."""
+"""Reinforcement signals, which are the costs of actions. All are at most 0; the goal itself brings no reward."""
 
 from abc import abstractmethod
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Tabular Sarsa(lambda) with replacing traces.
 
-If different places look like the same state, one-step Q-learning may miss even the best memoryless policy.
+If different positions map to the same state, one-step Q-learning may miss even the best memoryless policy.
 Sarsa(lambda) often finds it (Loch and Singh 1998), so it is the baseline for policies with memory.
 """
 

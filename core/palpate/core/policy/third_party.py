@@ -1,4 +1,4 @@
-"""Wrapper of a third-party policy that converts its errors to PolicyError."""
+"""Wrapper around a third-party policy that converts its errors to PolicyError."""
 
 import copy
 import json
@@ -24,7 +24,7 @@ _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 @dataclass(frozen=True, slots=True)
 class PolicyContext:
-    """Information about the task for the constructor of a policy.
+    """Information about the task, passed to the constructor of a policy.
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.
@@ -63,8 +63,8 @@ class ThirdPartyPolicy(Learner):
         frozen: True disables learning: ``learn`` and ``end_trial`` are not called.
 
     Attributes:
-        learns: True if it has ``get_state`` and ``set_state``.
-        now_ns: Clock of the rig, which limits the time of a choice.
+        learns: True if the policy has ``get_state`` and ``set_state``.
+        now_ns: Clock of the rig, used to limit the time for a choice.
 
     Raises:
         ConfigurationError: The policy lacks a required method.

@@ -60,7 +60,7 @@ class CommandLimiter:
     """Limiter for commands that arrive at any time, based on elapsed time rather than on the number of commands.
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
-    is longer than one period allows. If several commands have the same time, the last one replaces the others.
+    is longer than one period allows. If several commands have the same timestamp, the last one replaces the others.
 
     Args:
         lower_rad: Lower joint limits, (n,).
@@ -81,7 +81,7 @@ class CommandLimiter:
         self._left_s = 0.0
 
     def start(self, held_rad: JointVector) -> None:
-        """Begin limiting steps from the given position of the arm."""
+        """Begin limiting steps, starting from the arm's given position."""
         self._held, self._now_ns = held_rad, None
 
     def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:

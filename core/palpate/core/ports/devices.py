@@ -1,7 +1,7 @@
 """The four ports between the core and its environment.
 
 The ports are structural types: a third-party class only needs the same members. Semantics that types cannot express are
-in the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass.
+specified by the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass.
 
 Units are SI, with angles in rad and times in integer ns of the run's clock. A sample carries its source time, receive
 time, sequence number and validity. Silence is never hidden: an old sample is marked ``STALE``, and a dead device raises
@@ -59,7 +59,7 @@ class ForceSensor(Device, Protocol):
 
     @abstractmethod
     def read(self) -> WrenchSample:
-        """Return the latest wrench of the environment on the tool, in the sensor frame.
+        """Return the latest wrench exerted by the environment on the tool, in the sensor frame.
 
         Raises:
             LifecycleError: The sensor is not active.

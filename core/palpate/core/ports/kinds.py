@@ -29,7 +29,7 @@ Channels: TypeAlias = Annotated[
 ]
 
 STAGES: Final[dict[str, type[Settings]]] = {}
-"""Perception stages by the name of their kind in files."""
+"""Perception stages, keyed by the name of their kind in files."""
 
 
 def register_stage(kind: str, stage: type[Any]) -> None:
@@ -62,10 +62,10 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
 
 
 def require_floor(field: str, floor: float, start: float, name: str) -> None:
-    """Reject a floor above the start value that decays to it.
+    """Reject a floor above the initial value, which decays to the floor.
 
     Raises:
-        ConfigurationError: The floor is above the start value.
+        ConfigurationError: The floor is above the initial value.
     """
     if floor > start:
         raise ConfigurationError(field, floor, f"a number from 0 to {name}, {start:g}")

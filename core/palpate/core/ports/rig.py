@@ -1,4 +1,4 @@
-"""The rig of a trial: the four ports and their surroundings, simulated or real."""
+"""The rig used for a trial: the four ports and their surroundings, simulated or real."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -58,8 +58,8 @@ class GroundTruth:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
         depth_m: Depth of the tip below the plate's surface, along the hole's axis; 0 while it is above.
-        peak_force_N: Maximum norm of the force through the wrist over all physics steps, without the tool's weight.
-        drawn: Other quantities drawn for this trial or its batch, by name with unit.
+        peak_force_N: Maximum norm of the force through the wrist over all physics steps, excluding the tool's weight.
+        drawn: Other quantities drawn at random for this trial or its batch, by name with unit.
         hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: tilt of the
             plate and yaw of the hole.
     """

@@ -1,4 +1,4 @@
-"""Declaration of settings in a single frozen dataclass for TOML, flags, Python, JSON and messages.
+"""Declare settings once, in a frozen dataclass, for TOML, flags, Python, JSON and messages.
 
 ::
 
@@ -70,7 +70,7 @@ class OneOf:
         self.values = values
 
     def holds(self, value: Any) -> bool:
-        """Return True if the value is one of them."""
+        """Return True if the value is one of the accepted values."""
         return value in self.values
 
     def words(self, base: Any) -> str:

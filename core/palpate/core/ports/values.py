@@ -1,8 +1,8 @@
 """Value objects that cross the ports: frozen, validated once, and named with units.
 
-Vectors are tuples of floats, not arrays: they are immutable, are compared and hashed by value, keep every bit, and are
+Vectors are tuples of floats, not arrays: they are immutable, are compared and hashed by value, keep all bits, and are
 several times cheaper to create at 140 Hz than read-only arrays. Types without validation are named tuples, which take
-a quarter of the time to create that a frozen dataclass takes.
+a quarter as long to create as frozen dataclasses.
 """
 
 import enum

@@ -48,7 +48,7 @@ class WrenchMonitor:
         self._last_ns: int
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the current, valid wrench, or None if it is within limits."""
+        """Return the trip for the current, valid wrench, or None if the wrench is within limits."""
         wrench, bias = snapshot.wrench, constraints.bias
         force_N = wrench.force_N
         if self._first is None:
@@ -188,7 +188,7 @@ class JointMonitor:
         return self._stuck(snapshot.tick, q, commands[0][1]) if is_new else None
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
-        """Trip if all new samples of a joint show the same angle although its earlier commands changed."""
+        """Trip if all new samples of a joint show the same angle even though its earlier commands changed."""
         if not self._same:
             self._same = [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
         same = self._same

@@ -13,8 +13,8 @@ BAND: Final = 1.0 / 3.0
 """Half-width of the band that counts as flat, in standard deviations of the channel's noise.
 
 White noise stays within this distance of its start for 20 samples with a probability of 1.9e-12, the integral of phi(x)
-(Phi(x + 1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels, that means 2e-5 false trips. A
-dead channel, with a twentieth of the noise, stays within it with a probability near one.
+(Phi(x + 1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels, this means 2e-5 false trips. A
+dead channel, with a twentieth of the noise, stays within it with a probability close to one.
 """
 _FEWEST: Final = 8
 """Minimum number of samples for a meaningful standard deviation."""
@@ -64,7 +64,7 @@ class NoiseMonitor:
         self._total = self._change = 0.0
 
     def trip(self, snapshot: Snapshot, constraints: PhaseConstraints) -> Trip | None:
-        """Return the trip for the current, valid wrench, or None if it is acceptable."""
+        """Return the trip for the current, valid wrench, or None if the wrench is acceptable."""
         wrench = snapshot.wrench
         if wrench.sequence == self._sequence:
             return None

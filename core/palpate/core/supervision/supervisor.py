@@ -42,7 +42,7 @@ _PULLS: Final = 4
 class Supervisor:
     """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, without I/O or a clock.
 
-    Commands beyond a joint limit are clamped. A violation that must end the trial trips: the first cause is latched,
+    Commands beyond a joint limit are clamped. A violation that must end the trial causes a trip: the cause is latched,
     the tool is retracted or held, and the next trial requires a person's acknowledgement at the latch.
 
     Args:
@@ -89,7 +89,7 @@ class Supervisor:
 
     @property
     def trip(self) -> Trip | None:
-        """Return the cause that ended the latest trial, or None if there is none."""
+        """Return the trip that ended the latest trial, or None if there was none."""
         return self._trip
 
     def begin(self) -> None:

@@ -62,7 +62,7 @@ class PhaseConstraints:
     Attributes:
         bias: Wrench at zero load, (6,), N and N m, as the sensor reads it; None before taring.
         area: The area that the tip must not leave; None outside exploration.
-        mismatch: Mismatch of force and position found by the task's contact verification; None if there is none.
+        mismatch: Mismatch between force and position found by the task's contact verification; None if there is none.
     """
 
     contact: bool
@@ -98,7 +98,7 @@ class Supervised(NamedTuple):
     """Command to the arm after supervision.
 
     Attributes:
-        command_override: The change of the task's command and its reason; None if unchanged.
+        command_override: The change to the task's command and its reason; None if unchanged.
     """
 
     command: JointCommand

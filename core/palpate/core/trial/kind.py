@@ -82,7 +82,7 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
-        """Return the setup of a trial, a function of settings, seed and index."""
+        """Return the setup of a trial, which depends only on settings, seed and index."""
 
     def actions(self, task: TaskConfig) -> tuple[Action, ...]:
         """Return the actions for policies: steps in the plane, unless a task defines others."""

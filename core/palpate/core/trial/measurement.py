@@ -14,7 +14,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVect
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 """Maximum age, relative to the encoders' sample, of a force sample that counts as simultaneous: one tick."""
 _KEPT: Final = 16
-"""Number of depths and bends kept; the supervisor treats samples this many ticks apart as stale."""
+"""Number of depths and deflections kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
 """Pairs of time in ns and value in m, the latest one last."""
 
@@ -173,7 +173,7 @@ class Measurement:
         return self._righted(torque) if self._weight_N else torque
 
     def _lightened(self, force_N: Vector3) -> Vector3:
-        """Return a tared force without the weight component caused by tilt, as if the tare turned with the tool."""
+        """Return a tared force without the weight component caused by tilt, as if the tare rotated with the tool."""
         (x, y, z), (ax, ay, az), weight_N = force_N, self._axis, self._weight_N
         return x + weight_N * ax, y + weight_N * ay, z - weight_N * (1.0 - az)
 
@@ -207,5 +207,5 @@ def _value_at(time_ns: int, history: History) -> float:
 
 
 def _wrong_number(q_rad: JointVector, count: int) -> DeviceError:
-    """Return the error for a wrong number of joint angles."""
+    """Return the error to raise for a wrong number of joint angles."""
     return DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {count}")

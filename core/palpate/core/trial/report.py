@@ -45,7 +45,7 @@ class Outcome(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class TrialSetup:
-    """Data by which the core distinguishes one trial from another.
+    """Data that distinguish one trial from another for the core.
 
     Attributes:
         index: Number of the trial within its run, from 0.
@@ -166,5 +166,5 @@ perception fitting, in this order."""
 
 
 def generator(seed: int, purpose: Purpose, trial: int) -> np.random.Generator:
-    """Return the generator for one purpose of one trial."""
+    """Return the random number generator for one purpose in one trial."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(purpose), trial)))

@@ -34,7 +34,7 @@ class Task(Protocol):
         """Process a snapshot in the first half of a tick; :meth:`act` is the second half.
 
         Returns:
-            The observation for a policy's choice in the second half; None at ticks without a choice.
+            The observation for a policy's choice in the second half; None except at decision ticks.
 
         Raises:
             DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
@@ -76,4 +76,4 @@ class Task(Protocol):
     @property
     @abstractmethod
     def filter_state(self) -> list[float]:
-        """Return the filter state; after :meth:`begin` it is the initial state that the log holds."""
+        """Return the filter state; after :meth:`begin`, it is the initial state stored in the log."""

@@ -1,6 +1,6 @@
 """Exponential and logarithm of arrays, with bit-identical results on every processor.
 
-numpy's functions use vector units that round differently on different machines, and a belief that differs in its last
+numpy's functions use vector units that round differently on different machines, and a belief that differs in a single
 bit may select another action. Sums, products, square roots and scaling by powers of two are rounded the same everywhere
 (IEEE 754), so these functions use nothing else. Their errors, below 2e-7, are negligible compared with the noise of a
 contact.
@@ -36,7 +36,7 @@ class _Format:
 
     @property
     def rounding(self) -> float:
-        """Return the number that rounds a sum to an integer in the last bits of the mantissa."""
+        """Return the constant whose addition rounds a number to an integer in the lowest bits of the mantissa."""
         return 1.5 * 2.0**self.mantissa_bits
 
 

@@ -108,7 +108,7 @@ class ContactTrial:
         """Read the result of :meth:`to_dict`.
 
         Raises:
-            ConfigurationError: The data have an invalid form.
+            ConfigurationError: The data are invalid.
         """
         accepted = (
             "the hole as two whole numbers, each contact as five: x and y in 0.1 um up to 100 mm, torques in uN m up to"

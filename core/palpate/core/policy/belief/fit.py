@@ -1,6 +1,6 @@
 """Fit a contact model to labelled contacts by repeatedly fitting each part to the residual of the others.
 
-The fit solves no matrix equation and draws no random numbers, so the same contacts give the same model to the last bit.
+The fit solves no matrix equation and draws no random numbers, so the same contacts always give a bit-identical model.
 """
 
 from collections.abc import Sequence
@@ -53,7 +53,7 @@ def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
 
 
 class _ModelFit:
-    """Fit of a contact model at a given lag."""
+    """Fit of a contact model for a given lag."""
 
     def __init__(self, examples: Examples, lag: float) -> None:
         self._gain = np.zeros((len(RINGS_M), 2))
@@ -110,7 +110,7 @@ class _ModelFit:
         self._residuals = self._at.between_cells(self._residual)
 
     def _fit_tilts(self, left: Floats, gains: Floats) -> None:
-        """Fit the tilt of each trial as a random intercept, with mean and variance by expectation maximisation."""
+        """Fit the tilt of each trial as a random intercept; expectation maximisation gives its mean and variance."""
         weights = gains * gains
         xx, xy, yy = (self._by_trial(part) / self.pooled for part in _turned_square(weights, self._at.unit))
         pulls = self._at.turned(gains * self._at.turned_back(left)) / self.pooled
@@ -130,7 +130,7 @@ class _ModelFit:
         return np.bincount(self._trial, values, self._trials).astype(np.float64)
 
     def _by_ring(self, values: Floats) -> Floats:
-        """Sum values (n, k) by ring, splitting each value between the two rings around it."""
+        """Sum values, (n, k), by ring, splitting each value between the two nearest rings."""
         rings = len(RINGS_M)
         columns = [
             np.bincount(self._at.ring, (1.0 - self._at.share) * column, rings)

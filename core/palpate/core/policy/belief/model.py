@@ -13,7 +13,7 @@ A tool tilted in its grip makes contact with an edge, which adds a torque to eve
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
 symmetry the torque is linear in that bias, with different gains along and across the heading. Observations at one
 heading of the tilt therefore apply to all. After a regrip, only two numbers are unknown, and the belief integrates them
-out. A zero offset of the sensor is such a bias without a gain.
+out. A zero offset of the sensor is a bias of this kind without a gain.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class ContactTable:
 
     Args:
         places: Grid of possible positions of the hole, which also contains the tip.
-        regrip_share: Probability that the tilt differs from the last trials.
+        regrip_share: Probability that the tilt differs from that in the last trials.
     """
 
     def __init__(self, model: ContactModel, places: Places, regrip_share: float) -> None:
@@ -63,7 +63,7 @@ class PlaceBelief:
     """Evidence for each position from the torques of one trial.
 
     The torque caused by the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
-    distributions, near that of the last trials or arbitrary. The evidence thus has a closed form in six running sums.
+    distributions, one for the tilt of the last trials and one for any tilt. Six running sums thus give the evidence.
 
     Args:
         log_prior: Logarithm of the belief at the start of the trial, (size, size).
@@ -81,7 +81,7 @@ class PlaceBelief:
         self._sums = np.zeros((6, *log_prior.shape), SINGLE)
 
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
-        """Add a contact at a cell, with the pressing force divided by 4.9 N."""
+        """Add a contact at a cell, given the pressing force divided by 4.9 N."""
         upright, gains, c, s, precision, log_variance = self._table.at(row, column)
         x, y = (felt_Nm - load * expected for felt_Nm, expected in zip(torque_Nm, upright, strict=True))
         gains = load * gains + 1.0

@@ -46,7 +46,7 @@ class Places:
         self._half = half
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
-        """Return the row and column (x and y) of the nearest grid point; the grid continues beyond its edge."""
+        """Return the row and column (x and y) of the nearest grid point; numbering continues beyond the grid."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
     def likeliest_m(self, belief: Floats) -> tuple[float, float]:
@@ -62,7 +62,7 @@ class Places:
     def near_way(
         self, from_m: tuple[float, float], displacement_m: tuple[float, float], within_m: float
     ) -> tuple[tuple[slice, slice], Floats]:
-        """Return a box with all cells within a given distance of a straight path, and their squared distances."""
+        """Return a box of all cells within a given distance of a straight path, and their squared distances from it."""
         x, y = (self._span(start, start + move, within_m) for start, move in zip(from_m, displacement_m, strict=True))
         return (x, y), off_path_m2(self.axis_m[x, None] - from_m[0], self.axis_m[None, y] - from_m[1], *displacement_m)
 

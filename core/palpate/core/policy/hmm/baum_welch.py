@@ -113,7 +113,7 @@ LEAST: Final = 1e-12
 
 
 class Shifts:
-    """Propagation of messages through one action, which shifts a state by its displacement or leaves it unchanged.
+    """Message propagation through one action, which shifts a state by its displacement or leaves it unchanged.
 
     Messages have one row per trial, (trials, states).
 

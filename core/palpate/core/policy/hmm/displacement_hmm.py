@@ -1,4 +1,4 @@
-"""Hidden Markov model of the offset from the goal, with known displacements and learned observations.
+"""Hidden Markov model of the offset from the goal, with known displacements and learned observation probabilities.
 
 The hidden state is the offset from the goal, in steps. An action either changes it by its known displacement or leaves
 it unchanged. P(blocked | offset, action) and P(symbol | offset) are learned by Baum-Welch. If a trial reached the goal,
@@ -97,7 +97,7 @@ class DisplacementHmm:
 
     @classmethod
     def blank(cls, steps: tuple[Offset, ...], reach: int, symbols: int, rng: np.random.Generator) -> Self:
-        """Return an untrained model with all offsets within ``reach`` steps and nearly uniform symbols."""
+        """Return an untrained model with all offsets within ``reach`` steps and nearly uniform symbol probabilities."""
         sides = range(-reach, reach + 1)
         offsets = tuple((u, v) for v in sides for u in sides if (u, v) != (0, 0))
         emissions = 1.0 + _NOISE * rng.random((len(offsets), symbols))
@@ -142,7 +142,7 @@ def fit_displacement_hmm(
 ) -> DisplacementHmm:
     """Fit a model from scratch.
 
-    Trials that reached the goal are fitted first, because each ends at a known offset. The position of other trials is
+    Trials that reached the goal are fitted first, because each ends at a known offset. The offsets in others are
     ambiguous; without an initial model, they would spread over arbitrary offsets.
 
     Args:

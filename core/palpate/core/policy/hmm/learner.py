@@ -24,7 +24,7 @@ from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 
 REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
-"""Numbers of trials after which the model is fitted; further fits follow each time the number has grown by half. All
+"""Numbers of trials after which the model is fitted; later fits follow each time the number has grown by half. All
 actions are random before the first fit."""
 
 GREEDY_ACTIONS: Final = 20
@@ -64,12 +64,12 @@ def fitted_after(trials: int) -> int:
 class HmmLearner(ModelLearner[RecordedTrial]):
     """Learner that fits a hidden Markov model to actions and symbols, and acts on a plan over its belief.
 
-    The first trials are random. The model is fitted from scratch after :data:`REFITS` trials, so it depends only on the
-    trials.
+    The first trials are random. The model is fitted from scratch at the trial counts in :data:`REFITS`, so it depends
+    only on the trials.
 
     Args:
         symbols: Names of the symbols, which are the states of its observations.
-        frozen: True disables learning, and random actions within the first :data:`GREEDY_ACTIONS` actions of a trial.
+        frozen: True disables learning, and also random actions in the first :data:`GREEDY_ACTIONS` actions of a trial.
 
     Raises:
         ConfigurationError: A name is repeated, the actions have no common lattice, or the model would be too large.
@@ -91,11 +91,11 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     @property
     def trials(self) -> tuple[RecordedTrial, ...]:
-        """Readings and actions of every trial from which the learner learned."""
+        """Readings and actions of every trial from which the learner has learned."""
         return tuple(self._trials)
 
     def use(self, model: DisplacementHmm, trials: Sequence[RecordedTrial]) -> None:
-        """Use a model fitted to the given trials; the plan is computed at the next trial."""
+        """Use a model fitted to the given trials; the plan is computed at the start of the next trial."""
         self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
         self._fitted = fitted_after(len(trials))
         self.model, self._plan = model, None

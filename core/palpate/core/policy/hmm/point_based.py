@@ -1,4 +1,4 @@
-"""Planning over beliefs with QMDP, which assumes full observability after one step, or Perseus, which does not.
+"""Belief-space planning with QMDP, which assumes full observability after one step, or Perseus, which does not.
 
 Perseus (Spaan and Vlassis, 2005) improves a set of vectors at beliefs sampled by simulating the model. Each vector
 holds the cost of one plan from every hidden state; the cost of a belief is the minimum over the vectors. Costs, beliefs
@@ -124,7 +124,7 @@ _SHARE: Final = 2.0**22
 
 
 def _on_grid(values: Floats, steps: float) -> Floats:
-    """Return values as whole numbers of steps of 1 / ``steps``."""
+    """Round values to whole multiples of 1 / ``steps``, and return the multiples."""
     result: Floats = np.rint(values * steps)
     return result
 
@@ -231,7 +231,7 @@ def _backed_up(model: FinitePomdp, moves: Sequence[Any], beliefs: Floats, vector
 
 
 def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
-    """Return distinct beliefs from simulated trials with QMDP and random actions, (beliefs, states)."""
+    """Return the distinct beliefs in simulated trials with QMDP and random actions, (beliefs, states)."""
     beliefs = np.repeat(model.start[None], _WALKS, axis=0)
     states = _drawn(beliefs, rng)
     found: dict[bytes, Floats] = {}

@@ -1,4 +1,4 @@
-"""Contact verification for all tasks, which checks that the measured force is the real one."""
+"""Contact verification for all tasks, which checks that the measured force is real."""
 
 import lazy_loader
 

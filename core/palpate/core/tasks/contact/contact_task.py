@@ -82,7 +82,7 @@ class ContactTask(Task):
         """Process a snapshot in the first half of a tick; :meth:`act` is the second half.
 
         Returns:
-            The observation for the policy's choice in the second half; None at ticks without a choice.
+            The observation for the policy's choice in the second half; None except at decision ticks.
 
         Raises:
             DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command; or the
@@ -133,7 +133,7 @@ class ContactTask(Task):
         return state.observation
 
     def act(self) -> JointCommand:
-        """Return the command in the second half of a tick, after the choice if one is due."""
+        """Return the command in the second half of a tick, after any choice that was due."""
         if self._state.observation is not None:
             self.choose()
         return self._motion.move(self._monitor.bounded(self._velocity_m_s))
@@ -180,7 +180,7 @@ class ContactTask(Task):
         return
 
     def clamped(self, command_override: CommandOverride) -> None:
-        """Record that the supervisor changed a command; record a series of ticks once."""
+        """Record that the supervisor changed a command; consecutive ticks are recorded once."""
         if self._state.tick != self._clamped_tick + 1:
             requested, given = (
                 " ".join(f"{q:.6f}" for q in angles)

@@ -7,7 +7,7 @@ from palpate.core.ports import PERIOD_S
 
 
 class Dither:
-    """Back-and-forth motion with random timing that no recorded or delayed force matches by chance.
+    """Back-and-forth motion, timed at random so that no recorded or delayed force matches it by chance.
 
     Args:
         amplitude_m: Maximum distance from the start; less if the speed limits it.

@@ -49,11 +49,11 @@ PAST_PLATE_M: Final = 1e-3
 class Monitor:
     """Contact monitor of a trial, with dither, response and budget along and across the tool axis.
 
-    The budget limits the bend of the gripper since the last verification, because a faulty sensor may hide it.
+    The budget limits how far the gripper bends between verifications, because a faulty sensor may not show it.
 
     Args:
         step_m: Standard deviation of the tip position from the encoders.
-        turns_rad: Tilt that the tool performs in a hole; 0 for a tool that neither turns nor dithers in air.
+        turns_rad: Tilt of the tool in a hole; 0 for a tool that neither turns nor dithers in air.
 
     Attributes:
         axial: Response along the tool axis.
@@ -61,11 +61,11 @@ class Monitor:
         loose: Response of a tool with intermittent contact; only for the same tools.
         across: Response to a lateral push.
         direction: Direction of the push, (2,); None without a push.
-        spent_N: Bend of the gripper since the last verification, assuming that the tip moved only by the play.
+        spent_N: Gripper deflection, as a force, since the last verification, if the tip moved only by the play.
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
         budget_N: Maximum deflection without verification.
         play_m: Lateral distance that does not bend the gripper.
-        waited_ticks: Number of ticks for which the tool has waited since the last verification.
+        waited_ticks: Number of ticks that the tool has spent waiting since the last verification.
         timeout_ticks: Number of stationary ticks before a mismatch is reported.
         pull_N: Pull that the tool itself causes.
         axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
@@ -117,7 +117,7 @@ class Monitor:
         self.presses(self.press_N)
 
     def _adapt(self, tip_lever_m: float) -> None:
-        """Choose amplitudes from the noise measured during taring, for a given distance from sensor to tip."""
+        """Choose amplitudes based on the noise during taring and the distance from sensor to tip."""
         noise_N, dither = self._state.noise[2], self._dither
         noise_Nm = hypot(max(self._state.noise[3:5]), tip_lever_m * max(self._state.noise[:2]))
         self._torque_Nm = self._bent_Nm + _NOISES_TORQUE * noise_Nm
@@ -137,7 +137,7 @@ class Monitor:
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + PUSH_SHARE * self.budget_N)
 
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
-        """Set the press; the budget then keeps the gripper's force below the limit. Play does not restore it."""
+        """Set the press and the play. The budget is the rest of the force limit; deflection so far still counts."""
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
         self._from_m: Vector3 | None = None
         self._carried_N = self.spent_N
@@ -153,7 +153,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bend_N(self, reference_m: Vector3) -> float:
-        """Return the bend of the gripper at a reference if the tip has not moved since the last response."""
+        """Return the gripper deflection, as a force, at a reference if the tip has not moved since a response."""
         if self._from_m is None:
             self._from_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
@@ -161,7 +161,7 @@ class Monitor:
         return self._carried_N + hypot(across_N, z * self.axial_N_per_m)
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
-        """Return the velocity, or zero if it bends the gripper by more than the budget and the dithers.
+        """Return the velocity, or zero if it would bend the gripper by more than the budget and the dithers.
 
         In that case the tool waits, which limits how long it can move without a response.
         """
@@ -270,8 +270,8 @@ class Monitor:
         """Return the dither's velocity along a push.
 
         Args:
-            met: True if there is contact with a wall. The push then grows until it responds, measured by the motion of
-                the flange, because the arm's servos yield to a stiff gripper.
+            met: True if there is contact with a wall. The push then grows until the wall responds, by the motion of the
+                flange, because the arm's servos yield to a stiff gripper.
         """
         budget_m, dither = self.budget_N / self.lateral_N_per_m, self._push_dither
         # Even if the flange then suddenly follows fully, it bends the gripper by no more than the budget.
@@ -290,7 +290,7 @@ class Monitor:
         self.across.begin(max(self._state.noise[:2]), self._step_m, dither_N, self.axial.lag)
 
     def aim(self, force_N: tuple[float, float]) -> None:
-        """Push a waiting tool against a lateral force, unless the window of an earlier push is still incomplete.
+        """Push a waiting tool against a lateral force, unless the window for an earlier push is still incomplete.
 
         A push along a wall causes no response.
         """
@@ -323,7 +323,7 @@ class Monitor:
         return self.axial.contradicted
 
     def moves_on(self) -> None:
-        """Restart the responses that require a stationary tool, because the tool now follows the force."""
+        """Restart the responses that require a stationary tool, because the tool is now following the force."""
         self.across.restart()
         if self.loose is not None:
             self.loose.restart()

@@ -70,7 +70,7 @@ class Settle(RunningPhase):
     """Phase that keeps the tool stationary while vibrations decay and the sensor is tared.
 
     Attributes:
-        bias: The wrench used as zero afterwards, (6,), N and N m, sensor frame; None before.
+        bias: The wrench used as zero afterwards, (6,), N and N m, sensor frame; None until it is known.
     """
 
     def __init__(self, task: TaskConfig, measurement: Measurement, state: TrialState) -> None:

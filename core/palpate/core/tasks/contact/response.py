@@ -1,4 +1,4 @@
-"""Regression of the measured force on the flange motion, which checks the response of the gripper's spring."""
+"""Regress the measured force on the flange motion to check the response of the gripper's spring."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Response:
 
     @property
     def swing_m(self) -> float:
-        """Return the amplitude of the latest positions, half their range in three half-periods of the dither."""
+        """Return the amplitude of the latest positions, half their range over three half-periods of the dither."""
         places_m = [place_m for _, place_m in self._places]
         return 0.5 * (max(places_m) - min(places_m)) if places_m else 0.0
 
@@ -176,9 +176,9 @@ class Response:
 
 
 def _repetition(x: Array, rest: Array) -> float:
-    """Return samples per independent sample, for two series correlated in time.
+    """Return the number of samples per independent sample for two autocorrelated series.
 
-    A late or recorded force oscillates like the dither, so a few samples of it can match the dither by chance. The
+    A late or recorded force oscillates like the dither, so a few of its samples can match the dither by chance. The
     variance of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """

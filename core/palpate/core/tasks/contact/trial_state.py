@@ -1,4 +1,4 @@
-"""State of a trial of a task with contact."""
+"""Trial state for a task with contact."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class TrialState:
     Attributes:
         phase: The current phase; a task may define its own phases in a separate enumeration.
         noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
-        observation: Observation for the choice of an action at the current tick; None at ticks without a choice.
+        observation: Observation for the choice of an action at the current tick; None except at decision ticks.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""The insertion as a kind of task, which the rest of palpate uses."""
+"""The insertion as a kind of task, for use by the rest of palpate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

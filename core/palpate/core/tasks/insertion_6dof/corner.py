@@ -1,4 +1,4 @@
-"""The motions that move a corner of a peg, or its flat, into its corner of the hole, and the forces there."""
+"""The motions that move a corner of a peg, or its flat, into the matching corner of the hole, and the forces there."""
 
 from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
@@ -106,7 +106,7 @@ class Corner:
         return one, other
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
-        """Return the features of situations, in the order of :data:`palpate.core.perception.FACTS`."""
+        """Return the situation features, in the order of :data:`palpate.core.perception.FACTS`."""
         tilt_rad, depth_m, down_m = hypot(*observation.turn_rad[:2]), observation.depth_m, self.down_m
         corner_m = depth_m + self.radius_m * sin(tilt_rad)
         upright = tilt_rad < Situations.tilted * self.tilt_rad
@@ -124,7 +124,7 @@ class Corner:
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
 
     def passed(self, observation: Observation) -> bool:
-        """Return True if a corner was pushed past its nominal position by as much as it came down inside it."""
+        """Return True if the corner is as far beyond its nominal position as it came down inside it."""
         x, y, _ = observation.reference_m
         return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 

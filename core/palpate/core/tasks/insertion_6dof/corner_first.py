@@ -66,7 +66,7 @@ class CornerFirst(FixedPolicy):
         self._stage, self._quiet, self._pushed, self._driven, self._drove = _Act.TILT, 0, 0, 0, False
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the next action of the stage."""
+        """Return the next action for the current stage."""
         corner, tilt = self._corner, hypot(*observation.turn_rad[:2])
         if self._stage is _Act.TILT and corner.over(observation):
             self._stage = _Act.PUSH

@@ -106,7 +106,7 @@ class SpatialExplore(Explore):
         return tip_m + self._corner_m * sin(hypot(*self._motion.turn_rad[:2])) > -_CLEAR_M
 
     def _look_for_lag(self, path_m_s: Vector3) -> None:
-        """Update the estimate, over the whole trial, of the lag of the encoders behind a tool moving in air."""
+        """Update the trial-wide estimate of the encoders' lag behind a tool moving in air."""
         (x, y, z), (at_x, at_y, at_z), (vx, vy, vz) = self._motion.reference_m, self._measurement.position_m, path_m_s
         self._behind_m2_s += (x - at_x) * vx + (y - at_y) * vy + (z - at_z) * vz
         self._path_m2_s2 += vx * vx + vy * vy + vz * vz

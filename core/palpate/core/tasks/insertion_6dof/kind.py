@@ -1,4 +1,4 @@
-"""The insertion in six degrees of freedom as a kind of task, which the rest of palpate uses."""
+"""The insertion in six degrees of freedom as a kind of task, for use by the rest of palpate."""
 
 from __future__ import annotations
 

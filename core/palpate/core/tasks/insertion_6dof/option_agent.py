@@ -87,7 +87,7 @@ class OptionRunner:
         self._options, self._far_m = options, _FAR_SHARE * half_width_m
 
     def begin_trial(self) -> None:
-        """Reset the tried corners."""
+        """Clear the list of corners tried so far."""
         self._corner, self._kind, self._tried = Corner(self._options), "", False
 
     def begin(self, option: Action, observation: Observation) -> None:
@@ -146,7 +146,7 @@ class OptionRunner:
         return none, self._spatial
 
     def facts(self, observation: Observation) -> tuple[float, ...]:
-        """Return the features of situations, in the order of :data:`palpate.core.perception.FACTS`."""
+        """Return the situation features, in the order of :data:`palpate.core.perception.FACTS`."""
         return self._corner.facts(observation)
 
     def _pushed(self, observation: Observation, upright: float = 0.0) -> tuple[tuple[float, float], Spatial]:

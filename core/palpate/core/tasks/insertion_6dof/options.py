@@ -1,4 +1,4 @@
-"""Options of the insertion in six degrees of freedom."""
+"""Options for the insertion in six degrees of freedom."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The phases of a trial. Each is a class with an entry method, a step for each tick, and an end."""
+"""The phases of a trial: classes with a method to enter the phase and a step for each tick until it is over."""
 
 import lazy_loader
 

@@ -9,7 +9,7 @@ from palpate.core.trial import N_PER_KGF
 
 
 class Approach(RunningPhase):
-    """Phase that presses the peg straight down until there is a reaction force.
+    """Phase that moves the peg straight down until there is a reaction force.
 
     Attributes:
         touched: True if the plate was touched; if the phase ends without contact, the tip is below the plate.

@@ -80,7 +80,7 @@ class Equipment:
 
     @property
     def drop_m(self) -> float:
-        """Return the minimum depth below the surface that neither tilt, noise nor encoder steps explain."""
+        """Return the minimum depth below the surface that tilt, noise and encoder steps cannot explain."""
         noise_m = self.state.noise[2] / self.measurement.axial_N_per_m
         tilted_m = 1.5e-3 * self.task.end_tilt_mm
         return max(_DROP_M, tilted_m + 4.0 * noise_m + 2.0 * self.measurement.depth_step_m)

@@ -1,4 +1,4 @@
-"""The exploration, which moves the peg pressing on the plate until the reaction force is lost."""
+"""The exploration, which moves the peg while pressing it on the plate until the reaction force is lost."""
 
 from math import hypot
 from typing import Final
@@ -174,9 +174,9 @@ class Explore(RunningPhase):
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """Return by how much the surface may be higher, due to the filter's delay or the edge of a hole.
+        """Return the amount by which the surface may be higher due to the filter's delay or the edge of a hole.
 
-        The surface is not higher than at places where the peg rested next to the hole's mouth.
+        The amount is 0 if the peg has rested farther from here than the mouth of a hole extends.
         """
         x, y, _ = self._motion.reference_m
         mouth_m = _MOUTH_M + 1e-3 * (self._task.play_mm + self._task.chamfer_mm)

@@ -1,4 +1,4 @@
-"""The insertion, which lowers the peg until it rests on the floor, or is past its depth between responding walls."""
+"""The insertion, which lowers the peg until it rests on the floor, or is past its depth and a wall responds."""
 
 from enum import Enum
 from math import ceil, hypot, sqrt
@@ -97,7 +97,7 @@ class Insert(RunningPhase):
         )
 
     def enter(self) -> None:
-        """Begin where the plate's reaction force was lost."""
+        """Begin at the position where the plate's reaction force was lost."""
         self.over, self._stage = False, Stage.SINK
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
@@ -134,7 +134,7 @@ class Insert(RunningPhase):
         return self._look() if self._stage is Stage.LOOK else self._sink()
 
     def _sink(self) -> Vector3:
-        """Sink, and push against a wall until it responds; push again once half the budget is spent."""
+        """Lower the peg, pushing against a wall until it responds; push again once half the budget is spent."""
         state, monitor = self._state, self._monitor
         stalled = state.tick - self._progress_tick
         if stalled > _STALL_TICKS and self._depth_m < self._equipment.drop_m:
@@ -287,7 +287,7 @@ class Insert(RunningPhase):
         return sqrt(2.0 * (step_m * step_m + noise_m * noise_m / samples) + uniform)
 
     def _seat(self) -> Vector3:
-        """Press harder with a wobble, then check again or continue sinking."""
+        """Press harder and wobble, then check again or continue sinking."""
         monitor, (vx, vy, vz) = self._monitor, self._pressing(push=False)
         self._ticks += 1
         if self._ticks > _SEAT_TICKS or monitor.contradicted:
@@ -323,9 +323,9 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Keep the tool at its depth and compare two averages of the force, which only a drifting sensor reduces.
+        """Keep the tool at its depth and compare two averages of the force, which differ if the sensor drifts.
 
-        With such a sensor a tool presses ever harder on the plate, as if it sank without a drop.
+        With such a sensor, the tool would press ever harder on the plate while appearing to sink.
         """
         self._ticks += 1
         self._held_N.append(self._measurement.force_N[2])
