@@ -1,4 +1,4 @@
-"""A third-party arm adapter with its own ports and life cycles, which runs in the arm process."""
+"""Wrapper that runs a third-party arm adapter, with its own ports and life cycles, in the arm process."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,7 +11,7 @@ from palpate.core.ports import AppliedCommand, Device, JointCommand, JointSample
 
 
 class AdapterArm(ServedArm):
-    """Encoders and servos with a common life cycle; they may be separate objects."""
+    """Encoders and servos with a shared life cycle; they may be separate objects."""
 
     answers = True
 

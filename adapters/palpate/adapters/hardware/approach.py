@@ -1,4 +1,4 @@
-"""Motion of a real arm from any pose to the ready pose."""
+"""Move a real arm from any pose to the ready pose."""
 
 from dataclasses import dataclass
 from math import copysign, pi, tau
@@ -34,7 +34,7 @@ _TIMEOUT_TICKS: Final = 3 * CONTROL_RATE_HZ
 
 @dataclass(frozen=True, slots=True)
 class ReadyPosePath:
-    """Path of an arm to the ready pose from any pose.
+    """An arm's path from any pose to the ready pose.
 
     Attributes:
         clear_m: Height of the tip above the plate from which the arm may move freely.
@@ -51,7 +51,7 @@ class ReadyPosePath:
 def move_to_ready(
     approach: ReadyPosePath, ports: Ports, speed_rad_s: float, limit_N: float, monitor: SampleMonitor
 ) -> None:
-    """Withdraw the tool straight out of the hole if it is in one, then move through the poses of an approach.
+    """Withdraw the tool straight out of the hole if it is in one, then follow an approach path.
 
     At the end, and after any error, the arm holds its last set-point or is stopped.
 
@@ -61,7 +61,7 @@ def move_to_ready(
 
     Raises:
         DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or touches something, or a
-            sensor fails or reports wrenches in a different frame or of a different kind.
+            sensor fails or reports wrenches of the wrong kind or in the wrong frame.
     """
     begin = ports.joint_encoder.read().position_rad
     require_right_turn(approach, begin)
@@ -151,7 +151,7 @@ APPROACH_HEIGHT_M: Final = 0.1
 
 
 def find_approach(config: RunConfig, ready: ReadyPose) -> ReadyPosePath:
-    """Return the path to the ready pose from any pose: clear of the plate, to a point well above it, and then down.
+    """Return a path from any pose to the ready pose: clear of the plate, to a point well above it, then down.
 
     Raises:
         UnreachableError: The arm cannot reach these poses.

@@ -46,10 +46,10 @@ _LEFT: Final = "only the drives' own time-outs stop the arm now; switch it off i
 
 
 class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
-    """Encoders and servos of an arm in a separate process; ``notify`` receives its messages when it is opened.
+    """Encoders and servos of an arm in a separate process; ``notify`` receives the messages from opening the arm.
 
     Attributes:
-        listens: Whether only angles are read, without power or commands. Set it before :meth:`activate`.
+        listens: True to read only angles, without power or commands. Set it before :meth:`activate`.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return self._arm.listens_unpowered
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Send a set-point, limited here for a palpate driver. A third-party arm reports the applied set-point."""
+        """Send a set-point. It is limited here for a palpate driver; a third-party arm reports what it applied."""
         self._look()
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
@@ -141,7 +141,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return self._stopped
 
     def _answered(self, deadline_ns: int) -> AppliedCommand:
-        """Return the latest set-point's applied command, or the previous one if it is not known by the deadline."""
+        """Return the command applied for the latest set-point, or the previous command if the deadline passes."""
         while self._status.taken < self._sent and self._clock.now_ns() < deadline_ns:
             self._clock.sleep_until(self._clock.now_ns() + PACE_NS // 5)
             self._look()
@@ -159,7 +159,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return () if self._status.joints is None else self._status.joints.position_rad
 
     def stop(self) -> None:
-        """Stop the arm, and wait for the confirmation or a time-out. Signal handlers may call this."""
+        """Stop the arm, and wait for confirmation or a time-out. Signal handlers may call this."""
         self._stopped = True
         host, requested_ns = self._host, self._clock.now_ns()
         if host is None or self._life is Life.CONSTRUCTED:
@@ -284,7 +284,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
             self._latch(self._last_words)
 
     def _hold(self) -> None:
-        """Hold a moving arm if its controller would continue without commands."""
+        """Hold a moving arm if its controller would keep running without commands."""
         if self._stand_by is not None and self._life is Life.ACTIVE and not self._stopped and not self.listens:
             with suppress(DeviceError):
                 self._stand_by.hold(self._where())
@@ -296,10 +296,10 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
 
 
 def arm_in_process(entry: DeviceEntry, context: RigContext, real_time: RealTimeConfig, timeout_ns: int) -> ArmClient:
-    """Return an arm from a rig file, which runs in a separate process that ``configure`` starts.
+    """Return an arm from a rig file; it runs in a separate process that ``configure`` starts.
 
     Args:
-        timeout_ns: Time without a set-point after which the process brings the arm to rest.
+        timeout_ns: Time without a set-point after which the process stops the arm.
 
     Raises:
         ConfigurationError: There is no such adapter, or it rejects its settings.

@@ -18,7 +18,7 @@ _END_S: Final = 12.0
 
 
 class ArmProcess:
-    """A new process, which starts working once it has received its assignment."""
+    """A new process, which starts work once it receives its assignment."""
 
     def __init__(self, assignment: Assignment) -> None:
         self.line, theirs = multiprocessing.Pipe()
@@ -46,7 +46,7 @@ class ArmProcess:
         return self._process.poll() is None
 
     def end(self) -> None:
-        """End the process; it first gets a short time to end by itself."""
+        """End the process, after giving it a short time to exit on its own."""
         self.line.close()
         try:
             self._process.wait(_END_S)
@@ -54,7 +54,7 @@ class ArmProcess:
             self.kill()
 
     def kill(self) -> str:
-        """Kill the process, and return a description of how it ended for use in a message."""
+        """Kill the process, and return a description of how it ended, for use in a message."""
         self.line.close()
         with suppress(subprocess.TimeoutExpired):
             # A process that has closed its line is about to end.

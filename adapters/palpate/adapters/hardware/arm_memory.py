@@ -47,7 +47,7 @@ class SharedState(Generic[NoteT]):
         self._read: NoteT = empty
 
     def write(self, note: NoteT) -> None:
-        """Write a note into the older of two slots."""
+        """Write a note to the older of the two slots."""
         data = pickle.dumps(note)
         number = self._number = self._number + 1
         at = self._offset + number % 2 * _SLOT_BYTES
@@ -69,7 +69,7 @@ class SharedState(Generic[NoteT]):
 
 
 class _Word:
-    """A time in ns, which the processor reads and writes in one step; ``struct`` would first write a 0."""
+    """A time in ns that the processor reads and writes in one step; ``struct`` would write a 0 first."""
 
     def __init__(self, index: int) -> None:
         self._index = index

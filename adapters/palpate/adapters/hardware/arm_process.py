@@ -1,4 +1,4 @@
-"""Process that owns an arm. It reads the latest set-point, cycles the arm, and stops it if set-points cease."""
+"""Process that owns an arm. It reads the latest set-point, cycles the arm, and stops it if no new set-points arrive."""
 
 import mmap
 import os
@@ -22,7 +22,7 @@ from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample
 
 PACE_NS: Final = 1_000_000
-"""Interval at which the process checks for a stop, for a set-point, and that the loop is alive."""
+"""Interval at which the process checks for a stop, for a set-point, and whether the loop is alive."""
 _NS: Final = 1_000_000_000
 _FIRST_NS: Final = 3 * _NS
 """Maximum time to wait for the first sample."""
@@ -37,7 +37,7 @@ _PLAIN: Final = (str, int, float, tuple, list, type(None))
 
 
 class ArmLoop:
-    """Server for one loop, until the loop closes the arm or ends. It stops the arm if a set-point is overdue."""
+    """Server that runs until the loop closes the arm or ends. It stops the arm if a set-point is overdue."""
 
     def __init__(
         self,
@@ -244,7 +244,7 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """Task of the process, sent as the first message on its line; ``path`` is the loop's module search path."""
+    """Task assigned to the process as its first message; ``path`` is the loop's module search path."""
 
     entry: DeviceEntry
     context: RigContext
@@ -255,13 +255,13 @@ class Assignment(NamedTuple):
 
 
 def _set_priority(real_time: RealTimeConfig) -> None:
-    """If the run uses real-time priorities, give this thread a higher one than the loop."""
+    """If the run uses real-time priorities, give this thread a higher priority than the loop's."""
     if real_time.scheduling and not take_real_time(min(real_time.priority + 1, 99)).granted:
         take_real_time(real_time.priority)
 
 
 def main() -> None:
-    """Run the arm process; the arguments are the file descriptors of the line and the memory."""
+    """Run the arm process; the arguments are the file descriptors of the connection and the shared memory."""
     # A termination request is for the loop, which ends this process by closing its line.
     ignore_ending_signals()
     line, file = Connection(int(sys.argv[1])), int(sys.argv[2])

@@ -21,7 +21,7 @@ _NAME: Final = "CiA 402 arm"
 
 @dataclass(frozen=True)
 class Cia402Table(CanBusTable, ArmTable):
-    """The ``[arm]`` table of a rig file. Vectors have one number per joint."""
+    """The ``[arm]`` table of a rig file. Vectors have one element per joint."""
 
     nodes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     """CANopen node of each joint's drive."""

@@ -1,4 +1,4 @@
-"""Clock of a run on a real arm: the computer's monotonic clock, with time 0 at the start of the run."""
+"""Clock for runs on a real arm: the computer's monotonic clock, with time 0 at the start of each run."""
 
 import time
 from collections.abc import Callable
@@ -12,7 +12,7 @@ class MonotonicClock(Clock):
     """Real-time clock that sleeps until absolute deadlines, so that delays do not accumulate.
 
     Args:
-        origin_ns: Monotonic system time at which this clock reads 0, or None for now.
+        origin_ns: Monotonic system time at which this clock reads 0, or None for the current time.
         real_time_factor: Seconds of this clock per real second; below 1 to match slow emulated devices.
     """
 
@@ -31,7 +31,7 @@ class MonotonicClock(Clock):
 
 
 def sleeping(clock: Clock) -> Callable[[float], None]:
-    """Return a function that waits for a number of seconds on a clock, as required by drivers."""
+    """Return a function that sleeps for a given number of seconds on a clock, as drivers require."""
 
     def sleep(seconds: float) -> None:
         clock.sleep_until(clock.now_ns() + round(seconds * 1e9))

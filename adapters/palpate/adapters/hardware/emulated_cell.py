@@ -26,10 +26,10 @@ _SHARED: Final = "  # emulated devices share this computer with the loop; leave 
 
 
 class EmulatedCell:
-    """Simulated work cell with emulated devices. As a context manager, it serves the devices.
+    """Simulated work cell with emulated devices. Used as a context manager, it serves the devices.
 
-    A Zebra Zero starts in its home pose, any other arm in the ready pose. Drives start in the state after power-up; a
-    Universal Robots controller is on and in remote control.
+    A Zebra Zero starts in its home pose, any other arm in the ready pose. Drives start in their power-up state; a
+    Universal Robots controller is on and in remote control mode.
 
     Args:
         config: The simulated cell; trial 0 of its seed determines the hole and the sensor errors.
@@ -107,7 +107,7 @@ class EmulatedCell:
         return "".join(lines)
 
     def targets_rad(self) -> JointVector:
-        """Return the set-points that the motors of all joints hold at a single moment."""
+        """Return the set-points that the motors of all joints hold at a single instant."""
         with self.arm.hold():
             return self.arm.motors.targets_rad()
 
@@ -130,7 +130,7 @@ class EmulatedCell:
         notify: Callable[[GroundTruth], None],
         happened: Callable[[PlannedEvent], object] = str,
     ) -> None:
-        """Run the cell in real time until ``ended``; report each event and the ground truth of each insertion."""
+        """Run the cell in real time until ``ended()`` is true; report each event and each insertion's ground truth."""
         clock = self._clock
         begun_ns = deadline_ns = start_ns = clock.now_ns()
         moved_ns = tick = 0

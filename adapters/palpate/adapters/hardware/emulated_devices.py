@@ -50,7 +50,7 @@ class EmulatedDevice:
 
     Attributes:
         entries: Function that returns the device's entries in the rig file. Call it only while the device is served,
-            because the address is not known earlier.
+            because the address is not known before then.
         faults: Functions that trigger faults, by event name.
     """
 
@@ -93,7 +93,7 @@ def emulated_arm(
     clock_ns: ClockNs,
     counts_file: str,
 ) -> EmulatedArm:
-    """Return an arm with the chosen interface at these joint angles."""
+    """Return an emulated arm with the chosen interface, at these joint angles."""
     if emulation.wires == ZEBRA:
         return _zebra(emulation, start, clock_ns, counts_file)
     if emulation.wires == UR:
@@ -208,7 +208,7 @@ def emulated_sensor(
 
 
 def _noise(config: RunConfig, share: float = 1.0) -> dict[str, Any]:
-    """Return the noise of the simulated cell after the sensor's filter, which the sensor does not report."""
+    """Return the simulated cell's noise after the sensor's filter; the sensor does not report its noise."""
     noise = config.cell.sensor
     return {"noise_N": round(share * noise.force_noise_N, 6), "noise_Nm": round(share * noise.torque_noise_Nm, 6)}
 

@@ -1,4 +1,4 @@
-"""Faults of emulated devices at set times, for practising how to respond to them."""
+"""Timed faults in emulated devices, for practising how to respond to them."""
 
 import re
 from collections.abc import Iterable
@@ -30,7 +30,7 @@ class PlannedEvent:
 
     @classmethod
     def of(cls, text: str, possible: Iterable[str]) -> Self:
-        """Read an event in the format of the ``--event`` option.
+        """Parse an event in the format of the ``--event`` option.
 
         Raises:
             ConfigurationError: The text is not an event, or these devices do not support it.

@@ -1,4 +1,4 @@
-"""Latch of a rig, in a file next to the rig file. It persists after the program ends; only a person can clear it."""
+"""Fault latch of a rig, kept in a file next to the rig file, so it outlasts the program. Only a person can clear it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NAME, _WHY = "NAME", "why"
 
 @dataclass(frozen=True)
 class Fault(Settings):
-    """A trip or a device fault. In a file, all but the latest are acknowledged, with a non-empty ``by``."""
+    """A trip or a device fault. In a file, all but the latest are acknowledged and have a non-empty ``by``."""
 
     TABLE: ClassVar[str] = "fault"
 
@@ -46,7 +46,7 @@ class _Document(Settings):
 
 
 class FaultFile(FaultLatch):
-    """Latch of one rig. A separate thread writes it at each trip, because the disk may be slow.
+    """Fault latch of one rig. A separate thread writes it at each trip, because the disk may be slow.
 
     Args:
         rig_file: Rig file next to which the latch is stored; None keeps the latch in memory only.
@@ -55,7 +55,7 @@ class FaultFile(FaultLatch):
     Raises:
         OutputError: The file cannot be read.
         FaultLatchedError: A fault is open and not acknowledged.
-        ConfigurationError: The acknowledgement names no fault, or a different one.
+        ConfigurationError: The acknowledgement names no fault, or the wrong one.
     """
 
     def __init__(self, rig_file: Path | None, words: str = "") -> None:
@@ -81,12 +81,12 @@ class FaultFile(FaultLatch):
         return f'acknowledge it: --acknowledge "{self.number} {_NAME}: {_WHY}"'
 
     def begin(self) -> None:
-        """Apply the acknowledgement, before the first motion and with all devices open.
+        """Apply the acknowledgement before the first motion, once all devices are open.
 
         Raises:
             FaultLatchedError: A fault is open; another program may have latched it.
             DeviceError: A device still reports a fault.
-            OutputError, OSError: The file cannot be read or written. Nothing moves, because a fault would be lost.
+            OutputError, OSError: The file cannot be read or written. Nothing moves, because a new fault would be lost.
         """
         self._load()
         if self._given is not None:

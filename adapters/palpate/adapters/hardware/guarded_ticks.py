@@ -81,10 +81,10 @@ class GuardedTicks:
 
 
 def recent_force_N(ports: Ports) -> Vector3:
-    """Return a recent force, (3,) N, of a sensor that does not compensate for its load.
+    """Return a recent force, (3,) N, from a sensor that does not compensate for its load.
 
     Raises:
-        DeviceError: There is no valid force, or it has the wrong frame or kind.
+        DeviceError: There is no valid force, or it is in the wrong frame or of the wrong kind.
     """
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()

@@ -23,7 +23,7 @@ _DEAD_S: Final = 0.2
 
 @dataclass(frozen=True)
 class Jr3CanTable(CanBusTable, SensorTable):
-    """A JR3 on CAN in a rig file."""
+    """Settings of a JR3 on CAN in a rig file."""
 
     node: Annotated[int, Range(1, 127)] = 1
     """Node number of the board."""

@@ -1,6 +1,6 @@
-"""Comparison of the model of an arm and its tool with the tool pose and the settings reported by the controller.
+"""Compare the model of an arm and its tool with the tool pose and settings reported by the controller.
 
-With a wrong or uncalibrated model, the arm moves to wrong poses.
+With a wrong or uncalibrated model, the arm moves to the wrong poses.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class ReportedPose:
 
 
 def disagreement(arm: ArmDescription, reported: ReportedPose) -> tuple[float, float]:
-    """Return the deviation of the model's flange from the reported one, in mm and mrad."""
+    """Return the deviation of the model's flange pose from the reported one, in mm and mrad."""
     base, flange = controller_frames(arm, reported.q_rad)
     found = _placement(reported.tool_in_base) * _placement(reported.tool_on_flange).inverse()
     off = base.actInv(flange).actInv(found)

@@ -1,4 +1,4 @@
-"""Operator stop by a key in the terminal or by SIGUSR1. The arm stays stopped until the stop is acknowledged."""
+"""Operator stop, triggered by a key press or by SIGUSR1. The arm stays stopped until the stop is acknowledged."""
 
 import os
 import select
@@ -108,7 +108,7 @@ class OperatorStop:
 
 
 def _is_ours(fd: int) -> bool:
-    """Return True if this process is in the terminal's foreground. Changing it would stop a background process."""
+    """Return True if this process is in the terminal's foreground. Changing a terminal stops a background process."""
     if not os.isatty(fd):
         return False
     try:

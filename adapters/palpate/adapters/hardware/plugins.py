@@ -1,6 +1,6 @@
-"""Look-up of palpate's own and third-party adapters by name, from entry points in the group ``palpate.adapters``.
+"""Look up palpate's own and third-party adapters by name among the entry points of ``palpate.adapters``.
 
-An entry is called ``arm.NAME`` or ``force.NAME`` and refers to a function that makes an adapter from the settings in a
+An entry is named ``arm.NAME`` or ``force.NAME`` and refers to a function that makes an adapter from the settings in a
 rig file; ``package.module:function`` needs no entry. The function opens no device, because the life cycle does so.
 """
 
@@ -49,9 +49,9 @@ class RigContext:
     Attributes:
         tool: Tool on the flange according to the job, or None without a job.
         accept_kinematics: True if a person has accepted a nominal model of the arm, or if the rig is emulated.
-        set_priority: Function that sets the real-time class and the CPU requested by the run. Each thread that runs
-            cycles of the arm must call it first.
-        notify: Function for messages from an adapter while it opens its device.
+        set_priority: Function that sets the real-time class and the CPU requested by the run. Each thread that runs arm
+            cycles must call it first.
+        notify: Function that receives messages from an adapter while it opens its device.
     """
 
     clock: Clock
@@ -66,7 +66,7 @@ class RigContext:
 
     @classmethod
     def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:
-        """Return the context for an arm, given as an object or by name, with the limits of its kinematic model."""
+        """Return the context for an arm, given as an object or by name, with the limits from its kinematic model."""
         description = arm_named(arm)
         kinematics = Kinematics(description, ToolGeometry())
         lower, upper, velocity = (

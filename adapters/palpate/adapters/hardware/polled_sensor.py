@@ -24,7 +24,7 @@ _DRAIN_NS: Final = 1_000_000_000
 
 @dataclass(frozen=True)
 class SensorTable(Settings):
-    """Common settings in the ``[force_sensor]`` tables of palpate's drivers."""
+    """Settings common to the ``[force_sensor]`` tables of palpate's drivers."""
 
     TABLE: ClassVar[str] = "force_sensor"
 
@@ -35,7 +35,7 @@ class SensorTable(Settings):
 
 
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
-    """A wrist sensor with a polled driver. Samples are raw, because the adapter never tares by itself.
+    """A wrist sensor with a polled driver. Samples are raw, because the adapter never tares on its own.
 
     The protocols do not transmit the time of measurement. Source and receive time are both the time of the poll. The
     reading is older because of the sensor's filter, the line, and the wait for the poll.
@@ -64,10 +64,10 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         """Open the line, and set ``device``. Set ``_close_wire`` if there is something to close."""
 
     def _leave(self, device: DriverT) -> None:
-        """End the activity of the device before the line is closed. By default, do nothing."""
+        """Shut the device down before the line is closed. By default, do nothing."""
 
     def _surprise(self, device: DriverT) -> str | None:
-        """Return an unexpected event of the device that must end the run, or None."""
+        """Return an unexpected event from the device that must end the run, or None."""
         return None
 
     def read(self) -> WrenchSample:
@@ -165,7 +165,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             raise
 
     def _on_activate(self) -> None:
-        """Wait for a new, settled reading, because the filter settles after a start. Earlier silence is not a fault."""
+        """Wait for a new reading and, after a start, for the filter to settle. Earlier silence is not a fault."""
         device, begin_ns = self.opened(), self._clock.now_ns()
         deadline_ns = begin_ns + round(self._start_timeout_s * 1e9)
         # Data waiting in the line may be old, and a poll takes only part; a slow computer finds new data each time.

@@ -1,4 +1,4 @@
-"""A rig of real devices from a rig file."""
+"""A rig of real devices that is defined by a rig file."""
 
 import os
 from contextlib import ExitStack, suppress
@@ -39,7 +39,7 @@ from palpate.core.trial import ReadyPose
 
 
 class TurnedForceSensor(DeviceDecorator, ForceSensor):
-    """Sensor turned about the tool axis, from x towards y. Its wrenches are converted to the tool frame."""
+    """Sensor rotated about the tool axis, from x towards y. Its wrenches are converted to the tool frame."""
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
         super().__init__(sensor)

@@ -117,7 +117,7 @@ class Ros2DriverArm(DriverArm):
 
 
 def make_ros2_arm(table: Ros2ArmTable, context: RigContext, link: Callable[[], Ros2Link] | None = None) -> DriverArm:
-    """Return an arm with a ROS 2 forward_command_controller, with a new link or a given one."""
+    """Return an arm with a ROS 2 forward_command_controller, over a new or a given link."""
     reach = link or partial(Ros2Link, table.network(), (table.joint_states, JOINT_STATE), table.commands)
     joints = table.joints or tuple(Kinematics(context.arm, ToolGeometry()).model.names)[1:]
     if len(set(joints)) != len(context.lower_rad):

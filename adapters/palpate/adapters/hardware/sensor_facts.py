@@ -16,7 +16,7 @@ _SAME_RATE: Final = 0.01
 
 @runtime_checkable
 class ReportsFacts(Protocol):
-    """A force sensor that reports its properties; adapters need not do so."""
+    """A force sensor that reports its properties; adapters are not required to do so."""
 
     @abstractmethod
     def reported_facts(self) -> SensorFactsTable:

@@ -16,11 +16,11 @@ from palpate.drivers.errors import DriverError
 
 @dataclass(frozen=True, slots=True)
 class StandBy:
-    """Access from the loop's process to an arm whose controller continues without commands.
+    """The loop process's interface to an arm whose controller keeps running without commands.
 
     Attributes:
         hold: Function that holds the arm at its last known pose, (n,) rad, after the arm process has ended.
-        close: Function that releases the resources of this access.
+        close: Function that releases the resources of this interface.
     """
 
     hold: Callable[[JointVector], object]
@@ -32,9 +32,9 @@ class ServedArm(ABC):
 
     Attributes:
         limiter: Limiter that commands pass through before they reach the arm process.
-        max_age_ns: Age above which a sample of the joints is stale, or 0 if the arm marks stale samples itself.
-        answers: Whether the applied command of a set-point is known only after its cycle.
-        listens_unpowered: Whether the arm reports angles without power.
+        max_age_ns: Age above which a joint sample is stale, or 0 if the arm marks stale samples itself.
+        answers: True if the command applied for a set-point is known only after its cycle.
+        listens_unpowered: True if the arm reports angles without power.
     """
 
     name: str
@@ -47,7 +47,7 @@ class ServedArm(ABC):
     @property
     @abstractmethod
     def is_faulted(self) -> bool:
-        """True if a fault of the arm must be acknowledged."""
+        """True if an arm fault must be acknowledged."""
 
     @abstractmethod
     def open(self) -> Sequence[str]:
@@ -55,7 +55,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def enable(self) -> None:
-        """Let the servos hold the arm in its current pose."""
+        """Engage the servos to hold the arm in its current pose."""
 
     @abstractmethod
     def cycle(self, setpoint_rad: JointVector | None) -> tuple[JointSample, AppliedCommand | None]:
@@ -75,18 +75,18 @@ class ServedArm(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Stop the arm and release its line."""
+        """Stop the arm and close its connection."""
 
     def listen(self) -> bool:
-        """Start reading angles, without power if possible. Return True if ``disable`` must end it."""
+        """Start reading angles, without power if possible. Return True if ``disable`` must be called to end this."""
         return False
 
     def run_out(self) -> float | None:
-        """Move slowly, then cease commands. Return the time in s until the arm stopped, or None if it did not stop."""
+        """Move slowly, then stop sending. Return the time in s until the arm stopped, or None if it did not."""
         return None
 
     def stand_by(self) -> StandBy | None:
-        """Let the loop's process hold the arm if the arm process has ended. Return None if this is not necessary."""
+        """Return an interface for holding the arm after the arm process has ended, or None if it is not needed."""
         return None
 
     def diagnostics(self) -> Mapping[str, str]:
@@ -117,7 +117,7 @@ class ArmTable(Settings):
 
 
 class DriverArm(ServedArm):
-    """An arm with a palpate driver at a fraction of the control rate. ``judge`` may reject it before power-up."""
+    """An arm with a palpate driver, run at a fraction of the control rate. ``judge`` may reject it before power-up."""
 
     def __init__(
         self,

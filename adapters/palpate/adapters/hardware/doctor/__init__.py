@@ -1,4 +1,4 @@
-"""Checks of a rig's devices by ``palpate rig doctor``, which recommends remedies."""
+"""Device checks for ``palpate rig doctor``, which recommends remedies."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Checks of a rig, device by device. Each device is always closed afterwards."""
+"""Device-by-device checks of a rig. Each device is always closed afterwards."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ T = TypeVar("T")
 
 
 class Examination:
-    """Check of one rig.
+    """Check of a single rig.
 
     Args:
-        seconds: Duration of the measurement of each device.
+        seconds: Measurement time per device.
         person: Person who pushes the tool; None skips this check.
-        move: Whether joints are moved.
+        move: True to move the joints.
         before_move: Function called before the first motion, which it can prevent by raising an error.
 
     Raises:
@@ -64,7 +64,7 @@ class Examination:
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._of_sensor)
 
     def reports(self) -> Iterator[DeviceReport]:
-        """Yield the report on each device when its check is complete."""
+        """Yield each device's report as soon as its check is complete."""
         of_rig = DeviceReport(f"rig: {self._file.name}")
         report_clock(self._context.clock, of_rig)
         yield of_rig
@@ -119,7 +119,7 @@ class Examination:
         report_moves(arm, arm, clock, self._context.upper_rad, report)
 
     def _await_stop(self, entry: DeviceEntry, opened: ExitStack) -> None:
-        """Check whether the robot stops by itself, as its settings claim, without the process that would stop it."""
+        """Check that the robot stops by itself, as its settings claim, when no process stops it."""
         arm = served(arm_maker(entry.adapter)(entry.settings, self._context), self._context)
         opened.callback(arm.close)
         arm.open()

@@ -35,7 +35,7 @@ class Topic(enum.Enum):
 
 
 class Finding(NamedTuple):
-    """A finding in one sentence, which ends with a remedy unless everything is in order."""
+    """A one-sentence finding, which ends with a remedy unless everything is in order."""
 
     level: Level
     topic: Topic

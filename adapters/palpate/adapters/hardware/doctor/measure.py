@@ -1,4 +1,4 @@
-"""Measurements of a device through its port (rate, age, marks, noise) and of the computer's wake-up delays."""
+"""Measure a device through its port (rate, age, validity, noise) and the computer's wake-up delays."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -40,7 +40,7 @@ SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class Series(NamedTuple, Generic[SampleT]):
-    """Readings of a device in order, each with its time in ns and the latest sample."""
+    """A device's readings in order, each with its time in ns and the latest sample."""
 
     reads: list[tuple[int, SampleT]]
 
@@ -69,7 +69,7 @@ class MeasuredNoise(NamedTuple):
 
 
 def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[SampleT]:
-    """Read samples for a number of seconds, more often than any loop does."""
+    """Read samples for the given number of seconds, at a higher rate than any loop."""
     reads: list[tuple[int, SampleT]] = []
     end_ns = clock.now_ns() + round(seconds * 1e9)
     while (now_ns := clock.now_ns()) < end_ns:
@@ -127,7 +127,7 @@ def report_samples(
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
-    """Return the first trip in a run with these samples and with valid samples from the other device."""
+    """Return the first trip that these samples, with valid ones from the other device, would cause in a run."""
     samples, noise = SampleMonitor(_LIMITS, facts), NoiseMonitor(_LIMITS, TaskConfig(), facts)
     samples.begin()
     noise.begin()

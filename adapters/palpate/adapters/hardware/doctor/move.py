@@ -1,4 +1,4 @@
-"""Motion of each joint by one milliradian and back, to check that its encoder follows."""
+"""Move each joint by one milliradian and back to check that its encoder follows."""
 
 from typing import Final
 
@@ -42,7 +42,7 @@ def report_moves(
 
 
 def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, upper_rad: float) -> tuple[str, str, float]:
-    """Return the motion of a joint, a remedy if the joint does not follow, and the maximum lag of the joint."""
+    """Move a joint; return a description of its motion, a remedy if it does not follow, and its maximum lag."""
     start = encoder.read().position_rad
     step = STEP_RAD if start[joint] + STEP_RAD < upper_rad else -STEP_RAD
     there, lag = _go(arm, encoder, clock, start, joint, (0.0, step))
@@ -65,7 +65,7 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
 def _go(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, way: tuple[float, float]
 ) -> tuple[JointVector, float]:
-    """Return the final pose of the arm, and the maximum distance between set-point and joint during the motion."""
+    """Move a joint; return the arm's final pose and the maximum distance between set-point and joint."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)
@@ -83,7 +83,7 @@ def _go(
 def report_pose(
     position_rad: JointVector, lower_rad: JointVector, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Check whether joint angles fit the model of the arm."""
+    """Check that the joint angles fit the arm's model."""
     report.facts["joints"] = f"{', '.join(f'{angle:+.4f}' for angle in position_rad)} rad"
     fits = len(position_rad) == len(lower_rad)
     text = f"{len(position_rad)} joint angles, the model of the arm has {len(lower_rad)}"

@@ -1,4 +1,4 @@
-"""Check of the signs of the wrench while a person pushes the tool."""
+"""Check the signs of the wrench while a person pushes the tool."""
 
 from collections.abc import Callable
 from math import hypot
@@ -31,7 +31,7 @@ class Person(Protocol):
 
 
 class PushCheck:
-    """Check in which a person is asked to push the tool, and the measured forces are evaluated."""
+    """Check that asks a person to push the tool and evaluates the measured forces."""
 
     def __init__(self, sensor: ForceSensor, clock: Clock, person: Person, report: DeviceReport) -> None:
         self._sensor, self._clock, self._person, self._report = sensor, clock, person, report
@@ -82,7 +82,7 @@ class PushCheck:
         self._report.judge(Topic.AXES, lever_m > 0.0, text, remedy)
 
     def _changed(self, least_N: float) -> tuple[float, ...] | None:
-        """Return the mean change, (6,) in N and N m, after a sustained change of force."""
+        """Return the mean change, (6,) in N and N m, after a sustained change in force."""
         if not self._wait(lambda force_N: force_N >= least_N):
             remedy = "push harder; if nothing ever changes, check the sensor's cable and overload"
             text = f"the force did not change by {least_N:.1f} N within {TIMEOUT_S:g} s"

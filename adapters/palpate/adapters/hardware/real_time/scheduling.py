@@ -87,7 +87,7 @@ class RealTime:
     def loop(self) -> Iterator[None]:
         """Set the priority and the CPU of the trial's thread within the context, if they were granted.
 
-        Other threads release the interpreter sooner, because priority does not help a loop that is waiting for it.
+        Other threads must release the interpreter sooner, because priority does not help a loop waiting for it.
         """
         with ExitStack() as opened:
             opened.callback(sys.setswitchinterval, sys.getswitchinterval())
@@ -103,16 +103,16 @@ class RealTime:
 
 
 def take_real_time(priority: int) -> RealTimeResult:
-    """Put this thread and all threads that it starts permanently into the real-time class, at priority 1 to 99."""
+    """Permanently put this thread and all threads that it starts into the real-time class, at priority 1 to 99."""
     take = partial(os.sched_setscheduler, 0, os.SCHED_FIFO, os.sched_param(priority))
     return _attempt(_scheduling(priority), _SCHEDULING_REMEDY, take)
 
 
 def join_loop(config: RealTimeConfig) -> None:
-    """Give this thread permanently the loop's CPU and real-time class, if the run requests them.
+    """Permanently give this thread the loop's CPU and real-time class, if the run requests them.
 
-    The loop may wait for such a thread, which on another CPU could hold the interpreter without running. If the request
-    is denied, this is reported for the loop.
+    The loop may wait for such a thread, which on another CPU could hold the interpreter without running. A denial is
+    reported only for the loop.
     """
     if config.cpu >= 0:
         with suppress(OSError, AttributeError):
