@@ -1,4 +1,4 @@
-"""Atomic files and folders, which are written under a temporary name in the same folder and renamed when complete."""
+"""Write files and folders atomically: under a temporary name in the same folder, renamed when complete."""
 
 import errno
 import io
@@ -28,7 +28,7 @@ def read_text(path: str | Path, field: str, accepted: str = "", newline: str | N
     """Return the content of a text file; the error lists the ``accepted`` values of the field, if given.
 
     Raises:
-        ConfigurationError: The file cannot be read, or is not in UTF-8.
+        ConfigurationError: The file cannot be read or is not UTF-8 text.
     """
     try:
         return whole_text(path, newline).read()
@@ -45,7 +45,7 @@ def json_of_file(path: str | Path) -> Any:
 
     Raises:
         OSError: The file cannot be read.
-        ValueError: The content is not JSON in UTF-8.
+        ValueError: The content is not UTF-8 JSON.
     """
     text = whole_text(path).read()
     try:
@@ -55,7 +55,7 @@ def json_of_file(path: str | Path) -> Any:
 
 
 def require_no_file(path: Path, flag: str = "--out") -> None:
-    """Check before lengthy work that a file can be created without overwriting anything.
+    """Before lengthy work, check that a file can be created without overwriting anything.
 
     Raises:
         OutputError: A file or folder with that name exists.
@@ -75,7 +75,7 @@ def _require_free(path: Path, flag: str) -> None:
 
 
 def require_free_folder(path: Path) -> None:
-    """Check before lengthy work that a folder can be created, or exists and is empty.
+    """Before lengthy work, check that a folder can be created, or exists and is empty.
 
     Raises:
         OutputError: A file or a non-empty folder with that name exists.
@@ -100,8 +100,8 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
 
     Args:
         content: The complete content; text is written as UTF-8 with unchanged line endings.
-        durable: Whether the file must survive a power cut after this function returns. This takes milliseconds;
-            otherwise, a power cut may leave the old file. A killed process never leaves a partial file.
+        durable: True if the file must survive a power failure after this function returns, which takes milliseconds;
+            otherwise, the old file may remain. A killed process never leaves a partial file.
     """
     with _renamed(path, durable=durable) as passing:
         passing.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
@@ -109,7 +109,7 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
 
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
-    """Yield a temporary name for a file; on success the file is renamed to ``path``, on an error it is removed.
+    """Yield a temporary name for a file, which is renamed to ``path`` on success and removed on an error.
 
     Raises:
         OutputError: A file or folder with that name exists.
@@ -118,13 +118,13 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     _require_free(path, flag)
     with _renamed(path) as passing:
         yield passing
-        # Check again, because the file may have been created meanwhile.
+        # Check again, because the file may have been created in the meantime.
         _require_free(path, flag)
 
 
 @contextmanager
 def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
-    """Yield a temporary name next to ``path``; on success its content is renamed, on an error it is removed."""
+    """Yield a temporary name next to ``path``; rename the result to ``path`` on success, and remove it on an error."""
     passing = _passing_name(path)
     try:
         with _naming(path):
@@ -141,7 +141,7 @@ def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder to fill; on success it is renamed to ``path``, on an error it is removed with its content.
+    """Yield an empty folder, which is renamed to ``path`` on success and removed with its content on an error.
 
     Missing parent folders are created, and removed again on an error.
 
@@ -158,7 +158,7 @@ def new_folder(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _passing_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder next to ``path``; it is removed at the end, together with any new, empty parent folders."""
+    """Yield an empty folder next to ``path``; on exit, remove it and any new parent folders that are empty."""
     passing = _passing_name(path)
     made: list[Path] = []
     try:
@@ -186,7 +186,7 @@ def _sync(path: Path) -> None:
 
 
 def _passing_name(path: Path) -> Path:
-    # Hidden, so that it is not mistaken for the result; with the process id, so that two processes do not collide.
+    # Hidden, to avoid confusion with the result; the process ID prevents collisions between processes.
     return path.absolute().parent / f".{path.name}.{os.getpid()}.part"
 
 
@@ -199,7 +199,7 @@ def _remove(passing: Path) -> None:
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Make an OSError name the file or folder itself, not the temporary one."""
+    """Within the context, make OSErrors name ``path`` instead of the temporary file or folder."""
     try:
         yield
     except OSError as error:

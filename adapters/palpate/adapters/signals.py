@@ -1,4 +1,4 @@
-"""Signals that end a process, in one list for the process that commands an arm and its helper processes."""
+"""Signals that end a process, shared by the process that commands an arm and its helper processes."""
 
 import signal
 import threading
@@ -21,7 +21,7 @@ _ALWAYS: Final = (signal.SIGINT, signal.SIGTERM)
 
 
 class _Handler:
-    """A handler of this module, which a later handler may replace."""
+    """A handler set by this module, which a later handler may replace."""
 
     def __init__(self, act: Callable[[int], None]) -> None:
         self._act = act
@@ -34,9 +34,9 @@ class _Handler:
 def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iterator[None]:
     """Within the context, call ``act`` with the number of each signal that would end the process.
 
-    Signals that are ignored, such as SIGHUP under ``nohup``, or have another handler are left alone. With ``always``,
-    SIGINT and SIGTERM are handled even then. Python runs handlers only in its main thread, so in any other thread this
-    does nothing.
+    Signals that are ignored, such as SIGHUP under ``nohup``, or that have another handler are left alone. With
+    ``always``, SIGINT and SIGTERM are handled regardless. Python runs handlers only in the main thread, so this
+    function does nothing in other threads.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -53,7 +53,7 @@ def on_ending_signal(act: Callable[[int], None], *, always: bool = True) -> Iter
         # The garbage collector may close the owner in another thread, which cannot set a handler.
         here = threading.current_thread() is threading.main_thread()
         for number, previous in before.items() if here else ():
-            # An interruption may delay this, so a handler that has been set since then stays.
+            # An interrupt may delay this code, so keep any handler that was set in the meantime.
             if signal.getsignal(number) is handler:
                 signal.signal(number, previous)
 

@@ -40,7 +40,7 @@ from palpate.core.ports import kinds_of, optional_of, parts_of
 
 
 def _flags() -> dict[str, tuple[Described, bool]]:
-    """Map each flag to its setting and to the value that it gives to a switch; other settings ignore that value."""
+    """Map each flag to its setting and the value that it gives a switch; other settings ignore that value."""
     found: dict[str, tuple[Described, bool]] = {}
     for setting in described(RunConfig):
         table, _, last = setting.name.replace("_", "-").rpartition(".")
@@ -57,7 +57,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings on the command line as nested tables, and the first other argument ("" if none).
+    """Return the settings on the command line as nested tables, and the first other argument, or "" if none.
 
     Raises:
         UsageError: A setting has no value.

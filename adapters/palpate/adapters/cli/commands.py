@@ -1,4 +1,4 @@
-"""Commands and their modules, imported only when a command runs, so ``palpate --help`` loads no settings library."""
+"""Commands and their modules, imported only on use so that ``palpate --help`` loads no settings library."""
 
 from collections.abc import Callable
 from importlib import import_module

@@ -50,7 +50,7 @@ def emulate(options: EmulateOptions) -> int:
 
 
 def _require_own(path: Path | None) -> None:
-    """Raise an error if a file lacks a valid digest in its first line, because a person wrote or edited it."""
+    """Raise an error if a file's first line has no valid digest, which indicates that a person wrote or edited it."""
     if path is None or not os.path.lexists(path):
         return
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""

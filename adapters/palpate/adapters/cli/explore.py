@@ -62,7 +62,7 @@ def _learn(options: ExploreOptions) -> int:
 
 
 def _runs(options: ExploreOptions, grid: GridMap, states: StateIdentifier, title: str = "") -> list[LearningRun]:
-    """Return the runs and show a progress bar; after Ctrl-C, return the finished runs."""
+    """Learn once per seed, showing a progress bar; return the runs that finished, even after Ctrl-C."""
     runs: list[LearningRun] = []
     seeds = range(options.seed, options.seed + options.seeds)
     with progress(len(seeds) * options.trials, "trial", title) as bar:

@@ -42,7 +42,7 @@ class InferOptions(Settings):
 
 
 def infer(options: InferOptions) -> int:
-    """Infer, report and save an automaton; return 0, or 2 if no network became consistent with labelled strings."""
+    """Infer, report and save an automaton; return 0, or 2 if no network was consistent with labelled strings."""
     if options.show and options.compare:
         raise UsageError("palpate infer takes --show or --compare, not both")
     if options.show:
@@ -60,7 +60,7 @@ def infer(options: InferOptions) -> int:
 
         def show(point: automata.Progress) -> None:
             if not bars:
-                # Only once training is under way, because settings may still be rejected.
+                # Shown only once training has begun, because settings may be rejected before then.
                 total = training.restarts * training.steps
                 bars.append(opened.enter_context(progress(total, "step", "training")))
             (bar,) = bars

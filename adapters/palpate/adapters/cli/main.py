@@ -1,4 +1,4 @@
-"""Entry point, which selects the subcommand and reports errors in one line with an exit code."""
+"""Entry point that selects the subcommand and reports each error in one line and by an exit code."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ QUIET_S: Final = 5.0
 class Interrupts:
     """Context in which signals that end a process raise KeyboardInterrupt; ``raised`` is True after such a signal.
 
-    SIGINT and SIGTERM raise it even if a shell ignores them. Another signal within ``QUIET_S`` is ignored, because it
-    would interrupt the closing of logs and devices. Later signals raise it again. With ``last``, SIGINT is ignored
-    after the context, because the process ends with the command.
+    SIGINT and SIGTERM raise it even if the parent shell ignores them. Another signal within ``QUIET_S`` is ignored,
+    because it would interrupt the closing of logs and devices. Later signals raise it again. With ``last``, SIGINT is
+    ignored after the context, because the process ends with the command.
     """
 
     def __init__(self, *, last: bool = False) -> None:
@@ -66,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     if arguments is None:
-        # Importing Matplotlib or MuJoCo fails if these name a missing backend, even if the command draws nothing.
+        # Importing Matplotlib or MuJoCo fails if these variables name a missing backend, even if nothing is drawn.
         os.environ.pop("MPLBACKEND", None)
         os.environ[GL_VARIABLE] = os.environ.pop("MUJOCO_GL", "")
     given = sys.argv[1:] if arguments is None else arguments
@@ -171,7 +171,7 @@ def _run(name: str, words: Sequence[str]) -> int:
         raise errors.UsageError(
             f"{name} is not a command of {f'palpate {group}'.rstrip()}; {hint}the commands are {', '.join(known)}"
         )
-    # A command is imported after its arguments were checked, because it may load the simulator.
+    # Import the command only after checking its arguments, because it may load the simulator.
     from palpate.adapters.cli.arguments import parse
 
     whole = f"{group} {name}".lstrip()

@@ -50,7 +50,7 @@ def run_of(
     """Return the run requested by a command."""
 
     def requested(config: RunConfig, ready: ReadyPose) -> Rig:
-        """Check the settings, ask for confirmation, and return the rig, which is not yet open."""
+        """Check the settings, ask for confirmation, and return the rig, still unopened."""
         accepted = options.accept_kinematics
         rig = open_rig(config, ready, options.rig, options.acknowledge, accept_kinematics=accepted)
         if options.rig:
@@ -61,7 +61,7 @@ def run_of(
 
 
 def ask_before_motion(options: RunOptions | TrainOptions) -> None:
-    """Print what will move on a rig and, unless it is emulated, ask the operator once.
+    """Print how the arm of a rig will move and, unless it is emulated, ask the operator to confirm.
 
     Raises:
         UsageError: There is no terminal.
@@ -113,7 +113,7 @@ def validity_note(config: RunConfig, rig: str = "") -> str:
 
 
 def flagged_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
-    """Return a line with the number of trials flagged for timing, their use in learning, and the reasons; or ""."""
+    """Return the number of trials flagged for timing, their use in learning, and the reasons, or "" if none."""
     if not summary["flagged"]:
         return ""
     why = ", ".join(f"{reason} {count}" for reason, count in summary["flagged_reasons"].items())

@@ -1,4 +1,4 @@
-"""Command-line options of the commands that load the simulator.
+"""Command-line options for the commands that load the simulator.
 
 This module does not load the simulator, so that ``--help`` and invalid arguments get an immediate response. Other
 commands define their options in their own modules.
@@ -187,7 +187,7 @@ class ReplayOptions(Settings):
     out: str = ""
     """New folder for the logs of a what-if."""
     strict: bool = False
-    """Fail if the last bits of a log from another processor differ."""
+    """Fail if the least significant bits differ from those of a log recorded on another processor."""
     jobs: Jobs = 0
     """Number of processes; 0 uses one per thirty logs, at most one per core."""
     verbose: bool = False
@@ -287,7 +287,7 @@ class StudyOptions(Settings):
 
     Several [[grid]] tables are run in sequence. Trials are recorded only if the file sets recording.enabled.
 
-    The same command continues where it stopped. Results depend neither on the number of workers nor on their order.
+    Run the same command again to resume the study. Results depend neither on the number of workers nor on their order.
 
     Exit code 0: all conditions are finished; 1: some failed; 2: the file, the folder or an option is invalid; 130:
     ended by Ctrl-C.
@@ -326,7 +326,7 @@ class ExploreOptions(Settings):
     seeds: Annotated[int, Range(1, 100_000)] = 3
     """Number of independent runs."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    """Seed of the first run; later runs use the next numbers."""
+    """Seed of the first run; it increases by one with each run."""
     out: str = ""
     """New or empty folder for the trials, policies, summary and learning curve."""
     figure: str = ""

@@ -1,4 +1,4 @@
-"""Display of a command's progress: a bar on a terminal; otherwise, one line per tenth of the work."""
+"""Progress display for a command: a bar on a terminal; otherwise, one line per tenth of the work."""
 
 import sys
 from collections.abc import Iterator

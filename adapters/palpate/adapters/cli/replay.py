@@ -61,7 +61,7 @@ def replay(options: ReplayOptions) -> int:
 
 
 def read_changes(options: ReplayOptions) -> Changes:
-    """Return the changes that the options make to the recording."""
+    """Return the changes to the recording that the options request."""
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
     policy: PolicyDocument | ThirdPartyEntry | str | None = None
@@ -78,7 +78,7 @@ def read_changes(options: ReplayOptions) -> Changes:
 
 
 def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict: bool) -> None:
-    """Write the table, and an explanation for each log with differences."""
+    """Print a table, then explanations for the first logs with differences."""
     every = verbose or len(replays) <= _FEW
     shown = [one for one in replays if every or one.verdict is not Verdict.EQUAL]
     if shown:

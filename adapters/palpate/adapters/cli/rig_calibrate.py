@@ -62,7 +62,7 @@ def calibrate(options: CalibrateOptions) -> int:
 
 
 def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> None:
-    """Perform a step and write its result. The rig is closed between steps, so that keys can answer prompts."""
+    """Perform a step and write its result. Closing the rig between steps frees the keyboard for prompts."""
     before = RigFile.load(path)
     known = before.calibration
     if step == "hole":
@@ -92,7 +92,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
 
 
 def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) -> tuple[dict[str, Any], str]:
-    """Return the result of a step: the values for the rig file, and a text."""
+    """Return the result of a step: the values for the rig file, and a description."""
     if step == "payload":
         load = commissioning.payload()
         centre = "; ".join(
@@ -121,7 +121,7 @@ def _confirmed(step: str, *, yes: bool) -> bool:
         answer = sys.stdin.readline()
         if not answer or answer.strip() == "q":
             raise _LeaveError
-        # Any other answer, such as "no", does not confirm, and the prompt is repeated.
+        # Any other answer, such as "no", is not a confirmation, so the prompt is repeated.
         if answer.strip() in ("", "s"):
             return not answer.strip()
     return True
@@ -134,5 +134,5 @@ def _require_turn(file: RigFile) -> None:
 
 
 def _short(value: Any) -> Any:
-    """Round to six digits, because further digits are noise."""
+    """Round to six significant digits, because further digits are noise."""
     return tuple(map(_short, value)) if isinstance(value, tuple) else float(f"{value:.6g}")

@@ -97,7 +97,7 @@ def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Itera
 
 
 def _line(name: str, value: Any, text: str, *, stated: bool = True) -> str:
-    """Return a setting with its comment, which is put above it if long. A setting without a value is commented out."""
+    """Return a setting with its comment; a long comment goes above it. A setting without a value is commented out."""
     empty = value is None or value in ("", (), {})
     setting = f"{name} = {'...' if empty else config.literal(value)}"
     setting = f"# {setting}" if empty or not stated else setting

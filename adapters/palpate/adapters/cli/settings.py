@@ -1,4 +1,4 @@
-"""The ``palpate settings`` command, which prints every setting of a group, as declared."""
+"""The ``palpate settings`` command, which prints the declaration of every setting in a group."""
 
 import shutil
 import sys

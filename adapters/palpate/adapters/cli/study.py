@@ -65,7 +65,7 @@ def _workers(options: StudyOptions) -> Workers:
 
 
 def _run(workers: Workers, folder: StudyFolder, missing: Sequence[Condition], bar: Any) -> int:
-    """Run conditions, print those that failed, and return their number."""
+    """Run conditions, print the failures, and return the number of failures."""
     failed = 0
     calls: Iterable[tuple[Condition, Path]] = ((condition, folder.conditions) for condition in missing)
     for number, done in completed(workers, make, calls):

@@ -1,4 +1,4 @@
-"""All settings of runs, rigs and real time, and their TOML form."""
+"""All settings for runs, rigs and real-time operation, and their conversion to and from TOML."""
 
 import lazy_loader
 

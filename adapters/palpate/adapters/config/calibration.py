@@ -66,5 +66,5 @@ def write_into(path: Path, name: str, values: Mapping[str, Any]) -> None:
     except (ValueError, TypeError) as error:
         problem = f"takes no values: it was changed meanwhile ({error})"
         raise OutputError(str(path), problem, "correct it, and do the step again") from error
-    # If the path is a link, the file itself is written.
+    # If the path is a symbolic link, its target is written.
     write_whole(path.resolve(), tomlkit.dumps(document))

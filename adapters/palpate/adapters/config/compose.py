@@ -1,4 +1,4 @@
-"""Composition of a run's configuration from presets, a job, files and flags."""
+"""Compose a run's configuration from presets, a job, files and flags."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def configured(
         policy: Policy; only a policy file affects the configuration.
         task: Task; by default, the one in the settings, or else insertion.
         arm: Name of the arm; by default, the arm in the settings, the job or the rig.
-        settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings, even a ``run.toml``.
+        settings: A table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file with settings, such as a ``run.toml``.
         flags: Tables of settings that override all others.
         measured: Whether measurements made on the rig replace values in the job.
 

@@ -1,4 +1,4 @@
-"""Settings of learning in grid worlds."""
+"""Settings for learning in grid worlds."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
@@ -13,7 +13,7 @@ from palpate.simulation.grid import STEP_LIMIT
 TRIALS: Final = 1500
 """Number of trials in a run (paper, section 4)."""
 RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
-"""Learning rate, visits that halve it, and minimum, for each learner. They performed well with all kinds of state.
+"""Learning rate, visits that halve it, and minimum, by learner. They worked well with every kind of state.
 
 These values were chosen with network seeds 0 to 3 and learning seeds 1000 to 1003.
 """
@@ -22,7 +22,7 @@ HMM: Final = "hmm"
 """Name of the learner with the displacement HMM."""
 LEARNERS: Final = (*RATES, HMM)
 INITIAL: Final = {"q": -4.0, "sarsa": 0.0}
-"""Q of each learner before the first visit. With -4, which is close to the cost of reaching the goal, Q-learning over
+"""Initial Q of each learner. With -4, which is close to the cost of reaching the goal, Q-learning over
 automaton states needs half as many trials as with 0."""
 
 

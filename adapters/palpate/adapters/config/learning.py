@@ -1,4 +1,4 @@
-"""Settings of learning in the insertion task."""
+"""Learning settings for the insertion task."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -59,14 +59,14 @@ class LearningConfig(Settings):
     alpha: LearningRate = 0.3
     """Learning rate."""
     alpha_visits: HalvingVisits = 50.0
-    """Number of visits that halves the learning rate of a state-action pair; 0 keeps it constant."""
+    """Number of visits after which the learning rate of a state-action pair is halved; 0 keeps it constant."""
     alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.05
     """Minimum learning rate."""
     gamma: Discount = 1.0
     """Discount factor."""
     initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
-    """Q before the first visit, close to the cost of reaching the goal. If they start at 0, values fall for hundreds
-    of trials and hide the best action."""
+    """Q before the first visit, close to the cost of reaching the goal. Values that start at 0 fall for hundreds
+    of trials and mask the best action."""
     optimistic_prior: Annotated[float, Range(0.0, 1e6)] = 0.0
     """Optimistic prior in Q for the options that the task's rule would choose; with 0, all options start equal."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0

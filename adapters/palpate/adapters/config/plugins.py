@@ -19,7 +19,7 @@ def entries(group: str) -> dict[str, EntryPoint]:
 
 @contextmanager
 def from_here() -> Iterator[None]:
-    """Make modules of the current folder importable within the context, as with ``python -m``."""
+    """Make modules in the current folder importable within the context, as with ``python -m``."""
     before = list(sys.path)
     sys.path.insert(0, str(Path.cwd()))
     try:
@@ -55,7 +55,7 @@ def imported(field: str, place: str, accepted: str) -> Any:
     except ImportError as error:
         raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
     except (Exception, SystemExit, GeneratorExit) as error:
-        # A third-party module may raise anything when it is imported.
+        # Importing a third-party module may raise any exception.
         raise ConfigurationError(field, place, f"a module that imports without failing ({describe(error)})") from error
     if not hasattr(module, attribute):
         raise ConfigurationError(field, place, f"a name in {module_name}; it has no {attribute}")

@@ -59,12 +59,12 @@ class SensorFactsTable(Settings):
 
 @dataclass(frozen=True)
 class OperatorTable(Settings):
-    """Stop by an operator, in addition to the emergency stop."""
+    """Operator stop, in addition to the emergency stop."""
 
     TABLE: ClassVar[str] = "operator"
 
     keys: bool = True
-    """Stop the arm on any key in the terminal."""
+    """Stop the arm when any key is pressed in the terminal."""
 
 
 RIG_FORMAT: Final = 2
@@ -189,7 +189,7 @@ class RigFile(Settings):
         return merged(real, found, own), drawing
 
     def arm_model(self, given: str = "") -> str | ArmDescription:
-        """Return the model of the arm: that of the file, or the given one if the file has none.
+        """Return the arm model from the file, or the given model if the file has none.
 
         Raises:
             ConfigurationError: Neither exists, or the two differ.

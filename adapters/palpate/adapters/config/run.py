@@ -31,7 +31,7 @@ _Channels: TypeAlias = Annotated[
 
 @dataclass(frozen=True)
 class PerceptionConfig(Settings):
-    """Stages from raw signals to states. Each stage can be replaced separately."""
+    """Processing stages from raw signals to states. Each stage can be replaced separately."""
 
     TABLE: ClassVar[str] = "perception"
 

@@ -13,7 +13,7 @@ from palpate.core.errors import ConfigurationError, did_you_mean
 from palpate.core.job import KEYED, SIDES
 
 if TYPE_CHECKING:
-    # The kinematics are loaded when a task is made.
+    # The kinematics are loaded when a task is created.
     from palpate.adapters.config.run import RunConfig
     from palpate.core.trial import TaskKind
 
@@ -21,13 +21,13 @@ GROUP: Final = "palpate.tasks"
 """Entry-point group that names kinds of task."""
 _FIELD: Final = "task.name"
 _BESIDE_MM: Final = 1.0
-"""Distance by which a specified corner may lie outside the peg, because drawings are rounded."""
+"""Distance by which a specified corner may lie outside the peg, because drawings give rounded dimensions."""
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
     "insertion-6dof": "palpate.core.tasks.insertion_6dof:INSERTION_6DOF",
 }
-"""Tasks found without a search of the installed packages."""
+"""Tasks found without searching the installed packages."""
 
 
 @cache
@@ -69,7 +69,7 @@ def require_corners(config: RunConfig) -> None:
     """Check the corners in the task's options against the peg of the simulated cell.
 
     Raises:
-        ConfigurationError: Their number differs, or they would lie outside the peg or touch down outside the area.
+        ConfigurationError: Their number differs, or a corner would lie outside the peg or touch down outside the area.
     """
     options, peg = config.task.options, config.cell.peg
     sides, corners = SIDES.get(peg.cross_section, 0), options.get("corners", 0.0)

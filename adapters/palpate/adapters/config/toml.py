@@ -1,4 +1,4 @@
-"""Conversion of configurations to and from TOML. Errors name unknown and ill-typed fields."""
+"""Convert configurations to and from TOML. Errors name unknown fields and fields of the wrong type."""
 
 import dataclasses
 import difflib
@@ -82,7 +82,7 @@ def merged(*tables: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert settings by dotted name to nested tables."""
+    """Convert settings with dotted names to nested tables."""
     tables: dict[str, Any] = {}
     for name, value in settings.items():
         *path, last = name.split(".")
@@ -97,7 +97,7 @@ def field_value(base: Settings, name: str, value: Any) -> Any:
     """Convert a TOML value to the type of a field of ``base``, given by its dotted name; other fields are not checked.
 
     Raises:
-        ConfigurationError: The field is unknown, is a table of fields, or the value is rejected.
+        ConfigurationError: The field is unknown or is a table of fields, or the value is rejected.
     """
     *path, last = name.split(".")
     for key in path:
