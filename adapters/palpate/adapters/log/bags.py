@@ -57,7 +57,7 @@ class BagTopics:
 
     Attributes:
         joint_states, wrench: Topics. If empty, the only topic of the required type is used.
-        joints: Names of the joints in the messages, base first; empty for those of the model.
+        joints: Names of the joints in the messages, base first; empty for the model's.
         sign: -1 if the wrenches are those that the tool exerts on its environment.
     """
 
@@ -76,7 +76,7 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
     """Convert a bag to a log at the control rate, with the latest sample of each kind at every tick.
 
     The commands are the measured joint angles, because a bag does not contain the cause of a motion. The policy is the
-    torque rule, so that a replay with another policy shows its perception and choices.
+    torque rule, so that a replay with another policy shows that policy's perception and choices.
 
     Raises:
         LogError: The bag cannot be read, or has no joint states or wrenches.
@@ -106,7 +106,7 @@ def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perce
 def export_bags(paths: Sequence[Path], out: Path) -> list[Path]:
     """Write each log as a bag with MCAP storage that contains samples, commands, and events as text.
 
-    Times are those of the run's clock. Returns the folders of the bags.
+    Times are on the run's clock. Returns the folders of the bags.
 
     Raises:
         LogError: A log cannot be read; nothing is written.

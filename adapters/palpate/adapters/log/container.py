@@ -1,4 +1,4 @@
-"""Logs as MCAP files, written in batches and read up to the first damage."""
+"""Logs as MCAP files, written in batches and read up to the first damaged part."""
 
 import os
 import zlib
@@ -72,7 +72,7 @@ def bytes_of(path: str | Path) -> bytes:
 
 
 def read_messages(path: str, data: bytes) -> tuple[list[RawMessage], str]:
-    """Return the messages of a log up to the first damage, with a description of the damage.
+    """Return the messages of a log up to the first damaged part, with a description of the damage.
 
     Messages are sorted by sequence number if the file is undamaged; otherwise they are in file order.
 
@@ -130,6 +130,6 @@ def _in_chunk(chunk: Chunk, ours: dict[int, int]) -> list[RawMessage]:
 
 
 def _describe(channel: Channel, ours: dict[int, int]) -> None:
-    """Map a channel to palpate's number by its topic, because tools that rewrite a file renumber channels."""
+    """Map a channel to palpate's channel number by its topic, because tools that rewrite a file renumber channels."""
     if channel.topic in BY_TOPIC and channel.message_encoding == "protobuf":
         ours[channel.id] = BY_TOPIC[channel.topic].id

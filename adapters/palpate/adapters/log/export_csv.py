@@ -1,4 +1,4 @@
-"""Export of a log to CSV and JSON files, exact to the last bit.
+"""Export a log to CSV and JSON files, exact to the last bit.
 
 Columns are named after the fields of a record, with x, y, z or numbers from 1 for the components of vectors. Floats are
 written with ``repr`` so that they can be read back exactly. An empty cell means a missing value.

@@ -1,4 +1,4 @@
-"""Figures as files. The same contents give the same bytes. Matplotlib is imported only when a figure is drawn."""
+"""Figure files. Identical figures give identical bytes. Matplotlib is imported only when a figure is drawn."""
 
 import io
 from collections.abc import Iterator, Mapping

@@ -23,8 +23,8 @@ LATE_S: Final = 0.001
 def info_of(log: TrialLog) -> dict[str, Any]:
     """Return the content of ``palpate log info`` as JSON values. Values that the log does not contain are None.
 
-    Rates are tick numbers per second of the clock, or new samples per second of the device's time. Missing ticks do not
-    lower them. The age of a sample is the clock reading of its tick minus its source time.
+    Rates are ticks per second on the run's clock, by tick number, or new samples per second on the device's clock.
+    Missing ticks do not lower them. The age of a sample is the clock reading of its tick minus its source time.
 
     Raises:
         LogError: A part of the log is invalid.

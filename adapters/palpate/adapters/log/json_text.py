@@ -1,4 +1,4 @@
-"""JSON texts in the messages of a log."""
+"""JSON text in the messages of a log."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def dump_json(value: Any) -> str:
 
 
 def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
-    """Parse a JSON object from a text in a log; an empty string gives an empty object.
+    """Parse a JSON object from a string in a log; an empty string gives an empty object.
 
     Raises:
-        LogError: The text is not a JSON object.
+        LogError: The string is not a JSON object.
     """
     try:
         found = json.loads(text) if text else {}
@@ -33,7 +33,7 @@ def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
 
 
 def finite(value: Any) -> Any:
-    """Replace numbers that are not finite by None, because JSON cannot represent them."""
+    """Replace non-finite numbers with None, because JSON cannot represent them."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

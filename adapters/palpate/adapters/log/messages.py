@@ -32,7 +32,7 @@ def decode(kind: Callable[..., R], payload: bytes) -> R:
     """Decode a record; unknown fields are ignored.
 
     Raises:
-        ValueError: A text is invalid, or a sample has no validity. A missing field raises TypeError, invalid bytes
+        ValueError: A string is invalid, or a sample has no validity. A missing field raises TypeError, invalid bytes
             raise protobuf's DecodeError, and an invalid sample raises CommandError.
     """
     any_kind: Any = kind

@@ -75,7 +75,7 @@ def timeline(log: TrialLog, kind: str = "png") -> bytes:
 
 
 def force_panel(axes: Any, series: Series) -> None:
-    """Plot the force, its norm, and the force limit of the job."""
+    """Plot the force, its norm, and the job's force limit."""
     force_N = series.wrench[:, :3]
     for i, name in enumerate(("Fx", "Fy", "Fz")):
         axes.plot(series.time_s, force_N[:, i], color=_XYZ[i], linewidth=0.9, label=name)

@@ -34,7 +34,7 @@ def core_sha256() -> str:
 
 
 def source_sha256(roots: Iterable[str]) -> str:
-    """Return a digest of all source files in these folders. Files in earlier folders hide those in later ones."""
+    """Return a digest of all source files in these folders. Files in earlier folders shadow those in later ones."""
     digest, files = hashlib.sha256(), dict[str, Path]()
     for root in roots:
         files = {path.relative_to(root).as_posix(): path for path in Path(root).rglob("*.py")} | files
@@ -55,7 +55,7 @@ def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
 
 @cache
 def processor() -> dict[str, Any]:
-    """Return properties that may affect the last bits of sines, exponentials and matrix products."""
+    """Return properties that may affect the least significant bits of sines, exponentials and matrix products."""
     from threadpoolctl import threadpool_info
 
     simd: Any = np.show_config(mode="dicts")
@@ -69,10 +69,10 @@ def processor() -> dict[str, Any]:
 
 
 def decisive(found: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Return the properties of :func:`processor` that do affect a trial's last bits (record 0015).
+    """Return the properties of :func:`processor` that do affect the least significant bits of a trial (record 0015).
 
-    They may account for a difference. The C library's sine on x86-64 has one version for processors with fused
-    multiply-add and one for others. BLAS kernels and numpy's vector loops have no effect.
+    They may account for a difference between logs. The C library's sine on x86-64 has one version for processors with
+    fused multiply-add and one for others. BLAS kernels and numpy's vector loops have no effect.
     """
     simd: Any = found.get("simd") or []
     if found.get("machine") == "x86_64":

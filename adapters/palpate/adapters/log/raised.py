@@ -1,4 +1,4 @@
-"""Origin of the error that ended a trial. An error of the core must occur again in a replay."""
+"""Origin of the error that ended a trial. An error from the core must occur again in a replay."""
 
 import traceback
 from typing import Final

@@ -1,4 +1,4 @@
-"""Reading of a complete log, which reconstructs the trial from its messages in recorded order."""
+"""Read a complete log and reconstruct the trial from its messages in recorded order."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ class TrialLog:
     """The log of one trial, decoded except for its ticks.
 
     Attributes:
-        damage: Description and position of damage, or empty if undamaged. The log contains the part before the damage.
+        damage: Description and position of damage, or empty if undamaged. Only the part before the damage is read.
         missing: Messages that are missing according to the sequence numbers, or empty if there are none.
     """
 
@@ -70,7 +70,7 @@ class TrialLog:
 
     @property
     def trip(self) -> records.EventEntry | None:
-        """Return the event that says why supervisor, sensors or operator ended the trial, or None if none did."""
+        """Return the event that says why the supervisor, a sensor or the operator ended the trial, or None."""
         cut = self.end is not None and self.end.outcome in (Outcome.SENSOR_FAULT.value, Outcome.STOPPED.value)
         names = ("trip", "end") if cut else ("trip",)
         return next((event for name in names for event in self.events if event.name == name), None)
@@ -86,7 +86,7 @@ class TrialLog:
 
 
 def read_log(path: str | Path) -> TrialLog:
-    """Read a log, up to its end or the first damage.
+    """Read a log, up to its end or the first damaged part.
 
     Raises:
         LogError: The log is missing or empty, is from another program or in a different format, is not a single trial,

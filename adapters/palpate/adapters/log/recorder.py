@@ -1,4 +1,4 @@
-"""Recorder of a trial, which records the control loop's data in each tick and the task's reports."""
+"""Trial recorder for the control loop's data in each tick and for the task's reports."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,7 +22,7 @@ class FlightRecorder(LoopObserver):
     Args:
         start: Function that returns the start record; called after the task has begun or failed to begin.
         counterfactual: Function that returns True once a what-if has left the recorded path; messages are then marked.
-        stop_on_loss: Whether a message that cannot be stored ends the trial or is only reported.
+        stop_on_loss: True to end the trial if a message cannot be stored; False to only report it.
     """
 
     def __init__(

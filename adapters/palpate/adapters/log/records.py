@@ -15,16 +15,16 @@ class StartRecord:
     """Complete initial state of a trial, which allows the trial to be replayed on its own.
 
     Attributes:
-        start_m: Start of the trial above the plate, (2,), task frame.
+        start_m: Starting position above the plate, (2,), task frame.
         ready_rad: The ready pose, (n,).
         tip_rotation: Initial orientation of the tool, (9,) row by row, base frame.
-        perception_json: Stages of the perception, including fitted values.
+        perception_json: Perception stages, including fitted values.
         policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
         policy_json: The policy document, even of a third-party policy.
         temperature: Exploration temperature, or None for a policy without one.
         world: ``simulator``, or the name of a rig.
         world_json: Values that reproduce the world, with its ground truth if there is one.
-        processor_json: Processor properties that may affect the last bits.
+        processor_json: Processor properties that may affect the least significant bits of the results.
         derived_from: The log on which this what-if is based; empty for a recording.
     """
 
@@ -56,7 +56,7 @@ class StartRecord:
 
     @property
     def number(self) -> int:
-        """Return the number of the trial in its run, as in file names and tables."""
+        """Return the number of the trial in its run, as used in file names and tables."""
         return self.trial % TRIALS_OF_A_SERIES
 
 
@@ -100,7 +100,7 @@ class ReinforcementEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class EventEntry:
-    """Event."""
+    """Event during a trial."""
 
     tick: int
     name: str
@@ -198,7 +198,7 @@ class TickRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CallEntry:
-    """A failed port call, or a call that is not one of the four of a tick: the clock at the start, and the stop."""
+    """A failed port call, or a call other than the four of a tick: the clock at the start, and the stop."""
 
     tick: int
     port: str

@@ -36,7 +36,7 @@ _FORCE_N, _FORCE_S = 20.0, 1.0
 
 @dataclass(frozen=True)
 class Score:
-    """Points of a trial, at most 100."""
+    """Points for a trial, at most 100."""
 
     valid: float
     """Points for a valid trial: 1 if the trial ran."""

@@ -23,20 +23,20 @@ _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 @dataclass(frozen=True)
 class Tare:
-    """Zero of a sensor, Fx Fy Fz in N and Tx Ty Tz in N m in the frame of the samples, and its origin."""
+    """Zero offset of a sensor, Fx Fy Fz in N and Tx Ty Tz in N m in the samples' frame, and its source."""
 
     bias: tuple[float, ...]
     origin: str
 
     def taken_from(self, sample: WrenchSample | None) -> tuple[float, ...] | None:
-        """Return the force and torque, (6,), minus the zero, or None if there is no current measurement."""
+        """Return the force and torque, (6,), minus the zero offset, or None if there is no current measurement."""
         if sample is None or sample.validity in NO_NEWS:
             return None
         return tuple(a - b for a, b in zip((*sample.force_N, *sample.torque_Nm), self.bias, strict=True))
 
 
 def tare_of(log: TrialLog) -> Tare:
-    """Return the zero that the task determined, or zeros if there is none."""
+    """Return the zero offset that the task determined, or zeros if there is none."""
     for event in log.events:
         found = _NUMBERS.match(event.detail) if event.name == "tare" else None
         if found is not None:

@@ -57,7 +57,7 @@ class Sink(Protocol):
 
 
 class PackedLog:
-    """Log written in chunks of packed messages, which depend only on the messages. ``losses`` receives lost data."""
+    """Log of packed messages, written in chunks that depend only on the messages. ``losses`` receives lost data."""
 
     def __init__(self, stream: IO[bytes], metadata: dict[str, str], losses: list[str]) -> None:
         self._file, self._losses = LogFile(stream, metadata), losses

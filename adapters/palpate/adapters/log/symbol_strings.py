@@ -108,7 +108,7 @@ def _parted(place: int, line: str) -> tuple[bool, str]:
 
 
 def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, labelled: bool) -> dict[int, list[str]]:
-    """Return the symbols on each line: words if there is a blank or a name of several letters; otherwise letters."""
+    """Return the symbols on each line: words if there is a blank or a multi-letter name; otherwise letters."""
     apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
     words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
     if apart and not labelled and alphabet is None and all(word[0] in _LABELS for word in words.values()):

@@ -25,7 +25,7 @@ def counted(count: int, noun: str) -> str:
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """Format rows as CSV with LF line ends, starting with the header."""
+    """Format rows as CSV with LF line endings, starting with the header."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()

@@ -1,4 +1,4 @@
-"""Recorder of the trials of a run, with one log per trial, which contains the complete initial state."""
+"""Recorder for the trials of a run, with one log per trial. Each log contains the complete initial state."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Recorder of a series of trials in a folder until the context ends. ``losses`` lists lost data with reasons."""
+    """Recorder that logs trials in a folder until the context ends. ``losses`` lists lost data with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"
@@ -67,7 +67,7 @@ class TrialRecorder:
         subfolder: str = "",
         derived_from: str = "",
     ) -> None:
-        """Set the policy of the following trials (``name`` for a baseline), and the log on which a what-if is based."""
+        """Set the policy for the following trials (``name`` for a baseline) and the log on which a what-if is based."""
         # The learned state is recorded for each trial, in the learner's state.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         third_party = None if document is None else document.third_party

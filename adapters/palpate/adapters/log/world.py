@@ -1,4 +1,4 @@
-"""Rig properties in a log that are not in the rig's own world record."""
+"""Rig properties in a log that are not part of the rig's own world record."""
 
 import json
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ def recorded_sensor(world_json: str) -> SensorFacts:
 
 
 def recorded_turn(world_json: str) -> Vector3:
-    """Return the rotation vector from the task's axes to the hole's in a log, or zero if the hole was not turned."""
+    """Return the logged rotation vector from the task's axes to the hole's, or zero if the hole was not rotated."""
     turn = _world(world_json).get("hole_turn_rad")
     if not isinstance(turn, list) or len(turn) != 3 or not all(isinstance(each, float) for each in turn):
         return 0.0, 0.0, 0.0
