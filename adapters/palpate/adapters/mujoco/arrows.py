@@ -20,7 +20,7 @@ _LEAST_N: Final = 1.0
 
 
 def reference_N(forces_N: Iterable[float]) -> float:
-    """Return the force of the scale arrow: 1, 2 or 5 times a power of ten, about half of the trial's maximum force."""
+    """Return the scale arrow's force: 1, 2 or 5 times a power of ten, about half the trial's maximum force."""
     half = max([_LEAST_N, *forces_N]) / 2.0
     power = 10.0 ** floor(log10(half))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= half * (1.0 + 1e-9)) * power)

@@ -17,7 +17,7 @@ _TIMEOUT_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
-    """Return an OpenGL context for drawing, which is made current. The caller must free it."""
+    """Create an OpenGL context for drawing, make it current, and return it. The caller must free it."""
     context = importlib.import_module(f"mujoco.{working_library()}").GLContext(width, height)
     context.make_current()
     return context

@@ -15,7 +15,7 @@ from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 
 class SimulatedRig(Rig):
-    """The MuJoCo work cell with its four ports. On exit of its context, every device is closed.
+    """The MuJoCo work cell with its four ports. On exit from its context, every device is closed.
 
     Together with the trial number, ``seed`` determines the hole and the sensor errors. It may change between trials.
     """

@@ -1,4 +1,4 @@
-"""Lit model of the cell for images, posed with recorded joint angles, and with a table below it."""
+"""Lit model of the cell for images, posed from recorded joint angles, with a table below it."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from palpate.simulation.work_cell import build_work_cell, quaternion, trial_worl
 
 @dataclass(frozen=True)
 class Moment:
-    """Known values at a tick.
+    """Values known at a tick.
 
     Attributes:
         force_N: Tared force on the tool, (3,), sensor frame, or None if not measured.
@@ -102,7 +102,7 @@ class DrawnCell:
         self._path, self.contour = log.path, cell.contour.shape != "none"
 
     def pose(self, moment: Moment) -> None:
-        """Move the arm, and the peg in its springs, to their poses at a moment.
+        """Move the arm and the spring-mounted peg to their poses at a given moment.
 
         The encoders do not measure the gripper springs, so the spring deflection is computed from the measured wrench.
 

@@ -53,7 +53,7 @@ class View:
 
 
 def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View:
-    """Return a view of the peg and the hole from the side and slightly from above, with the plate cut open.
+    """Return a view of the peg and the hole from the side and slightly from above, with the plate cut away.
 
     Args:
         mouth_m: Centre of the hole's mouth, (3,), base frame.
