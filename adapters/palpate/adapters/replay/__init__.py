@@ -1,4 +1,4 @@
-"""Replay of recorded trials through the unmodified core, and comparison of every output."""
+"""Replay recorded trials through the unmodified core, and compare every output."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Replay of many logs in several processes."""
+"""Replay many logs in several processes."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -31,7 +31,7 @@ def replay_file(
 
 @dataclass(frozen=True)
 class WhatIf:
-    """Changes for the replays in a batch, whether the simulator continues them, and the folder for their logs."""
+    """Changes to the replays in a batch, whether the simulator continues them, and the folder for their logs."""
 
     changes: Changes = field(default_factory=Changes)
     in_mujoco: bool = False
@@ -42,7 +42,7 @@ def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[
     """Replay logs in groups, in order. The results do not depend on the number of processes.
 
     Raises:
-        ConfigurationError: ``jobs`` is not from 1 to 1024.
+        ConfigurationError: ``jobs`` is not between 1 and 1024.
     """
     require_whole("jobs", jobs, 1, _MOST_JOBS)
     # Long groups, because a model-based learner is fitted again in each of them.

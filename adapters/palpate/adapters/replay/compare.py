@@ -1,4 +1,4 @@
-"""Comparison of the records of a replayed trial with its log."""
+"""Compare the records of a replayed trial with its log."""
 
 import json
 from collections.abc import Collection, Sequence
@@ -129,7 +129,7 @@ def _compare_fields(
 
 
 def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
-    """Return the fields of the end record that depend on the ground truth, recomputed with the one in the log."""
+    """Return the fields of the end record that depend on the ground truth, recomputed from the one in the log."""
     end = log.end
     if end is None or len(end.true_tip_in_task_m) != 3 or len(end.true_hole_in_task_m) != 3:
         return {}

@@ -21,7 +21,7 @@ class Difference:
 
 
 class Differences:
-    """Differences of a replay, including the first one and the first one that exceeds the last bits."""
+    """Differences found in a replay, including the first and the first beyond the least significant bits."""
 
     def __init__(self) -> None:
         self.first_command_tick: int | None = None
@@ -30,7 +30,7 @@ class Differences:
         self.count = 0
 
     def compare(self, tick: int, channel: str, field: str, recorded: Any, replayed: Any, *, gross: bool = True) -> None:
-        """Compare values, number by number. A difference in text is gross if it would matter on another processor."""
+        """Compare values, number by number. ``gross`` marks text that must match on any processor."""
         if isinstance(recorded, dict) and isinstance(replayed, dict) and recorded.keys() == replayed.keys():
             for key in recorded:
                 self.compare(tick, channel, f"{field}.{key}", recorded[key], replayed[key])
@@ -60,12 +60,12 @@ class Differences:
 
 
 RELATIVE: Final = 1e-9
-"""Relative difference that another processor may cause in the last bits of a number."""
+"""Relative difference that another processor may cause in the least significant bits of a number."""
 _ABSOLUTE: Final = 1e-12
 
 
 def close_enough(a: float, b: float) -> bool:
-    """Return True if two numbers differ by no more than a different processor may cause."""
+    """Return True if two numbers differ by no more than a change of processor may cause."""
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
 
 

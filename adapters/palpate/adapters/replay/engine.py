@@ -125,7 +125,7 @@ def replay(
 
 
 def _torn(tape: Tape) -> bool:
-    """Return True if an outside cause, such as a second Ctrl-C, ended the trial partway through a tick."""
+    """Return True if an external cause, such as a second Ctrl-C, ended the trial partway through a tick."""
     last, end = tape.last, tape.log.end
     by_others = end is not None and end.raised_by in (BY_OUTSIDE, BY_POLICY)
     return by_others and last is not None and last.joints is not None and last.requested_rad is None
@@ -196,5 +196,5 @@ def _known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def _other_processor(log: TrialLog) -> bool:
-    """Return True if the recording processor may give results that differ from this one's in the last bits."""
+    """Return True if the least significant bits may differ between this processor and the recording one."""
     return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())

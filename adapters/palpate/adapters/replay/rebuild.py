@@ -1,4 +1,4 @@
-"""Reconstruction of the objects that ran a trial from the start record of its log."""
+"""Use the start record of a log to reconstruct the objects that ran the trial."""
 
 import json
 import tomllib
@@ -71,7 +71,7 @@ class Changes:
 
     @property
     def any(self) -> bool:
-        """True if there is a change."""
+        """True if anything is changed."""
         return bool(self.settings) or self.policy is not None
 
 
@@ -94,10 +94,10 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
 
 
 def parse_setting(setting: str) -> dict[str, Any]:
-    """Return the nested table of ``name.of.field=value``.
+    """Return the nested table for ``name.of.field=value``.
 
     Raises:
-        ConfigurationError: The text has a different form, or names a setting that does not affect a replay.
+        ConfigurationError: The text is not of this form, or names a setting that does not affect a replay.
     """
     name, equals, text = setting.partition("=")
     parts = name.strip().split(".")
@@ -115,7 +115,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class RecordedDecisions(FixedPolicy):
-    """Policy that repeats recorded decisions. The first ``observed`` grounds of a decision are not from the policy."""
+    """Policy that repeats recorded decisions. The first ``observed`` grounds of a decision are not the policy's."""
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()
@@ -145,7 +145,7 @@ class RecordedDecisions(FixedPolicy):
 
 
 class Rebuilder:
-    """Builder of the core for a series of logs, which reuses shared parts. ``around`` wraps the policy for the task."""
+    """Builder of the core for a series of logs; it reuses shared parts. ``around`` wraps the policy for the task."""
 
     def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
         self._changes, self._around = changes or Changes(), around
@@ -156,7 +156,7 @@ class Rebuilder:
 
     @property
     def what_if(self) -> bool:
-        """True if there is a change."""
+        """True if anything is changed."""
         return self._changes.any
 
     def rebuild(self, log: TrialLog) -> Rebuilt:

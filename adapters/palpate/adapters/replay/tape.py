@@ -38,7 +38,7 @@ class Raised:
 
 
 class Track(Generic[T]):
-    """Recorded results of one port, in the order of the calls."""
+    """Recorded results of one port, in call order."""
 
     def __init__(self, port: str, load: Callable[[], bool]) -> None:
         self._port, self._load = port, load
@@ -148,5 +148,5 @@ class Tape:
         self.differences.compare(self.tick, "/tick", field, recorded, replayed)
 
     def check_deadline(self, deadline_ns: int) -> None:
-        """Compare the end of a sleep with the recorded one."""
+        """Compare the deadline of a sleep with the recorded one."""
         self.differences.compare(self.tick, "/tick", "deadline_ns", self.deadlines.next(), deadline_ns)

@@ -1,4 +1,4 @@
-"""Execution of the core for a recorded trial on any ports, with a new recording of the trial."""
+"""Run the core for a recorded trial on any ports, and record the trial again."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ class ReplayedRecords(Sink):
 
 @dataclass(frozen=True)
 class ReplayedTrial:
-    """A trial that is run again, with its records and, if requested, another recorder and its log name."""
+    """A trial that is being run again, with its records and, if requested, another recorder and its log name."""
 
     tape: Tape
     rebuilt: Rebuilt
