@@ -1,4 +1,4 @@
-"""Live display of trials in Rerun's viewer by an observer of the control loop."""
+"""Live display of trials in Rerun's viewer, fed by an observer of the control loop."""
 
 from __future__ import annotations
 
@@ -255,7 +255,7 @@ class CellShapes:
                 self.shapes[self._names[int(model.geom_bodyid[geom])]][f"shape_{geom}"] = shape
 
     def at(self, moment: Moment) -> tuple[dict[str, tuple[Row, Row]], tuple[Row, Row] | None, Row]:
-        """Return the frames, the force and the tip.
+        """Return the frames, the force arrow and the tip at a given moment.
 
         Returns:
             Position (3,) in m and quaternion (w, x, y, z) of each frame, base frame; origin and vector of the force's

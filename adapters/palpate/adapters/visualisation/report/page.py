@@ -70,7 +70,7 @@ def html_of(page: Page, version: str) -> str:
 
 
 def require_free(path: Path) -> None:
-    """Check that the page would not replace a file from another source.
+    """Check that the page would not replace a file that is not a report.
 
     Raises:
         OutputError: Such a file exists.

@@ -17,7 +17,7 @@ Place = tuple[int, int]
 
 
 def policy_picture(document: PolicyDocument) -> Picture:
-    """Draw the best action of each state as seen from above, with x to the right and y down.
+    """Draw the best action for each state as seen from above, with x to the right and y down.
 
     The paper's position and torque regions become two maps. Each state lies on the side of the hole where it is
     measured, so correct arrows point to the middle. For a torque, the hole is in the direction (-ty, tx).

@@ -1,4 +1,4 @@
-"""Videos as MP4 or GIF; each frame is written when it is rendered."""
+"""Videos as MP4 or GIF; each frame is written as soon as it is rendered."""
 
 from collections.abc import Iterable
 from fractions import Fraction
