@@ -58,8 +58,8 @@ def open_serial(name: str, baud: int, device: str) -> Any:
 def write_unless_stuck(port: ByteStream, data: bytes) -> None:
     """Write to a port, ignoring a time-out if the port accepts bytes; a missing reply reveals lost bytes.
 
-    pyserial reports a time-out from its clock alone, even if every byte was accepted and this program was delayed for
-    longer than the timeout (FACT, serialposix.py of 3.5). A port that accepts bytes now is not stuck.
+    pyserial reports a time-out based on its clock alone, even if every byte was accepted and this program was delayed
+    for longer than the timeout (FACT, serialposix.py of 3.5). A port that accepts bytes now is not stuck.
 
     Raises:
         OSError: The port accepts no bytes, or is gone.

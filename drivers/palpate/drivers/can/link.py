@@ -1,6 +1,6 @@
 """A CAN bus that is accessed through python-can and polled without a thread.
 
-A receive thread of python-can ends silently when a serial CAN adapter sends a malformed line (INFERENCE from its
+python-can's receive thread ends silently when a serial CAN adapter sends a malformed line (INFERENCE from its
 notifier.py; seen on a pseudo-terminal), so none is used here: each poll calls ``recv``. CANopen needs such a thread;
 see :mod:`palpate.drivers.cia402.link`.
 """

@@ -103,7 +103,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def come_to_rest(self) -> None:
-        """Continue the quick stop until all answering drives are stationary."""
+        """Continue the quick stop until all responding drives are stationary."""
         slowest_s = max(j.velocity_rad_per_s for j in self._settings.joints) / self._settings.quick_stop_rad_per_s2
         deadline_ns = self._deadline_ns() + int(slowest_s / _NS)
         still = 0

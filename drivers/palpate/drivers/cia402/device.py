@@ -1,6 +1,6 @@
 """Driver for an arm with CiA 402 drives. It configures, enables and moves them in cycles, and stops on any error.
 
-A single thread uses each arm. The receive thread of the bus only copies the messages of the drives
+Each arm is used by a single thread. The receive thread of the bus only copies the messages of the drives
 (:mod:`palpate.drivers.cia402.mailbox`). Everything else runs in the caller's thread, in :meth:`Cia402Arm.cycle`.
 """
 

@@ -49,7 +49,7 @@ def identify(objects: Objects) -> str:
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
-    """Configure a pre-operational drive for cyclic operation; return notes on missing objects and the effects."""
+    """Configure a pre-operational drive for cyclic operation; return notes on missing objects and their effects."""
     notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):

@@ -1,6 +1,6 @@
 """Access to the bus through a ``canopen.Network``, with supervision of its receive thread.
 
-``canopen`` receives in a thread of python-can. Three pitfalls were measured with ``canopen`` 2.4.1 and python-can
+``canopen`` receives in a thread of python-can. Three pitfalls were observed with ``canopen`` 2.4.1 and python-can
 4.6.1. An exception in a subscriber is only logged. A bus error, such as a malformed line from a serial adapter or an
 unplugged adapter, ends the thread without a message; the bus then appears quiet, although sending still works. Every
 cycle therefore calls :meth:`CanopenLink.require_alive`.

@@ -23,7 +23,7 @@ class AxisView:
     Attributes:
         state: State in the statusword; None also if it matches no pattern.
         position_rad: Position as a joint angle.
-        moved_counts: Change of the position counts since the previous answer.
+        moved_counts: Change in the position counts since the previous answer.
         mode: Mode of operation that the drive reports.
     """
 

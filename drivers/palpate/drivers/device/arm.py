@@ -60,7 +60,7 @@ def held_back(
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Measurements of one bus cycle.
+    """Measurements from one bus cycle.
 
     Attributes:
         position_rad: Joint angles, (n,); the last known angle for an axis that did not answer.
@@ -112,7 +112,7 @@ class ArmDriver(Protocol):
 
     @abstractmethod
     def enable(self) -> None:
-        """Let the servos hold the arm in its current pose."""
+        """Engage the servos to hold the arm in its current pose."""
 
     @abstractmethod
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:

@@ -15,7 +15,7 @@ _STALL_NS: Final = 100_000_000
 
 @dataclass(frozen=True, slots=True)
 class ForceSample:
-    """A raw reading in SI units, which includes the weight of the tool.
+    """A raw reading in SI units, including the weight of the tool.
 
     Attributes:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.

@@ -1,8 +1,8 @@
-"""Conversion between CAN frames and messages, without I/O and without a clock.
+"""Conversion between CAN frames and messages, without I/O or a clock.
 
 FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers equal to operation + node, little-endian payloads.
 Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already checked
-the 15-bit CRC, so a damaged frame either passed that check or was damaged between the controller and host.
+the 15-bit CRC, so a damaged frame either passed that check or was damaged between the controller and the host.
 """
 
 import enum

@@ -28,9 +28,9 @@ _REMEDY: Final = "check power, wiring, bit rate and termination, and that the se
 class Jr3(PolledSensor):
     """A JR3 sensor with its board.
 
-    The driver does not tare the sensor, and starting the stream removes a zero that another client has set. (FACT:
-    revisions of Jr3Controller.cpp up to 765f784 zero the sensor at every START. No host can prevent that; a sensor that
-    carries a tool and reads zero right after :meth:`open` has such firmware.)
+    The driver does not tare the sensor, and starting the stream removes a zero offset that another client has set.
+    (FACT: revisions of Jr3Controller.cpp up to 765f784 zero the sensor at every START. No host can prevent that; a
+    sensor that carries a tool and reads zero right after :meth:`open` has such firmware.)
 
     Args:
         cutoff_Hz: Cut-off frequency of the board's first-order low-pass filter, up to 655.35; 0 for no filter.

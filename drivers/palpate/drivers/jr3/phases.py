@@ -92,7 +92,7 @@ FLOWING = frozenset(_FLOWING)
 
 
 class RequestInFlight:
-    """Holder of the only pending request.
+    """Holder of the single pending request.
 
     An acknowledgement with "not initialised" does not complete the request, which is repeated after its time-out. A
     booting board sends such acknowledgements, whose other fields are stale (FACT).

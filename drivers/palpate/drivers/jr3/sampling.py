@@ -15,7 +15,7 @@ _SETTLED_TAUS: Final = 5.0
 
 
 def settling_ns(cutoff_cHz: int) -> int:
-    """Return the time after which the filter counts as settled, in ns, or 0 without a filter.
+    """Return the time after which the filter is considered settled, in ns, or 0 without a filter.
 
     CALC: the filter is first-order (FACT, Jr3Controller.cpp of jr3-mbed-firmware), tau = 1/(2 pi cut-off); 0.4 s at
     2 Hz.
@@ -24,7 +24,7 @@ def settling_ns(cutoff_cHz: int) -> int:
 
 
 class Sampler:
-    """Converter of readings to samples, which are numbered in order of arrival.
+    """Converter from readings to samples, numbered in order of arrival.
 
     Attributes:
         full_scales: Full scales reported by the board, or None if not yet known; readings then yield no samples.
@@ -43,7 +43,7 @@ class Sampler:
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
 
     def take(self, reading: Reading, now_ns: int) -> ForceSample | None:
-        """Return the sample of a reading, or None if it is not new."""
+        """Return the sample for a reading, or None if it is not new."""
         if self.full_scales is None:
             return None
         ahead = 1 if self._counter is None else (reading.counter - self._counter) % _WRAP

@@ -63,7 +63,7 @@ class NmcBus:
         self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s)
 
     def timeout_s(self, size_bytes: int) -> float:
-        """Return the time-out of an exchange with this total number of bytes in both directions."""
+        """Return the time-out for an exchange with this total number of bytes in both directions."""
         return self.line.exchange_s(size_bytes) + self.settings.slack_s
 
     def wait_s(self, duration_s: float) -> None:
@@ -103,7 +103,7 @@ class NmcBus:
         self._is_dirty = False
 
     def send_raw(self, data: bytes) -> None:
-        """Send bytes that have no reply, and wait until they are sent."""
+        """Send bytes that get no reply, and wait until they are sent."""
         try:
             write_unless_stuck(self._stream, data)
         except Exception as error:
@@ -111,7 +111,7 @@ class NmcBus:
         self._sleep_s(self.line.wire_s(len(data)))
 
     def broadcast(self, addresses: Iterable[int], command: NmcCommand) -> None:
-        """Send a command twice to each of these modules without waiting for replies, on a line that only transmits."""
+        """Send a command twice to each of these modules without waiting for replies, on a transmit-only line."""
         if self._is_dirty:
             self.resync()
         # The answers to a broadcast belong to no request.

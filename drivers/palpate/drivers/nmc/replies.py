@@ -1,8 +1,8 @@
 """Replies: ``status | items | sum``, without header or address; only the mask determines the length. FACT: libnmc.
 
 The sum is weak: it detects every single corrupted byte, but misses 1 in 256 arbitrary corruptions, and a stuck line
-that reads as zeros has the correct sum. Therefore replies of zeros are also discarded, and code that uses a position
-should check whether the motor can have reached it (CALC).
+that reads as zeros has a valid sum. Therefore replies of zeros are also discarded, and code that uses a position
+should check whether the motor could have reached it (CALC).
 """
 
 import enum

@@ -1,4 +1,4 @@
-"""Start-up of the bus. It resets and addresses the modules, or takes over running modules, and sets the baud rate.
+"""Start up the bus: reset and address the modules, or take over running modules, and set the baud rate.
 
 FACT (libnmc): send 20 zeros, HARD_RESET to all twice, and SET_ADDR to address 0 with 1, 2, ..., until none answers.
 Each reply enables the next module in the chain. Modules may still use the baud rate of an earlier run, so the reset is
@@ -56,7 +56,7 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
 def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
     """Take over modules that still have addresses from an earlier run, without a reset or a change to the motors.
 
-    Returns None if module 1 answers at no known rate; :func:`start` is then necessary.
+    Returns None if module 1 does not answer at any known rate; :func:`start` is then necessary.
 
     Raises:
         SilentError: Module 1 answers but others do not, for example because they were reset; or the port is gone.

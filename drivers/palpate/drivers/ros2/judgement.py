@@ -111,7 +111,7 @@ def no_publisher(link: Ros2Link) -> DriverError:
 
 
 def require_subscriber(link: Ros2Link) -> None:
-    """Raise an error if there is no controller for the commands, or only one with different requirements."""
+    """Raise an error if there is no controller for the commands, or only one with incompatible requirements."""
     if link.subscribers():
         return
     unfit = [f"{kind}, {qos}" for kind, qos in link.endpoints(link.writes)]

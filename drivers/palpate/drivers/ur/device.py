@@ -1,4 +1,4 @@
-"""Driver for the arm. It checks the arm on opening, commands it in every cycle, and stops it on any error.
+"""Driver for the arm. It checks the arm when opening it, commands it in every cycle, and stops it on any error.
 
 A stop brakes with servoStop. If set-points or the client process are missing, the controller's watchdog ends the
 control program, which also brakes the arm.

@@ -82,7 +82,7 @@ class UrLink:
         self._lost = ""
 
     def stamp_ns(self) -> int:
-        """Return the time on the clock of the states: the monotonic system clock, scaled by ``real_time_factor``."""
+        """Return the time on the clock used for states: the monotonic system clock, scaled by ``real_time_factor``."""
         return round(time.monotonic_ns() * self._real_time_factor)
 
     def open(self, timeout_s: float) -> UrHello:

@@ -43,7 +43,7 @@ class UrSettings:
         lookahead_s: Look-ahead time of servoj. gain: Gain of servoj.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.
-        force_stop_N: Change of the tool force since enabling that stops the arm; 0 disables the limit.
+        force_stop_N: Change in tool force since enabling that stops the arm; 0 disables the limit.
     """
 
     lower_rad: tuple[float, ...]
@@ -109,7 +109,7 @@ def require_setpoints(seen: UrState, force_N: Sequence[float] | None, force_stop
 
     Args:
         force_N: Tool force when the arm was enabled, (3,).
-        force_stop_N: Change of the tool force that stops the arm; 0 disables the limit.
+        force_stop_N: Change in tool force that stops the arm; 0 disables the limit.
     """
     require_ready(seen, host)
     if seen.runtime != _PLAYING:

@@ -39,7 +39,7 @@ class ZebraZero(LatchingArm):
 
     Attributes:
         streaming: Method of sending set-points to the modules.
-        stopped: Result of the last stop; None if there was none since the arm was enabled.
+        stopped: Result of the last stop; None if there has been none since the arm was enabled.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class ZebraZero(LatchingArm):
         self._tracking.begin_at((0, 0, 0, 0, 0, 0))
 
     def enable(self) -> None:
-        """Let every servo hold its motor in its current position."""
+        """Engage every servo to hold its motor in its current position."""
         self._require("enable()", ArmState.CONFIGURED)
         self.stopped = None
         with self._latching():

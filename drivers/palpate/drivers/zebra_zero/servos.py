@@ -194,10 +194,10 @@ class Servos:
         return tuple(counts), fault
 
     def enable(self, axis: int) -> ArmFaultError | None:
-        """Let a servo hold its motor in its current position; return a fault, if any.
+        """Engage a servo to hold its motor in its current position; return a fault, if any.
 
         The abrupt stop makes the current position the position to hold, and the trapezoid that loads velocity and
-        acceleration for later goes to that same position, so nothing moves.
+        acceleration for later ends at that same position, so nothing moves.
         """
         was_on = axis in self.on
         if not was_on:

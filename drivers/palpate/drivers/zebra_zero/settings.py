@@ -48,7 +48,7 @@ class Streaming(enum.Enum):
 
     ``TRAPEZOID`` loads a new target while the motor is still approaching the last one, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new position
-    during a motion is taken as an offset, and the arm moves to a wrong place. ``STOP_HERE`` sets the servo's position
+    during a motion is taken as an offset, and the arm moves to the wrong place. ``STOP_HERE`` sets the servo's position
     without a profile (FACT: Logosol, libnmc), which works on both but leaves only this driver's limits in force.
     """
 

@@ -19,9 +19,9 @@ from palpate.drivers.zebra_zero.settings import (
 class Tracking:
     """Filter that accepts only plausible replies.
 
-    A reply from another axis, or a damaged one with the correct sum, appears as an impossible jump of a motor: more
-    than twice the motion at the maximum velocity, plus the position error at which the firmware switches off. It is not
-    detected if another axis happens to be at that position.
+    A reply from another axis, or a corrupted one with a valid checksum, appears as an impossible jump in a motor's
+    position: more than twice the motion at the maximum velocity, plus the position error at which the firmware switches
+    off. It is not detected if another axis happens to be at that position.
     """
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
