@@ -28,7 +28,7 @@ _ALPHABET: Final = f"capital letters A to Z, {WALL} for a wall and one {GOAL} or
 
 
 def grid_actions() -> tuple[Action, ...]:
-    """Return the eight moves, with the same names as the compass steps of the insertion task."""
+    """Return the eight moves, named like the compass steps of the insertion task."""
     return tuple(
         Action(name, (CELL_M * dx, CELL_M * dy)) for name, (dx, dy) in zip(COMPASS_NAMES, COMPASS, strict=True)
     )
@@ -78,7 +78,7 @@ class GridMap:
 
     @classmethod
     def from_text(cls, text: str) -> GridMap:
-        """Return a map from lines of characters, one per row; empty lines before and after are ignored.
+        """Return a map from lines of characters, one per row; leading and trailing empty lines are ignored.
 
         Raises:
             ConfigurationError: See the class.

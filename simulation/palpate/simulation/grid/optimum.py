@@ -1,4 +1,4 @@
-"""Baselines: mean number of steps of a random walk, and minimum steps with a known position or only a known map.
+"""Baselines: mean number of steps of a random walk, and minimum number with a known position or only a known map.
 
 Moves and readings are deterministic, so a belief is the set of possible cells with their multiplicities: walls may move
 two possible positions into the same cell. The number of such beliefs is finite, and no optimal plan visits one twice,
@@ -51,7 +51,7 @@ and 24 about 595 000. The search reaches it in one or two seconds."""
 
 @lru_cache(maxsize=64)
 def belief_optimum(grid: GridMap, most_cells: int | None = None) -> Fraction:
-    """Return the mean steps of the best policy that uses all past readings and actions, from a uniformly random start.
+    """Return the mean number of steps of the best policy that uses all past readings and actions, from a random start.
 
     ``most_cells`` limits the number of cells in visited beliefs.
 

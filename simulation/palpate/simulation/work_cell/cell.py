@@ -43,7 +43,7 @@ class WorkCell:
         ready_rad: Joint angles at the start of every trial, (n,), with the tool pointing down.
         wander_m: Maximum distance of the peg from the nominal goal; it determines the size of the plate.
         hidden: Hidden values of the rig, or None if there are none. The configuration already includes those that
-            affect physics.
+            affect the physics.
 
     Attributes:
         model: MuJoCo's model, rebuilt for a trial with a different grip or clearance.
@@ -248,7 +248,7 @@ class WorkCell:
             self._forces.clear()
 
     def _noise_blocks(self, rng: np.random.Generator) -> Iterator[Iterator[tuple[float, ...]]]:
-        """Yield bias and white noise, drawn in blocks, because single draws would be the slowest part.
+        """Yield bias and white noise, drawn in blocks, because drawing single values would be the slowest part.
 
         A sample is unpacked from its block on request: hundreds of lists at once would trigger the garbage collector.
         """

@@ -66,7 +66,7 @@ class PegConfig(Settings):
         return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
     def play_mm(self, worn_clearance_mm: float) -> float:
-        """Return the maximum distance in mm between positions of the peg's axis in the mouth, for a worn clearance."""
+        """Return the maximum distance in mm between possible positions of the peg's axis in a worn hole's mouth."""
         sides, clearance_mm = SIDES.get(self.cross_section, 0), max(self.clearance_mm, worn_clearance_mm)
         across_mm = 2.0 * clearance_mm
         if sides:

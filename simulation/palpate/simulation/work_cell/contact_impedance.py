@@ -78,5 +78,5 @@ def _softness_mm(cell: CellConfig) -> float:
 
 
 def _spacing(cell: CellConfig) -> float:
-    """Return three quarters of the angle between contacts around the hole, from integrating the shared force."""
+    """Return three quarters of the angle between contacts around the hole, a result of integrating the shared force."""
     return 1.5 * pi / cell.peg.contacts_around

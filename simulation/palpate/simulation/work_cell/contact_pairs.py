@@ -37,7 +37,7 @@ class Leeway:
 
     @classmethod
     def of(cls, config: CellConfig, aside_m: float) -> Self:
-        """Return the region of the listed pairs of a cell."""
+        """Return the region for a cell's listed pairs."""
         tilt = sin(config.tilt_mrad * 1e-3) + _TILT
         play_m = config.peg.clearance_mm * 1e-3 + UPPER_RING_M * tilt + _SLACK_M
         return cls(aside_m, tilt, _TURN, play_m)

@@ -16,7 +16,7 @@ _RIM_M: Final = SURFACE_BEGINS_MM * 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box of the plate.
+    """One of the boxes that make up the plate.
 
     Attributes:
         distance_m: Distance of its centre from the hole's axis.

@@ -65,8 +65,8 @@ class CrossSection:
     def walls(self, boxes: int, reach_m: float) -> list[Wall]:
         """Return the walls of a hole with this outline.
 
-        A box whose inner face touches a convex outline never enters it, even if it is wide. The walls are therefore
-        wide enough to leave no gaps within ``reach_m`` of the hole.
+        A box whose inner face touches a convex outline never enters it, even if the box is wide. The walls are
+        therefore wide enough to leave no gaps within ``reach_m`` of the hole.
 
         Args:
             boxes: Number of walls for a circle; see :meth:`facets`.

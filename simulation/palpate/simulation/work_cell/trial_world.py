@@ -1,4 +1,4 @@
-"""Simulated world of a trial, which depends only on the configuration, the seed and the trial."""
+"""Simulated world of a trial, which depends only on the configuration, the seed and the trial number."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -89,7 +89,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 def _batch(trial: int, trials: int) -> int:
     """Return the batch index of a trial, with ``trials`` trials per batch, for random streams; 0 for a single batch.
 
-    No two series share a batch, so a policy is not evaluated on grips from its training.
+    No two series share a batch, so a policy is not evaluated on the grips used to train it.
     """
     if not trials:
         return 0

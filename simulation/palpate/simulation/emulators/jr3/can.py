@@ -36,7 +36,7 @@ class Jr3CanNode:
     (INFERENCE: circular buffer of Mbed OS).
 
     Raises:
-        ValueError: The node number is not from 1 to 127.
+        ValueError: The node number is not between 1 and 127.
     """
 
     def __init__(self, node_id: int, wrench: WrenchSource, boot_ns: int = BOOT_NS) -> None:

@@ -29,29 +29,29 @@ class BoardState(IntEnum):
 
 
 class Notice(Enum):
-    """Firmware reports other than samples."""
+    """Reports from the firmware other than samples."""
 
     BOOTED = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A reading: six signed 16-bit counts, 16384 at full scale, and the acquisitions since START, modulo 65536."""
+    """A reading: six signed 16-bit counts, 16384 at full scale, and the acquisition count since START, modulo 65536."""
 
     counts: tuple[int, ...]
     counter: int
 
 
 class Jr3Node:
-    """A node that samples, filters and streams as the time passed to its methods advances.
+    """A node that samples, filters and streams, driven by the timestamps passed to its methods.
 
-    The first time passed is that of power-up. The input is read once per step and used for all acquisitions since the
-    previous step, so quickly changing loads require short steps.
+    The first timestamp is the time of power-up. The input is read once per step and used for all acquisitions since the
+    previous step, so rapidly changing loads require short steps.
 
     Attributes:
         connected: Whether the sensor is plugged into the board. Without it, acquisitions stop and streams repeat the
             last sample (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp).
-        serving: Whether the board has booted; before that, it ignores received commands.
+        serving: Whether the board has booted; until then, it ignores received commands.
     """
 
     def __init__(self, wrench: WrenchSource, boot_ns: int = BOOT_NS) -> None:
@@ -137,6 +137,6 @@ class Jr3Node:
         """Return the six unsigned 16-bit words of a full-scale answer.
 
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
-        previous content. The content of a new buffer is assumed.
+        previous contents. The contents of a new buffer are assumed.
         """
         return sensor.WRIST_FULL_SCALES if self.state is BoardState.READY else _FRESH_WORDS

@@ -39,7 +39,7 @@ class EmulatedCanBus:
         self._sent: deque[tuple[CanNode | None, BusFrame]] = deque()
 
     def send(self, frame: BusFrame) -> None:
-        """Accept a frame from the host. It reaches the nodes when the time next advances."""
+        """Accept a frame from the host. It reaches the nodes the next time the clock advances."""
         self._sent.append((None, frame))
 
     def advance(self, now_ns: int) -> list[BusFrame]:

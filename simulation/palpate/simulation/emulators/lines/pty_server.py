@@ -71,7 +71,7 @@ _WAKES_LATE_NS: Final = 60_000  # usual delay of a wake-up on an ordinary kernel
 
 
 class PtyServer(Generic[Emulator]):
-    """Context manager with a thread that connects an emulator to a pseudo-terminal. If ``paced``, bytes take time."""
+    """Context manager whose thread connects an emulator to a pseudo-terminal, at the line rate if ``paced``."""
 
     def __init__(
         self, emulator: Emulator, clock_ns: Callable[[], int] = time.monotonic_ns, *, paced: bool = True

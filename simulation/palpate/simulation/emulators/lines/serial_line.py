@@ -36,7 +36,7 @@ Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
 class SerialLine(Generic[Emulator]):
-    """A line without I/O or a clock. If ``paced``, each byte takes 10 bits. The device also works without a host."""
+    """A line without I/O or a clock. If ``paced``, a byte takes 10 bit times. The device also runs without a host."""
 
     def __init__(self, emulator: Emulator, *, paced: bool = True) -> None:
         self.emulator = emulator

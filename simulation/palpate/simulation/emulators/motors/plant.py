@@ -23,7 +23,7 @@ class ArmGears:
 
     The wrist motors are coupled to joint 3 and to one another: joint 3 turns all three, and each wrist joint needs two
     or three motors (FACT, forward relations of brendandburns/ros2_zebra_zero, whose rounded inverse agrees with this
-    one within a count).
+    one to within a count).
     """
 
     def __init__(self) -> None:

@@ -43,7 +43,7 @@ class NmcChain:
         return replies
 
     def advance(self, now_ns: int) -> bytes:
-        """Run the servo ticks due by `now_ns`, ignoring decreasing times. Always returns no bytes."""
+        """Run the servo ticks due by `now_ns`, ignoring decreasing times. The result is always empty."""
         if self._next_tick_ns is None:
             self._next_tick_ns = now_ns + TICK_NS
         while self._next_tick_ns <= now_ns:
@@ -53,7 +53,7 @@ class NmcChain:
         return b""
 
     def set_power(self, *, powered: bool) -> None:
-        """Switch the motor supply of all modules."""
+        """Switch the motor supply of all modules on or off."""
         for module in self.modules:
             module.servo.set_power(powered=powered)
 

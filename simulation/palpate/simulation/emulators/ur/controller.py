@@ -76,8 +76,8 @@ class ControllerConfig:
 class UrController:
     """A controller and its arm.
 
-    Joints approach their servo target with the time constant of servoj's look-ahead (INFERENCE), within the limits of
-    speed and acceleration. They brake when the program ends for any reason.
+    Joints approach their servo target with the time constant of servoj's look-ahead (INFERENCE), within the speed and
+    acceleration limits. They brake when the program ends for any reason.
 
     Attributes:
         owner: For each input register, the session that may write it.

@@ -60,7 +60,7 @@ class UrServer:
     Attributes:
         host: First address from 127.0.0.1 to 127.0.0.60 whose ports are free.
         network: Filter for data packages; set it to drop, truncate or repeat packages.
-        is_unplugged: Whether existing connections are broken and new ones are refused.
+        is_unplugged: True to break existing connections and refuse new ones.
     """
 
     def __init__(self, controller: UrController, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
