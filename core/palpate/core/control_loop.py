@@ -291,7 +291,7 @@ def _stop(
     error: BaseException | None = None,
     tick: UnfinishedTick | None = None,
 ) -> None:
-    """Stop the arm first, then latch device errors, including those of the stop, and notify the observers."""
+    """Stop the arm first, then latch device errors, including those from stopping, and notify the observers."""
     problem: BaseException | None = None
     try:
         arm.stop()

@@ -33,7 +33,7 @@ class PalpateError(Exception):
 
 
 def _restored(kind: type[PalpateError], args: tuple[object, ...], attributes: dict[str, object]) -> PalpateError:
-    """Rebuild an error without its constructor, whose arguments are not stored."""
+    """Rebuild an error without calling its constructor, whose arguments are not stored."""
     error = kind.__new__(kind, *args)
     error.__dict__.update(attributes)
     return error
@@ -196,7 +196,7 @@ def require_one_of(field: str, value: str, accepted: Sequence[str]) -> None:
 
 
 def did_you_mean(value: object, accepted: Sequence[str]) -> str:
-    """Return a suggestion for the end of a message; empty if no name is similar or the value is not a string."""
+    """Return a suggestion to append to a message; empty if no name is similar or the value is not a string."""
     # Imported here, like other slow modules of the standard library, so that ``palpate --help`` starts quickly.
     import difflib
 

@@ -66,7 +66,7 @@ class Restarts:
         return torch.cat(states, 2)
 
     def readings(self, hidden: Tensor) -> Tensor:
-        """Return the outputs before the output function, (R, k, n), for hidden states, (R, h, n)."""
+        """Return the outputs, (R, k, n), before the output function is applied, for hidden states, (R, h, n)."""
         import torch
 
         return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)

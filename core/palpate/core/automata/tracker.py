@@ -107,7 +107,7 @@ class AutomatonState(Settings):
     def symbol_of(self) -> tuple[int | None, ...]:
         """Symbol that leads to each state, (states,); if there are several, the one that does so from the most states.
 
-        It is None for ``lost`` and for states without a known incoming transition.
+        The symbol is None for ``lost`` and for states without a known incoming transition.
         """
         entered = [[0] * len(self.symbols) for _ in self.states]
         for row in self.transitions:
@@ -140,7 +140,7 @@ class AutomatonState(Settings):
         return self._now
 
     def table(self) -> Integers:
-        """Return the next state for each state and symbol, with one lost state for each symbol that leads to it.
+        """Return the next state for each state and symbol, with a separate lost state for each symbol that leads there.
 
         Returns:
             (states + symbols, symbols); numbers from :attr:`lost` on are lost states.

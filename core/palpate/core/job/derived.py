@@ -25,7 +25,7 @@ _CONTACT_SHARE: Final = 0.2
 _MOST_CONTACT_SHARE: Final = 0.9
 """Maximum contact threshold as a fraction of the pressing force, even for a sensor too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
-"""Contact threshold in standard deviations of the force; it gives one false contact in 30 000 samples."""
+"""Contact threshold in standard deviations of the force; it yields one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
 """Torque threshold in standard deviations of the filtered torque."""
 NOISE_BAND: Final = 1.11
@@ -35,7 +35,7 @@ _NOISES_UNEXPECTED: Final = 9.3
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Minimum force limit in standard deviations of the force; below it, the limit for unexpected contact is the same."""
 _LETS_GO: Final = 4.0
-"""Change in force in one sample, divided by the press, when a peg slips off an edge. A search bends the gripper by
+"""Change in force in one sample, divided by the press, when a peg slips off an edge. A search loads the gripper with
 twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
 _GAIN_TIMES_LAG: Final = 0.7
 """Gain of the force control times the arm's lag. Above 1 the control oscillates; at pi / 2 or more it is unstable."""

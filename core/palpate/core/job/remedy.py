@@ -21,11 +21,11 @@ _BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
 
 @dataclass(frozen=True)
 class Verification:
-    """The verification of a job's contacts, in SI units.
+    """Contact verification for a job, in SI units.
 
     Attributes:
         step_m: Standard deviation of the tip position along the tool due to encoder steps.
-        press_N: Pressing force that the user set; 0 for the derived one.
+        press_N: Pressing force set by the user; 0 uses the derived one.
     """
 
     job: Quantities

@@ -96,7 +96,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
     """Reject a job whose contacts cannot be verified, or whose tolerance is below four standard deviations of depth.
 
     Args:
-        tolerance_mm: Depth tolerance of the task that runs.
+        tolerance_mm: Depth tolerance of the task to run.
         press_N: Pressing force of that task.
 
     Raises:

@@ -178,7 +178,7 @@ class Kinematics:
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Return the standard deviation of the tip position along the tool due to encoder steps, in the posture."""
+        """Return the standard deviation, in the initial posture, of the tip along the tool due to encoder steps."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 

@@ -183,7 +183,7 @@ class TipMotion:
         self._target.rotation = (self._task_turn * turn * self._upright_turn).rotation
 
     def move(self, velocity_m_s: Vector3) -> JointCommand:
-        """Advance the reference by one control period and follow it.
+        """Advance the reference by one control period and move the joints to follow it.
 
         Args:
             velocity_m_s: Velocity of the tip, (3,), task frame.

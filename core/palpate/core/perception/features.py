@@ -42,7 +42,7 @@ class FeatureExtractor(Protocol):
 
 
 class _OfChannels(Settings):
-    """Base class of extractors that use some of the channels."""
+    """Base class for extractors that use some of the channels."""
 
     TABLE: ClassVar[str] = _TABLE
 
@@ -175,7 +175,7 @@ class SelfOrganisingMap(_OfChannels):
     ) -> SelfOrganisingMap:
         """Train a map on measurement vectors, (m, 9) in the order of ``CHANNELS``.
 
-        The neighbourhood shrinks from half the grid to a third of that. The same arguments give the same map; no global
+        The neighbourhood shrinks from half the grid to a third of that. Equal arguments yield the same map; no global
         random state is used.
 
         Raises:

@@ -17,7 +17,7 @@ class Perception:
     """The stages that map a filtered measurement vector to a state.
 
     Attributes:
-        identifier: Stage that maps symbols to a state, and the only one that may have a memory.
+        identifier: Stage that maps symbols to a state, and the only one that may have memory.
 
     Raises:
         ConfigurationError: The output of a stage does not match the input of the next.

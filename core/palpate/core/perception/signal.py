@@ -68,7 +68,7 @@ class Normalisation(Settings):
 
     @classmethod
     def fit(cls, values: Iterable[Sequence[float]] | Array) -> Normalisation:
-        """Fit mean 0 and variance 1 to samples, (m, n); the gain of a constant channel is 1.
+        """Fit a normalisation of samples, (m, n), to mean 0 and variance 1; the gain of a constant channel is 1.
 
         Raises:
             ConfigurationError: There are fewer than two samples, or a value is not finite.

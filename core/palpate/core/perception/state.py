@@ -55,12 +55,12 @@ class StateIdentifier(Protocol):
         """Restore the memory that :meth:`get_state` returned.
 
         Raises:
-            ConfigurationError: The numbers are not a memory of this identifier.
+            ConfigurationError: The numbers are not a valid memory for this identifier.
         """
 
 
 class _Memoryless(Settings):
-    """Base class of identifiers without a memory."""
+    """Base class for identifiers without memory."""
 
     TABLE: ClassVar[str] = _TABLE
 
@@ -107,7 +107,7 @@ BETWEEN = " > "
 
 @dataclass(frozen=True)
 class LastSymbols(Settings):
-    """State identifier that uses the last symbols, in order, as the state; there are fewer at the start of a trial.
+    """State identifier that uses the last few symbols, in order, as the state; fewer at the start of a trial.
 
     All combinations are states, shorter ones first, even if impossible, because states are numbered before any
     observation.

@@ -98,7 +98,7 @@ class Thresholds(Settings):
         return cls(tuple(thresholds), tuple(tuple(cuts) for cuts in thresholds.values()))
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the combination of bands of the features."""
+        """Return the symbol for the features' combination of bands."""
         require_finite("features", features)
         number = 0
         for value, (low, high, bands) in zip(features, self._cuts, strict=True):
@@ -193,7 +193,7 @@ class NearestPrototype(Settings):
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
-        """Return the names, which are numbered."""
+        """Return the numbered names."""
         return tuple(f"{self._word} {i}" for i in range(len(self.prototypes)))
 
     @cached_property
@@ -257,7 +257,7 @@ class Clusters(NearestPrototype):
         from sklearn.cluster import KMeans
         from threadpoolctl import threadpool_limits
 
-        # Multiple threads add in the order in which they finish, which changes the last bits.
+        # Multiple threads add in the order in which they finish, which changes the least significant bits.
         with threadpool_limits(limits=1):
             found = KMeans(clusters, n_init=10, random_state=seed).fit(normalisation.apply(table))
         centres = found.cluster_centers_

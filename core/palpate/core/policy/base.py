@@ -1,6 +1,6 @@
 """Observations, decisions and transitions: the interface of every policy.
 
-The task calls ``choose`` before each action. If the action is in the set, it then calls ``learn`` with the result. An
+The task calls ``choose`` before each action and, for an action from the set, ``learn`` with its result. An
 aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overvalue
 regions far from the hole. At the end of the trial, ``end_trial`` receives the episode outcome from port data.
 """
@@ -245,7 +245,7 @@ class Policy(Protocol):
 
     @abstractmethod
     def choose(self, observation: Observation) -> Decision:
-        """Return the action to take now.
+        """Choose the action to take now.
 
         Raises:
             ConfigurationError: The policy does not serve this state.

@@ -82,7 +82,7 @@ class SpatialEntry(Settings):
 
     @classmethod
     def of(cls, spatial: Spatial) -> Self:
-        """Convert parameters to the form of the file."""
+        """Convert parameters to the file's format."""
         x, y, yaw = map(degrees, spatial.turn_rad)
         return cls(
             spatial.controller.value, 1e3 * spatial.rise_m, (x, y, yaw), spatial.push_N, _scaled(spatial.pivot_m, 1e3)
@@ -102,7 +102,7 @@ class ActionEntry(Settings):
 
     @classmethod
     def of(cls, action: Action) -> Self:
-        """Convert an action to the form of the file."""
+        """Convert an action to the file's format."""
         spatial = None if action.spatial is None else SpatialEntry.of(action.spatial)
         return cls(action.name, _scaled(action.displacement_m, 1e3), spatial)
 
@@ -111,7 +111,7 @@ class ActionEntry(Settings):
         return Action(self.name, _scaled(self.displacement_mm, 1e-3))
 
     def require_same(self, where: str, other: Self) -> None:
-        """Reject an action that differs from the task's by more than rounding.
+        """Reject an action that differs from the task's by more than a rounding error.
 
         Raises:
             ConfigurationError: The message names the first field that differs, after ``where``.
@@ -155,7 +155,7 @@ class LearnerEntry(Settings):
 
     @classmethod
     def of(cls, learner: OwnLearner) -> Self:
-        """Convert a learner to the form of the file."""
+        """Convert a learner to the file's format."""
         kind = next(kind for kind, settings in LEARNERS.items() if type(learner.parameters) is settings)
         state = {key: value for key, value in learner.get_state().items() if key in _LEARNED}
         return cls(kind, learner.parameters, state)
@@ -167,7 +167,7 @@ class LearnerEntry(Settings):
 
     @property
     def contact_model(self) -> ContactModel | None:
-        """Return the contact model of a belief, or None for other learners or with too few trials."""
+        """Return the contact model of a belief, or None for other learners or if there are too few trials."""
         learner = self.learner((), ()) if self.kind == "belief" else None
         return learner.model if isinstance(learner, BeliefLearner) else None
 
@@ -202,8 +202,8 @@ class TableRow:
     Attributes:
         source: Origin of the action: programmed, examples or learned.
         action: Name of the assigned action, or of the best learned one.
-        q: Q value of each action, (n actions,); None without a Q table.
-        visits_per_action: Number of updates of each action; None without a Q table.
+        q: Q value of each action, (n actions,); None if there is no Q table.
+        visits_per_action: Number of updates of each action; None if there is no Q table.
         best: Index of ``action``.
     """
 
@@ -216,7 +216,7 @@ class TableRow:
 
     @property
     def value(self) -> float | None:
-        """Return the Q value of the action, or None without a Q table."""
+        """Return the Q value of the action, or None if there is no Q table."""
         return None if self.q is None else self.q[self.best]
 
     @property

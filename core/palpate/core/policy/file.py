@@ -141,7 +141,7 @@ def _check_same_names(field: str, mine: Sequence[str], theirs: Sequence[str]) ->
 
 
 def _plain(where: str, value: Mapping[str, Any]) -> Any:
-    """Return a copy of a value as it would be read from a JSON file."""
+    """Return a copy of a value as if it had been read from a JSON file."""
     try:
         return json.loads(json.dumps(dict(value), allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:

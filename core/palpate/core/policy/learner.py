@@ -63,7 +63,7 @@ class Remembered(Protocol):
     """A trial that is stored for fitting a model."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON values."""
+        """Return the trial as plain JSON values."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Programmed knowledge: actions that a person specified for states (paper, section 3.5)."""
+"""Programmed knowledge: actions that a person has specified for states (paper, section 3.5)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Base class of tabular learners, with a Q table, Boltzmann exploration, and settings."""
+"""Base class for tabular learners, with a Q table, Boltzmann exploration, and settings."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -83,7 +83,7 @@ class TabularLearner(Learner):
 
     @property
     def q(self) -> tuple[tuple[float, ...], ...]:
-        """Return the Q value of each state and action."""
+        """Return the Q value for each state and action."""
         return tuple(map(tuple, self._q))
 
     @property

@@ -7,7 +7,7 @@ from palpate.core.ports.lifecycle import ActiveInside, Life
 
 
 class DeviceDecorator(ActiveInside):
-    """Decorator that forwards the life cycle to its device."""
+    """Decorator that forwards life-cycle requests to its device."""
 
     def __init__(self, device: Device) -> None:
         self._device = device

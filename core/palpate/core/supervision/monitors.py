@@ -330,7 +330,7 @@ def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: in
 
 
 class WorkspaceMonitor:
-    """Monitor that compares the tip with the workspace, a box in the task frame, and with the exploration area."""
+    """Monitor that compares the tip position with the workspace, a box in the task frame, and the exploration area."""
 
     def __init__(self, config: SupervisionConfig, workspace: Workspace) -> None:
         self._sides_m = tuple((side + config.side_margin_mm) * 1e-3 for side in workspace.side_mm)

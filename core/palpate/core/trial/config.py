@@ -1,4 +1,4 @@
-"""Settings of a task as the user specifies it, in the paper's units (mm, kgf)."""
+"""Task settings as specified by the user, in the paper's units (mm, kgf)."""
 
 from dataclasses import dataclass, field
 from math import sqrt

@@ -25,7 +25,7 @@ def draw_in_disc(rng: np.random.Generator, radius_m: float, shape: str) -> tuple
     """Draw a random offset from the origin, (x, y) in m.
 
     Args:
-        rng: Generator; it draws two numbers for a disc and three for a ball.
+        rng: Random number generator; a disc takes two numbers and a ball three.
         shape: ``disc``, uniform over the circle; ``ball``, uniform in a ball and projected onto the plane.
     """
     if shape == "ball":

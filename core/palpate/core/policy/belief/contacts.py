@@ -94,7 +94,7 @@ class ContactTrial:
 
     @classmethod
     def of(cls, episode: EpisodeOutcome, contacts: Sequence[ContactObservation]) -> ContactTrial:
-        """Create the record from the outcome of a trial that ended in the hole, and its last contacts."""
+        """Create the record from the last contacts and the outcome of a trial that ended in the hole."""
         x, y, _ = episode.tip_m
         return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(contacts[-_MAX_CONTACTS:]))
 

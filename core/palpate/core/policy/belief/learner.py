@@ -116,7 +116,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._searched = 0
 
     def _restart(self) -> None:
-        """Reset the evidence of the current trial."""
+        """Reset the evidence for the current trial."""
         table, forgetting_factor = self._table, self.parameters.forgetting_factor
         self._belief = None if table is None else PlaceBelief(table, self._log_prior, forgetting_factor)
         self._search, self._steps = None, 0

@@ -123,5 +123,5 @@ class ContactModel:
         return expected
 
     def variance(self, directions: Directions) -> Floats:
-        """Return the variance of each component of a contact, in N m squared, (n,)."""
+        """Return the variance of each torque component of a contact, in N m squared, (n,)."""
         return directions.between(np.square(np.array(self.noise_Nm)))

@@ -108,7 +108,7 @@ class SpiralSearch:
         self._angle = self._phase = 0.0
 
     def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
-        """Return the step from here to the next point; the first step leads straight to the centre."""
+        """Return the step from the current position to the next point; the first step leads straight to the centre."""
         to_centre = self._centre[0] - from_m[0], self._centre[1] - from_m[1]
         if self._angle == 0.0:
             away = hypot(*to_centre)

@@ -23,7 +23,7 @@ IMPOSSIBLE: Final = 1e-7
 
 
 def require_room(where: str, states: int, actions: int) -> None:
-    """Reject a model that is too large, before it is built.
+    """Reject a model that would be too large, before it is built.
 
     Raises:
         ConfigurationError: The model has too many states.

@@ -60,7 +60,7 @@ class Monitor:
         air: Response of a tool without contact, from its inertia; only for tools that dither in air.
         loose: Response of a tool with intermittent contact; only for the same tools.
         across: Response to a lateral push.
-        direction: Direction of the push, (2,); None without a push.
+        direction: Direction of the push, (2,); None if there is no push.
         spent_N: Gripper deflection, as a force, since the last verification, if the tip moved only by the play.
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
         budget_N: Maximum deflection without verification.
@@ -153,7 +153,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bend_N(self, reference_m: Vector3) -> float:
-        """Return the gripper deflection, as a force, at a reference if the tip has not moved since a response."""
+        """Return the gripper deflection, as a force, at a reference position if the tip has not moved since."""
         if self._from_m is None:
             self._from_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall

@@ -40,7 +40,7 @@ class Response:
         longest: Maximum number of samples in the window of a stationary tool.
 
     Attributes:
-        share: Measured stiffness divided by the gripper's in the latest window; None without a window.
+        share: Measured stiffness divided by the gripper's in the latest window; None if there is none.
         half_width: Half-width of the confidence interval of ``share``.
         verified: True if the latest window shows the expected stiffness, with an interval that is narrow enough.
         contradicted: True if the interval of the latest window contains no expected stiffness.
@@ -157,7 +157,7 @@ class Response:
                 self.lag = int(likely.argmax())
 
     def _fitted(self, series: Array) -> tuple[float, float]:
-        """Return share and half-width for measured and expected forces, (2, n); outliers have less weight."""
+        """Return share and half-width for measured and expected forces, (2, n); outliers are given less weight."""
         total, count = np.add.reduce, series.shape[1]
         y, x = series = series - total(series, axis=1, keepdims=True) / count
         product, square = total(series * x, axis=1).tolist()

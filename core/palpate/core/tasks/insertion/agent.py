@@ -32,7 +32,7 @@ class Agent:
         self.decisions: list[DecisionRecord]
 
     def begin(self, trial: int, rng: np.random.Generator) -> None:
-        """Start a trial; ``rng`` is the generator for the policy."""
+        """Start a trial; ``rng`` is the policy's random number generator."""
         self._perception.reset()
         self._policy.begin_trial(trial, rng)
         self._pending = self._requested = self.percept = None

@@ -124,7 +124,7 @@ class Corner:
         return observation.depth_m < -self.radius_m * sin(hypot(*observation.turn_rad[:2])) - _CLEAR_M
 
     def passed(self, observation: Observation) -> bool:
-        """Return True if the corner is as far beyond its nominal position as it came down inside it."""
+        """Return True if the corner is as far past its nominal position as it was short of it when lowered."""
         x, y, _ = observation.reference_m
         return x * cos(self._heading_rad) + y * sin(self._heading_rad) > self._inside_m
 

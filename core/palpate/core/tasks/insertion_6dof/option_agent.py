@@ -68,7 +68,7 @@ def can_start(option: str, state: str) -> bool:
 
 
 def by_rule(option: str, state: str) -> bool:
-    """Return True if an option, of any size, is the one that corner-first takes in a state, given their names."""
+    """Return True if an option, of any size, is the one that corner-first would take in a state, given both names."""
     situation, _, before = state.removesuffix(" at first").partition(" after ")
     upright = _INSERT if situation == "upright in the hole" else _TILT
     otherwise = upright if situation.startswith("upright") else _PUSH if before == _TILT else _TILT

@@ -1,4 +1,4 @@
-"""The phases of a trial: classes with a method to enter the phase and a step for each tick until it is over."""
+"""The phases of a trial: classes with a method that enters the phase and one that runs a tick of it."""
 
 import lazy_loader
 

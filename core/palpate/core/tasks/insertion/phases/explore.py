@@ -11,7 +11,7 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 
 _LOST_TICKS: Final = 4
-"""Number of unfiltered samples without contact after which contact is lost; the filtered force lags by 60 ms."""
+"""Number of unfiltered samples without contact after which contact counts as lost; the filtered force lags by 60 ms."""
 _SUNK_TICKS: Final = 2
 """Number of ticks below the surface; a dithering tool appears lower for one tick if encoders lag behind the force."""
 _WEDGED_SHARE: Final = 1.5
@@ -131,7 +131,7 @@ class Explore(RunningPhase):
             self._state.claimed = self.over = True
 
     def _advance(self) -> Vector3:
-        """Return the velocity of the current action: constant speed, then a pause for the torque."""
+        """Return the velocity of the current action: constant speed, then a pause to let the torque settle."""
         share = (self._ticks - self.countdown + 1) / self._moving_ticks
         if share > 1.0:
             share = 1.0

@@ -82,7 +82,7 @@ class Insert(RunningPhase):
         windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
-        # A peg that drops releases the bend of the gripper under the press, and falls on without contact.
+        # A peg that drops releases the gripper, which the press has bent, and keeps falling without contact.
         self._drop_m = press_N / monitor.axial_N_per_m
         self._held_m = _DUE_SHARE * budget_N / monitor.axial_N_per_m
         # A slower drift stays below half the budget for the maximum duration of a descent.
