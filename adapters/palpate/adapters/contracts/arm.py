@@ -86,7 +86,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         self._stopped = self._stopped or rig.device.life is Life.ACTIVE
 
     def rest(self, rig: ArmCommandRig) -> None:
-        """Require that the arm is at its last target, or close to the point at which a command was halted."""
+        """Require that the arm is at its last target, or close to the position at which a command was halted."""
         with suppress(ClauseNotApplicable):
             parameter(rig.position_rad, "position_rad")
             rig.advance(rig.settle_ticks if self._halted else 0)
@@ -118,7 +118,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         return applied
 
     def test_turned_by_hand_it_stays_where_it_is_activated(self) -> None:
-        """An arm turned by hand while inactive stays where it is when it is activated."""
+        """When activated, an arm that was moved by hand while inactive keeps its position."""
         with self.rig(Life.ACTIVE) as rig:
             turn = parameter(rig.turn_by_hand, "turn_by_hand")
             self.use(rig)
@@ -162,7 +162,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
         _require_at("away from the limit", applied.position_rad, back_rad, rig.tolerance_rad)
 
     def test_velocity_limit_is_applied_and_reported(self) -> None:
-        """A joint step that is too fast is shortened, even if sent repeatedly in a tick, and ``send`` reports this."""
+        """A joint step that is too fast is shortened and reported by ``send``, even if sent repeatedly in one tick."""
         with self.rig(Life.CONSTRUCTED) as rig:
             ends = _fast_steps(rig)
         for end in ends:

@@ -235,7 +235,7 @@ def require_raises(clause: str, kind: type[Exception], action: Callable[[], obje
 def ramp(begin_rad: JointVector, end_rad: JointVector, step_rad: float) -> Iterator[JointVector]:
     """Yield a path to another pose in steps of at most ``step_rad`` per joint; all joints arrive together."""
     far = max((abs(e - b) for b, e in zip(begin_rad, end_rad, strict=True)), default=0.0)
-    # A rounding error must not turn a path of one step into two.
+    # A rounding error must not turn a one-step path into two steps.
     steps = ceil(far / step_rad - 1e-6)
     for k in range(1, steps):
         yield tuple(b + k / steps * (e - b) for b, e in zip(begin_rad, end_rad, strict=True))

@@ -60,7 +60,7 @@ class ClockContract(ABC):
         rig = self.make()
         deadline_ns = rig.clock.now_ns()
         for count in range(1, rig.deadlines + 1):
-            # An odd number of ns reveals clocks with a coarser unit.
+            # An odd number of ns reveals clocks with a coarser resolution.
             deadline_ns += rig.step_ns + 1 if count % 2 else rig.step_ns // 50
             rig.clock.sleep_until(deadline_ns)
             late_ns = rig.clock.now_ns() - deadline_ns
@@ -69,7 +69,7 @@ class ClockContract(ABC):
 
 
 class FakeClock(Clock):
-    """Clock in virtual time, in which a sleep returns immediately."""
+    """Virtual clock, on which a sleep returns immediately."""
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns

@@ -47,7 +47,7 @@ class DeviceContract(ABC, Generic[RigT]):
         """Fail the clause unless the active device works."""
 
     def start_work(self, rig: RigT) -> None:
-        """Start an activity of the active device that the next request interrupts."""
+        """Start an activity on the active device for the next request to interrupt."""
 
     def disturb(self, rig: RigT) -> None:
         """Cause events that are possible in any state."""
@@ -91,7 +91,7 @@ class DeviceContract(ABC, Generic[RigT]):
                 _require_no_thread(clause, before)
 
     def test_life_follows_the_table(self) -> None:
-        """After any sequence of requests, work, faults and cable cuts, the state is correct and the device works."""
+        """After any requests, work, faults and disconnections, the state is correct and the device works."""
         with self.rig(Life.CONSTRUCTED) as rig:
             live = rig.runs_by_itself or not self.may_command
         # Five life cycles detect every unsafe adapter in the tests.
@@ -119,7 +119,7 @@ class DeviceContract(ABC, Generic[RigT]):
             require(clause, rig.is_open is None or not rig.is_open(), "a resource still open", "nothing open")
 
     def test_close_releases_everything(self) -> None:
-        """After ``close`` in any state, nothing is open and no thread of the adapter runs."""
+        """After ``close`` in any state, nothing is open and no adapter thread is running."""
         for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
             with self.rig(Life.CONSTRUCTED) as rig:
                 before = set(threading.enumerate())
@@ -138,7 +138,7 @@ class DeviceContract(ABC, Generic[RigT]):
             self.require_quick("time of a call", rig)
 
     def require_quick(self, clause: str, rig: RigT) -> None:
-        """Fail the clause unless the median duration of calls is within the budget, and no call hangs."""
+        """Fail the clause if the median call duration exceeds the budget, or if a call hangs."""
         times_ns = []
         for call in range(2 * _CALLS):
             rig.advance(call % 2)

@@ -1,6 +1,6 @@
 """The contracts of policies and learners, as test suites that ship with the package.
 
-Three lines test your own policy; :func:`third_party` wraps it like ``palpate train --policy``::
+Three lines test your own policy; :func:`third_party` wraps it as ``palpate train --policy`` does::
 
     class TestDrift(LearnerContract):
         def make(self, *, frozen: bool = False) -> Learner:
@@ -62,7 +62,7 @@ class Practice:
         policy.begin_trial(trial, np.random.default_rng((self._seed, trial)))
 
     def trials(self, policy: Policy, numbers: Iterable[int]) -> list[Decision]:
-        """Run trials from beginning to end; return the decisions in order."""
+        """Run complete trials; return the decisions in order."""
         decisions = []
         for trial in numbers:
             self.begin(policy, trial)
@@ -117,7 +117,7 @@ class PolicyContract(ABC):
         return Practice(self.context).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:
-        """New policies make the same decisions in identical trials; all randomness comes from the trial's generator."""
+        """New policies make the same decisions in identical trials, with all randomness from the trial's generator."""
         first, second = (self.practised(self.make()) for _ in range(2))
         require("equal seeds", first == second, "other decisions", "the same decisions with the same seeds")
 

@@ -58,7 +58,7 @@ class SampleContract(DeviceContract[SensorRigT]):
         return rig.device.read()
 
     def work(self, rig: SensorRigT) -> None:
-        """Require a valid sample that is newer than the previous one, and equal to it under the same load."""
+        """Require a valid sample that is newer than the previous one and, under the same load, equal to it."""
         self._load(rig)
         rig.advance(rig.settle_ticks)
         sample = rig.device.read()
@@ -258,7 +258,7 @@ def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: f
 
 
 def _sides(rig: ForceSensorRig) -> list[_Side]:
-    """Return each kind of load as a control, a part of the sample, a safe load, an overload and a tolerance."""
+    """Return each kind of load as a control, a sample getter, a safe load, an overload and a tolerance."""
     push, force, torque = parameter(rig.push_N, "push_N"), attrgetter("force_N"), attrgetter("torque_Nm")
     sides: list[_Side] = [(push, force, rig.load_N, rig.overload_N or 0.0, rig.tolerance_N)]
     if rig.twist_Nm is not None:
