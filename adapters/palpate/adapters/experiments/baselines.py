@@ -34,7 +34,7 @@ class Baseline(FixedPolicy):
 
 
 class Oracle(Baseline):
-    """Strategy that moves straight to the true hole; ``hole_m`` returns its position (x, y, ...), task frame."""
+    """Strategy that moves straight to the true hole; ``hole_m`` returns its task-frame position (x, y, ...)."""
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
         super().__init__("oracle", ())
@@ -57,7 +57,7 @@ class OraclePose(Baseline):
         tilt_rad: Tilt of the peg in the grip.
         heading_deg: Heading of that tilt, unless it was drawn.
         step_m: Maximum step per action.
-        turn_rad: Maximum turn per action.
+        turn_rad: Maximum rotation per action.
     """
 
     def __init__(
@@ -131,7 +131,7 @@ class Spiral(Baseline):
         x, y, _ = observation.reference_m
         if observation.action_number == 0:
             self._centre, self._angle = (x, y), 0.0
-        # Small increments of angle, because the speed along the spiral depends on the radius.
+        # Use small angle increments, because the speed along the spiral depends on the radius.
         travelled = 0.0
         while travelled < self._step_m:
             radius = self._pitch_m * self._angle / (2 * pi)

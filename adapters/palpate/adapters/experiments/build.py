@@ -56,7 +56,7 @@ from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskPart
 
 NONE: Final = "none"
 _EDGE_MM: Final = 0.2
-"""Broken edge of a hole without a chamfer; ISO 13715 allows 0.05 mm to 0.3 mm."""
+"""Edge break of a hole without a chamfer; ISO 13715 allows 0.05 mm to 0.3 mm."""
 OPTIONS: Final = "options"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
@@ -139,7 +139,7 @@ def build_perception(config: RunConfig) -> Perception:
 
 
 def build_reinforcement(config: RunConfig) -> Reinforcement:
-    """Return the reinforcement of actions."""
+    """Return the reinforcement for actions."""
     if config.learning.reinforcement == "effort":
         return InternalEffort(per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF)
     if config.learning.reinforcement == "time":
@@ -208,7 +208,7 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
 
 
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
-    """Build a task once before a folder is created, because some settings are rejected only then.
+    """Build a task once before any folder is created, because some settings are rejected only by building it.
 
     The sensor of a rig must be read before :func:`require_limits` can be called.
 

@@ -1,4 +1,4 @@
-"""Comparison of baselines and trained policies on the same trials, in one table."""
+"""Compare baselines and trained policies on the same trials, in one table."""
 
 from __future__ import annotations
 

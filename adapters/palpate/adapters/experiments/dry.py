@@ -30,7 +30,7 @@ _LONGEST_TICKS: Final = 10 * CONTROL_RATE_HZ
 
 @dataclass
 class _Observer(LoopObserver):
-    """Observer that stores forces until the end of the tare and commands after it, and then soon ends the trial."""
+    """Observer that stores forces until the end of the tare, then commands, and ends the trial soon after."""
 
     task: Task
     forces_N: list[tuple[float, ...]] = field(default_factory=list)
@@ -97,7 +97,7 @@ def _moved(config: RunConfig, tip: pin.SE3) -> RunConfig:
     x_mm, y_mm, z_mm = (round(float(value) * 1e3, 6) for value in plate.translation)
     rpy = np.degrees(pin.rpy.matrixToRpy(plate.rotation @ upright.T)).tolist()
     goal = GoalConfig(x_mm, y_mm, z_mm, (rpy[0], rpy[1], rpy[2]))
-    # The arm follows no command.
+    # Commands do not reach the arm.
     weakened = (*config.supervision.weakened, "max_tracking_error_mrad")
     supervision = replace(config.supervision, max_tracking_error_mrad=500.0, weakened=weakened)
     task = replace(config.task, goal=goal, start_uncertainty_mm=0.0)

@@ -1,4 +1,4 @@
-"""Evaluation of a policy on a rig. The policy, given by name or file, is checked before anything is built."""
+"""Evaluate a policy on a rig. The policy, given by name or file, is checked before anything is built."""
 
 import os
 from collections.abc import Sequence
@@ -95,7 +95,7 @@ def write_evaluation(
     trials: int,
     claim: Claim | None = None,
 ) -> dict[str, Any]:
-    """Write ``summary.json``, a picture of times and forces, and the policy; return the values of the summary."""
+    """Write ``summary.json``, a plot of times and forces, and the policy; return the values of the summary."""
     summary = run_summary(config, rows, trials, policy=name)
     if claim is not None:
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))

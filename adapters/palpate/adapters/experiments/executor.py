@@ -56,7 +56,7 @@ class LocalWorkers(Workers):
     """Processes on this machine, each in its own pool; a process that dies is replaced."""
 
     def __init__(self, count: int) -> None:
-        # A fork would copy locks held by threads of libraries.
+        # A fork would copy locks held by library threads.
         self._context = get_context("spawn")
         self._leash, self._held = self._context.Pipe(duplex=False)
         self._pools: list[ProcessPoolExecutor | None] = [None] * count
@@ -87,7 +87,7 @@ class LocalWorkers(Workers):
 
 
 def workers_for(jobs: int) -> Workers:
-    """Return workers for a number of processes; if it is 1, calls run in this process."""
+    """Return workers for a number of processes; if the number is 1, calls run in this process."""
     return ThisProcess() if jobs == 1 else LocalWorkers(jobs)
 
 
@@ -137,7 +137,7 @@ def in_processes(function: Callable[..., T], calls: Iterable[tuple[Any, ...]], j
 
 @contextmanager
 def interrupts_wait() -> Iterator[None]:
-    """Block Ctrl-C while a worker starts, because the worker inherits this signal mask until it ignores Ctrl-C."""
+    """Block Ctrl-C while a worker starts; the inherited signal mask protects the worker until it ignores Ctrl-C."""
     # The resource tracker would unblock the signal when it starts with the first worker.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

@@ -1,4 +1,4 @@
-"""Pictures of the trials of a run."""
+"""Plots of the trials in a run."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -8,7 +8,7 @@ from palpate.adapters.experiments.statistics import WINDOW, moving_average
 from palpate.adapters.log import drawing
 
 _MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.16, "top": 0.93, "hspace": 0.12}
-"""Fixed margins of pictures, because measuring labels takes longer than the rest of the drawing."""
+"""Fixed margins of plots, because measuring labels takes longer than the rest of the drawing."""
 
 
 def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
@@ -40,7 +40,7 @@ def trials_picture(rows: Sequence[TrialRow], title: str) -> bytes:
 
 
 def _legend(axes: Any) -> None:
-    """Place the legend below the picture, where it hides no trials."""
+    """Place the legend below the plot, where it covers no trials."""
     axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 

@@ -1,4 +1,4 @@
-"""Fitting of perception to samples of random-walk trials."""
+"""Fit the perception to samples from random-walk trials."""
 
 from collections.abc import Sequence
 
@@ -30,7 +30,7 @@ def configured_perception(config: RunConfig) -> perception.Perception | None:
 
 
 def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> perception.Perception:
-    """Collect samples by random walks and fit the stages to them."""
+    """Collect samples in random walks and fit the stages to them."""
     p = config.perception
     walk = _Recorder(task_actions(config))
     trials = Trials(config, ready, rig, plain_perception(config), walk)

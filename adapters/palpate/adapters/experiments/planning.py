@@ -1,4 +1,4 @@
-"""Simulated trials in several processes, either of a policy, or of a job in randomly drawn cells."""
+"""Simulated trials in several processes, to evaluate a policy or, in randomly drawn cells, a job."""
 
 from __future__ import annotations
 
@@ -85,12 +85,12 @@ _LEAST_FRICTION: Final = 0.1
 """Minimum friction of dry metal on metal or plastic."""
 _NOISE_SHARES: Final = (0.8, 1.25)
 _STIFFNESS_SHARES: Final = (0.9, 1.1)
-"""Range of the stiffness of a gripper, which is known to within about ten per cent."""
+"""Range of factors on a gripper's stiffness, which is known to within about ten per cent."""
 _SPRINGS: Final = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
 
 
 def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> RunConfig:
-    """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each uniformly from its range.
+    """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each uniformly within its range.
 
     The cell itself draws the hole and the headings.
 
@@ -149,7 +149,7 @@ def untrue(config: RunConfig, scored: ScoredTrial) -> bool:
 def simulate(
     config: RunConfig, policy: str, trials: int, jobs: int, stated: Mapping[str, Any]
 ) -> Iterator[tuple[list[ScoredTrial], int]]:
-    """Run a job's trials in series, each with a new policy; yield the trials that count, and the number run."""
+    """Run a job's trials in series, each with a new policy; yield the counted trials and the number of trials run."""
     blocks = [(config, policy, first, min(SERIES, trials - first), stated) for first in range(0, trials, SERIES)]
     yield from in_processes(_series, blocks, jobs)
 

@@ -226,7 +226,7 @@ def third_party_document(code: str, config: RunConfig, perception: Perception) -
 
 
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
-    """Return the perception stored in a policy file, after comparing it with that of the run.
+    """Return the perception stored in a policy file, after comparing it with the run's.
 
     If ``configured`` is None, the run's perception would have to be fitted, so the one from the file is used instead.
 
@@ -242,7 +242,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     # Fitted stages come from the file; stages defined by the configuration must be equal in both.
     mine, theirs = dict(document.perception), perception_settings(config, own if configured is None else configured)
     if configured is not None and not document.reads_states:
-        # Its contact model is torque per pressing force, so thresholds for other presses or force limits also fit.
+        # Its contact model gives torque per pressing force, so thresholds for other presses or force limits also fit.
         own, mine = configured, {**theirs, "signal": {}}
     # A different tool has its own error message.
     for each, signal in ((mine, _signal_in(document)), (theirs, theirs["signal"])):

@@ -57,7 +57,7 @@ class Run:
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
         live: Live view of the trials.
         notify: Function that receives messages for the user; by default they are printed to the error stream on a rig,
-            and dropped in the simulator.
+            and discarded in the simulator.
         make_rig: Function that creates the rig in place of :func:`open_rig`, without entering it.
         presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as for :func:`configured`.
 
@@ -240,7 +240,7 @@ class Run:
         on_begin: Callable[[RunFolder, int], object] = lambda folder, first: None,
         on_trial: Callable[[ScoredTrial], object] = ignore,
     ) -> RunResult:
-        """Train until this many trials are finished, or until Ctrl-C. :meth:`evaluate` then runs the learned policy.
+        """Train until ``trials`` trials are finished, or until Ctrl-C. :meth:`evaluate` then runs the learned policy.
 
         Args:
             out: Folder for the policy, its logs, tables and learning curve.
@@ -304,7 +304,7 @@ class Run:
         self._notify_part()
 
     def record(self, kept: ExitStack, opened: ExitStack, folder: RunFolder | None) -> Recording:
-        """Start recording, and real-time scheduling on a rig, until ``opened`` closes; ``kept`` then reports losses."""
+        """Start recording and, on a rig, real-time scheduling until ``opened`` closes; ``kept`` then reports losses."""
         config, recorder = self.config, None
         if folder is not None:
             recorder = folder.recorder(config.recording, opened)

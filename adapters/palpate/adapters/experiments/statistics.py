@@ -28,7 +28,7 @@ WINDOW: Final = 25
 
 
 def window_of(trials: int) -> int:
-    """Return the window of a plotted average; with fewer than the paper's 25 trials, each is plotted separately."""
+    """Return the window of a plotted average; with fewer trials than the paper's 25, plot each one separately."""
     return WINDOW if trials >= WINDOW else 1
 
 
@@ -94,7 +94,7 @@ def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, 
 
 
 def t_half_width(values: Array) -> Array:
-    """Return half the width of Student's t interval for the mean over the first axis of (n, ...), n at least 2.
+    """Return half the width of Student's t interval for the mean over the first axis of (n, ...), with n at least 2.
 
     The bootstrap is not used because there are few seeds: three resampled values stay within the range of the three, so
     its intervals are far too narrow.

@@ -1,4 +1,4 @@
-"""Display of policies as tables."""
+"""Render policies as tables."""
 
 from palpate.adapters.log import aligned, counted
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow

@@ -56,7 +56,7 @@ def third_party_policy(
     maker = _maker(entry.code)
     context = PolicyContext(tuple(perception.states), task_actions(config), task_bounds(config))
     try:
-        # The class may take no task parameter.
+        # Not every class has a task parameter.
         with from_here():
             made = maker(context) if inspect.signature(maker).parameters else maker()
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""Training of a policy: trials in order, with a checkpoint after each one and a clean stop on request."""
+"""Policy training: trials in order, with a checkpoint after each one and a clean stop on request."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ class Trainer(Trials):
         super().__init__(config, ready, rig, perception, policy, recording, command="train")
 
     def train(self, trials: int, on_trial: Callable[[ScoredTrial], object]) -> None:
-        """Run trials up to number ``trials``. On Ctrl-C, return early and set ``interrupted``."""
+        """Run trials until a total of ``trials`` are finished. On Ctrl-C, return early and set ``interrupted``."""
 
         def done(scored: ScoredTrial) -> None:
             self._folder.append_trial(scored)
@@ -222,7 +222,7 @@ class Trainer(Trials):
         self.run_all(range(self.next_trial, trials), done)
 
     def run(self, number: int, watching: tuple[LoopObserver, ...] = ()) -> ScoredTrial:
-        """Run one trial and learn from it; an interrupted one leaves the learner's state as it was."""
+        """Run one trial and learn from it; an interrupted trial leaves the learner's state unchanged."""
         before, ticks = self._learner.get_state(), self.rig.clock_ticks
         scored = super().run(number, watching)
         if scored.report.outcome is Outcome.INTERRUPTED:
@@ -239,7 +239,7 @@ class Trainer(Trials):
 
         If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
         exceeded limit is a consequence of the last action. A Q table charges the rest of the time limit to that
-        action, because it would be tried repeatedly without this cost. Other learners have no costs and keep what
+        action; without this cost, the action would be tried repeatedly. Other learners have no costs and keep what
         they learned from finished actions.
         """
         report = scored.report

@@ -1,4 +1,4 @@
-"""Execution of successive trials, and scoring against the ground truth."""
+"""Run successive trials and score them against the ground truth."""
 
 import signal
 from collections.abc import Callable, Iterator, Mapping
@@ -29,7 +29,7 @@ class ScoredTrial:
         report: Report of the core, from port data.
         truth: Ground truth, or None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
-            for a trial that a trip ended.
+            for a trial that ended in a trip.
         exploration_time_s: Exploration time of the report; the time limit for a trial that ended in a trip.
         flagged: Reason why the trial's timing was not accepted; empty for an accepted trial.
         stopped_by: Cause of a stop outside the core and the supervisor; otherwise empty.
@@ -70,7 +70,7 @@ def outcome_of(report: TrialReport) -> Outcome | None:
 
 
 def trip_of(report: TrialReport) -> str:
-    """Return the reason, with its name, why the supervisor, sensors or operator ended a trial, or "" if none did."""
+    """Return the name and text of the reason why the supervisor, sensors or operator ended a trial, or "" if none."""
     if report.trip is not None:
         return str(report.trip)
     return report.events[-1].detail if report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED) else ""
@@ -109,11 +109,11 @@ def run_scored_trial(
     In the simulator a trip is a result: it is not latched, and the next trial starts.
 
     Raises:
-        ConfigurationError: The trial's number is not from 0 to 10^9.
+        ConfigurationError: The trial's number is not between 0 and 10^9.
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
     """
     require_whole("trial", trial, 0, _MOST_TRIALS)
-    # The preparation also moves an arm.
+    # Preparing a trial also moves the arm.
     rig.latch.require_free()
     rig.prepare(trial)
     witness = _Witness(rig)
@@ -196,7 +196,7 @@ def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
-    """Return the fields of a log's end record that need the ground truth. They are empty if it is unknown."""
+    """Return the fields of a log's end record that depend on the ground truth; they are empty if it is unknown."""
     if scored.truth is None:
         return {}
     return {
@@ -224,7 +224,7 @@ def objections(report: TrialReport, config: AcceptanceConfig) -> str:
 
 
 def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
-    """Raise an error after a trip on a rig with devices; ``first`` is the index of the trial that is number 0.
+    """Raise an error after a trip on a rig with devices; ``first`` is the index of the trial that is numbered 0.
 
     Raises:
         DeviceError: A trip ended the trial; the error gives the trial's number as in the tables.
@@ -235,7 +235,7 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """Within the context, let a terminating signal request an orderly end; a second SIGINT acts normally.
+    """Within the context, treat a terminating signal as a request for an orderly end; a second SIGINT acts normally.
 
     Signals reach only a program's main thread; in any other thread, the context does nothing.
     """

@@ -60,7 +60,7 @@ class Trials:
     Args:
         name: Name of a policy without a policy file; otherwise empty.
         subfolder: Folder for the logs within the recorder's folder.
-        first: Number of the trial that is number 0 in logs and tables.
+        first: Index of the trial that is numbered 0 in logs and tables.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).

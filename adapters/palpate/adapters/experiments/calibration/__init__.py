@@ -1,4 +1,4 @@
-"""Commissioning, which measures a new rig with slow motions and contact."""
+"""Commissioning, which measures a new rig through slow motions and contact."""
 
 import lazy_loader
 

@@ -1,6 +1,6 @@
 """Estimates from samples measured on a rig. Pure functions return values with standard deviations, or reject the data.
 
-Frames are those of :mod:`palpate.core.motion`. A sensor turned by an angle about the tool's axis, from x towards y,
+Frames are those of :mod:`palpate.core.motion`. A sensor rotated by an angle about the tool's axis, from x towards y,
 reads (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
 """
 
@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""Maximum deviation from the wrench of a rigid tool, as a fraction of its weight. A larger one has another cause."""
+"""Maximum deviation from the wrench of a rigid tool, as a fraction of its weight; larger ones have another cause."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def mean_of(wrenches: Array) -> tuple[Array, Array]:
 
 
 def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
-    """Return weight, centre of mass and mounting angle from wrenches of a stationary tool in several poses.
+    """Return the weight, centre of mass and mounting angle from wrenches of a stationary tool in several poses.
 
     Means and standard deviations are (n, 6), N and N m, as measured.
 
@@ -170,7 +170,7 @@ def hole(places_m: Sequence[tuple[float, float]], play_m: float) -> tuple[Estima
 
 
 def _load(x: Array, down: Array) -> Array:
-    """Return wrenches, (n, 6), from weight, turn in rad, force offset (3), centre of mass (3) and torque offset (3)."""
+    """Return wrenches, (n, 6), from weight, angle (rad), force offset (3), centre of mass (3) and torque offset (3)."""
     force = x[0] * down
     c, s = np.cos(x[1]), np.sin(x[1])
     turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -179,7 +179,7 @@ def _load(x: Array, down: Array) -> Array:
 
 
 def _linear_load(down: Array, means: Array) -> Array:
-    """Return an initial value for the fit: weight and turn from transverse forces, and the rest from both."""
+    """Return an initial value for the fit: weight and angle from transverse forces, and the rest from both."""
     count = len(down)
     if count < 3:
         raise UndeterminedError("weight", f"{count} poses", "at least 3, that tilt the tool about two axes")

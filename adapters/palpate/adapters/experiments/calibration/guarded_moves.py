@@ -1,4 +1,4 @@
-"""Slow motion of an arm with a person nearby; it stops at the first irregularity."""
+"""Move an arm slowly with a person nearby, and stop it at the first irregularity."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -21,7 +21,7 @@ FORCE_N: Final = 10.0
 _TURN_RAD_S: Final = 0.1
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4
-"""Number of parts of a motion, each with a new reference force, because turning the tool changes the force."""
+"""Number of segments of a motion, each with a new reference force, because turning the tool changes the force."""
 
 
 class Sample(NamedTuple):
@@ -33,7 +33,7 @@ class Sample(NamedTuple):
 
 
 class GuardedMoves:
-    """An arm that is moved slowly through its ports."""
+    """Slow, guarded moves of an arm, commanded through its ports."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class GuardedMoves:
                 arm.stop()
 
     def place(self, q_rad: JointVector | Array) -> pin.SE3:
-        """Return the pose of the tip at these joint angles, base frame."""
+        """Return the pose of the tip at these joint angles, in the base frame."""
         self.kinematics.update(q_rad)
         return self.kinematics.tip_in_base
 
@@ -85,7 +85,7 @@ class GuardedMoves:
         self.hold(_SETTLE_TICKS)
 
     def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Sample]:
-        """Move the tip along a line at constant orientation and yield each tick; the motion ends with the iteration."""
+        """Move the tip along a line at constant orientation and yield each tick; motion ends when iteration does."""
         begin = self.place(self._requested)
         path_m = target_in_base.translation - begin.translation
         ticks = max(1, ceil(float(np.linalg.norm(path_m)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
@@ -102,7 +102,7 @@ class GuardedMoves:
             pass
 
     def hold(self, ticks: int) -> list[Sample]:
-        """Hold the pose and return the measurements; the last force becomes the reference for later ones."""
+        """Hold the pose and return the measurements; the last force becomes the reference for later forces."""
         readings = [self.tick(self._requested) for _ in range(ticks)]
         self._ticks.mark()
         return readings
@@ -115,7 +115,7 @@ class GuardedMoves:
         return Sample(fresh, snapshot.joints.position_rad, (*wrench.force_N, *wrench.torque_Nm))
 
     def _duration_s(self, begin: Array, target: Array) -> float:
-        """Return the time for a line in joint space, from the fastest of its parts."""
+        """Return the time for a line in joint space, limited by its fastest part."""
         parts, before = 40, None
         longest_m = 0.0
         for part in range(parts + 1):

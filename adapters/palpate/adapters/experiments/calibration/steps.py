@@ -1,4 +1,4 @@
-"""Steps of commissioning, each with motions of the arm and an estimate from the measurements."""
+"""Commissioning steps, each of which moves the arm and makes an estimate from the measurements."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -50,7 +50,7 @@ _CAREFUL: Final = {
 
 
 class Commissioning:
-    """The steps of commissioning a rig."""
+    """The steps for commissioning a rig."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class Commissioning:
         self.believe(config)
 
     def believe(self, config: RunConfig) -> None:
-        """Continue with a new configuration of plate and hole."""
+        """Use a new configuration of the plate and hole from now on."""
         self.config = overlay(config, {"task": _CAREFUL})
         self._goal = goal_in_base(config.task.goal)
         self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
@@ -81,7 +81,7 @@ class Commissioning:
         return self._poses
 
     def payload(self) -> estimates.Payload:
-        """Turn the tool about its centre, well above the plate, and return the load of the sensor."""
+        """Turn the tool about its centre, well above the plate, and return the load on the sensor."""
         down, means, sds = [], [], []
         poses = self._poses or self.plan_payload()
         with self.arm.moving():
@@ -152,7 +152,7 @@ class Commissioning:
         return estimates.hole(places, 2e-3 * self.config.cell.peg.clearance_mm)
 
     def _withdraw(self) -> None:
-        """Withdraw the tool from a hole that it may be in."""
+        """Withdraw the tool from the hole, if it is in one."""
         for pose in withdrawal(self._approach, self.arm.requested_rad):
             # The motion is planned for 20 mm/s.
             for _ in range(4):
@@ -169,7 +169,7 @@ class Commissioning:
         self.arm.go(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M])))
 
     def _tilted(self, above_rad: estimates.Array) -> list[estimates.Array]:
-        """Return poses with the tool tilted about its centre that the arm reaches without flipping."""
+        """Return poses, with the tool tilted about its centre, that the arm can reach without flipping."""
         tip = self.arm.place(above_rad)
         lever = np.array([0.0, 0.0, _MIDDLE * (self._tool.sensor_m[2] + self._tool.tip_m[2])])
         middle = tip.act(-lever)
@@ -194,7 +194,7 @@ class Commissioning:
         raise UndeterminedError("weight", problem, "a place further from the arm's limits (--place)")
 
     def _press_at(self, x_m: float, y_m: float, height_m: float) -> estimates.Array:
-        """Press the plate at a place in the task frame; return depth (m), force (N), +1 (in) or -1 (out), (3, n)."""
+        """Press on the plate at a point in the task frame; return depth (m), force (N), +1 (in) or -1 (out), (3, n)."""
         arm, rotation = self.arm, self._ready.tip_rotation
 
         def at(depth_m: float) -> pin.SE3:

@@ -1,4 +1,4 @@
-"""Learning in grid worlds: runs over seeds, their tables, files and pictures."""
+"""Learning in grid worlds: runs with several seeds, and their tables, files and figures."""
 
 import lazy_loader
 

@@ -90,7 +90,7 @@ def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> StateIdentif
     Raises:
         ConfigurationError: No automaton can be inferred from the walks.
     """
-    # Imported here, because it loads torch, which other functions of grids do not need.
+    # Imported here, because it loads torch, which other grid functions do not need.
     from palpate.core.automata import InferenceSettings, TrainingSettings, infer
 
     strings = walk_strings(grid, walks, seed, longest)

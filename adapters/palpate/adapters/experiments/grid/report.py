@@ -1,4 +1,4 @@
-"""Results of learning runs: a readable table, values for programs, and a line for every trial.
+"""Results of learning runs: a readable table, machine-readable values, and a line for every trial.
 
 The mean over the last trials is always shown together with the optimum with full information and the optimum without
 it, because an improvement means little if the optimum is unknown.

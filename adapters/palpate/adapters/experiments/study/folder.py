@@ -55,7 +55,7 @@ class StudyFolder:
                 self._clear()
 
     def write_table(self, study: Study, conditions: Sequence[Condition]) -> int:
-        """Write ``summary.csv``, a line per finished condition in the order of the study; return the number of them."""
+        """Write ``summary.csv``, with a line per finished condition in study order; return the number of lines."""
         rows = []
         for condition in conditions:
             if summary := RunFolder(self.conditions / condition.name).summary():
