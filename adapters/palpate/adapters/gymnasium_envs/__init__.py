@@ -1,7 +1,7 @@
 """Gymnasium environments with the same learning core as all other commands.
 
-Importing this package registers ``palpate/PegInsertion-v0`` and ``palpate/PegInsertion6Dof-v0``; heavy imports follow
-when an environment is created. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports the package
+Importing this package registers ``palpate/PegInsertion-v0`` and ``palpate/PegInsertion6Dof-v0``; heavy imports wait
+until an environment is created. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/...")`` imports the package
 itself. Gymnasium 1.0 removed the entry points for registration without an import.
 """
 

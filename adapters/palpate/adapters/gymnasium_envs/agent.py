@@ -1,4 +1,4 @@
-"""Exchange between two threads: the control loop and an agent that chooses actions.
+"""Communication between two threads: the control loop and an agent that chooses actions.
 
 On a rig, the loop never waits for long. If a decision is late, the loop inserts a pause, which is supervised and
 recorded as an action: the peg stays pressed in place under the same compliant control. The late decision is used when
@@ -21,7 +21,7 @@ LATE: Final = "late"
 """Source of a pause, as it appears in the records of a trial."""
 PAUSE: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
-"""Time for which the loop on a rig waits for a decision; less than half a tick."""
+"""Maximum time for which the loop on a rig waits for a decision; less than half a tick."""
 _NS: Final = 1_000_000_000
 
 
@@ -44,7 +44,7 @@ class Agent(FixedPolicy, LoopObserver):
 
     Args:
         limit_s: Time limit for a decision, on the run's clock.
-        grace_s: Time for which the loop waits for a decision; None means no limit.
+        grace_s: Maximum time for which the loop waits for a decision; None for no limit.
 
     Attributes:
         look: Function that returns the agent's view when a decision is due; called in the loop's thread.

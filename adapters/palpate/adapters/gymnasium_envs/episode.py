@@ -1,4 +1,4 @@
-"""Trials of the insertion task, decision by decision, with external actions.
+"""Trials of the insertion task, decision by decision, with externally chosen actions.
 
 The core does everything except the choice of actions, as in any other run: control loop, perception, controllers,
 supervisor and reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the
@@ -37,7 +37,7 @@ class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
 
 
 class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
-    """A step was requested without a running episode."""
+    """A step was requested while no episode was running."""
 
     def __init__(self, text: str) -> None:
         self.state, self.request = text, "step()"
@@ -52,7 +52,7 @@ _TIMEOUT_S: Final = 5.0
 class Episodes:
     """Trials of the insertion task, decision by decision, in the simulator or on a rig.
 
-    In the simulator, time stops between decisions. On a rig it continues, and trials are recorded into a folder like
+    In the simulator, time stops between decisions. On a rig it continues, and trials are recorded in a folder like
     that of ``palpate run``.
 
     Args:
@@ -60,13 +60,13 @@ class Episodes:
         limit_s: On a rig, time limit for a decision, after which the arm is stopped and the rig latched.
 
     Attributes:
-        running: True if a trial waits for a decision.
+        running: True if a trial is waiting for a decision.
         skipped: Number of trials since :meth:`begin` that ended without a decision.
 
     Raises:
         ConfigurationError: A setting is rejected, or the task is not an insertion.
         DeviceError: A device failed.
-        LifecycleError: A rig is opened outside the main thread.
+        LifecycleError: A rig was opened outside the main thread.
     """
 
     def __init__(self, run: experiments.Run, out: str = "", limit_s: float = 0.3) -> None:
@@ -90,7 +90,7 @@ class Episodes:
         self._settled, self._begun = 0, 0
         self._moment: tuple[Any, dict[str, Any]] = (None, {})
         self._thread = Thread()
-        # The perception of an agent trained in the simulator.
+        # The same perception as for an agent trained in the simulator.
         self.perception = experiments.simulated_perception(run.config, run.ready)
         with ExitStack() as kept, ExitStack() as opened:
             self.rig: Rig = opened.enter_context(run.opened())
@@ -122,7 +122,7 @@ class Episodes:
 
     @property
     def outcome(self) -> Outcome | None:
-        """Return the outcome of the trial, or None while it runs."""
+        """Return the outcome of the trial, or None while it is running."""
         return experiments.outcome_of(self.report)
 
     @property
@@ -134,7 +134,7 @@ class Episodes:
         return (self.report.ticks - 1 - contact_tick) * PERIOD_S
 
     def begin(self, seed: int, trial: int) -> None:
-        """Run a trial to its first decision; a trial that ends before one is skipped.
+        """Run a trial to its first decision; skip trials that end before a decision.
 
         Raises:
             ConfigurationError: The seed is invalid.
@@ -283,5 +283,5 @@ def _insertion(trials: experiments.Trials) -> InsertionTask:
 
 
 def _terminate(number: int) -> None:
-    """End the program in an orderly way."""
+    """Exit the program in an orderly way."""
     sys.exit(128 + number)

@@ -51,7 +51,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     """The insertion task as an environment. Perception, motion, supervision and reward are those of any other run.
 
     A step is one decision: 14 control ticks at 140 Hz, or more if it reaches the hole. ``reset`` lifts the peg, moves
-    it to the trial's start, tares and touches the plate, up to the first decision. The episodes after ``reset(seed=s)``
+    it to the trial's start, tares, touches the plate, and runs to the first decision. Episodes after ``reset(seed=s)``
     are the trials 0, 1, 2, ... of ``palpate train --seed s``; ``options={"trial": k}`` selects one.
 
     An insertion or a failure (jam, force limit, safety trip) terminates an episode; the time limit truncates it.
@@ -67,12 +67,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), or with the orientation of a
             tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
             data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
-        failure_penalty: Penalty on the last reward of a failed episode. None uses the cost of the decisions left until
-            the time limit, so that an early failure has no advantage; 0 uses only the core's own reinforcement.
+        failure_penalty: Penalty subtracted from the last reward of a failed episode. None uses the cost of the
+            decisions left until the time limit, so early failure has no gain; 0 uses only the core's reinforcement.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
         render_mode: None, or ``rgb_array``: close-ups of the peg and the hole, (480, 640, 3); not on a rig.
-        rig: Rig file; its rig, instead of the simulated cell, runs the trials in real time, supervised and recorded.
-            If empty, the simulator is used.
+        rig: Rig file; the trials run on this rig in real time, supervised and recorded. If empty, the simulator is
+            used.
         out: On a rig, the folder for the recording; if empty, the next free one, ``runs/paper-environment-001``.
         decision_limit_s: On a rig, time limit for a decision, 0.01 s to 60 s. A late decision is replaced by a pause
             and counted; after this time the arm is stopped and the rig latched.
@@ -135,7 +135,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             rig=rig, acknowledge=acknowledge, accept_kinematics=accept_kinematics,
         )  # fmt: skip
         self._episodes = Episodes(run, out, decision_limit_s)
-        # This also runs when the program exits, so an environment without references leaves the arm stopped.
+        # The finalizer also runs at program exit, so an environment that was not closed still stops the arm.
         weakref.finalize(self, self._episodes.close)
         self._penalty = failure_penalty
         longest_m = settings.task.step_mm * 1e-3
@@ -237,7 +237,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
     @property
     def rig(self) -> Rig:
-        """Return the rig of the trials, with its ports and its fault latch.
+        """Return the rig used for the trials, with its ports and its fault latch.
 
         Only a person may decide to call ``rig.latch.acknowledge(by, reason)``.
         """

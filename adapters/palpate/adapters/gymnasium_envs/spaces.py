@@ -1,4 +1,4 @@
-"""Action and observation spaces of an agent in the insertion task."""
+"""Action and observation spaces for an agent in the insertion task."""
 
 from math import hypot, radians
 from typing import Any, Final, TypeAlias
@@ -131,7 +131,7 @@ class NumberedActions:
 class FreeSteps:
     """Steps in any direction, (2,) from -1 to 1: x and y as fractions of the maximum step.
 
-    The tip moves at constant speed during the first 80 % of an action, so a step is also a velocity. Longer steps, in
+    The tip moves at constant speed during the first 80 % of an action, so a step also sets a velocity. Longer steps, in
     the corners of the square, are shortened to the maximum step in the same direction.
     """
 
