@@ -12,7 +12,7 @@ _MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.16, "top": 0.93, "hs
 
 
 def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
-    """Return a PNG of the exploration time of each trial, numbered as in ``trials.csv``, and the average (figure 5)."""
+    """Return a PNG of exploration times, numbered as in ``trials.csv``, and their average (the paper's figure 5)."""
     with drawing(8.0, 4.2, 120, layout=None) as canvas:
         axes: Any = canvas.figure.add_axes((0.08, 0.19, 0.9, 0.72))
         _scatter(axes, rows, [row.exploration_time_s for row in rows])

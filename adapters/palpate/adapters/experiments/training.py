@@ -145,7 +145,7 @@ class Subject:
 
     @classmethod
     def of(cls, config: RunConfig, policy: str) -> Subject:
-        """Return the subject with this name; an empty name means the learner of the configuration.
+        """Return the subject with this name; an empty name means the configured learner.
 
         Raises:
             ConfigurationError: The policy cannot be trained.

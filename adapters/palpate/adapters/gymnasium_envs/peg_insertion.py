@@ -48,7 +48,7 @@ class _RunningCell(DrawnCell):
 
 
 class PegInsertionEnv(gymnasium.Env[Any, Any]):
-    """The insertion task as an environment. Perception, motion, supervision and reward are those of any other run.
+    """The insertion task as an environment. Perception, motion, supervision and reward are as in any other run.
 
     A step is one decision: 14 control ticks at 140 Hz, or more if it reaches the hole. ``reset`` lifts the peg, moves
     it to the trial's start, tares, touches the plate, and runs to the first decision. Episodes after ``reset(seed=s)``
@@ -68,7 +68,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
             data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
         failure_penalty: Penalty subtracted from the last reward of a failed episode. None uses the cost of the
-            decisions left until the time limit, so early failure has no gain; 0 uses only the core's reinforcement.
+            decisions left until the time limit, so failing early gains nothing; 0 uses only the core's reinforcement.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
         render_mode: None, or ``rgb_array``: close-ups of the peg and the hole, (480, 640, 3); not on a rig.
         rig: Rig file; the trials run on this rig in real time, supervised and recorded. If empty, the simulator is
