@@ -24,6 +24,8 @@ _DECIDED: Final = 7e-3
 """Relative likelihood, exp(-5), below which a lag is excluded."""
 _EVERY: Final = 2
 """Number of new samples between fits of a sliding window; 2 halves the time per tick."""
+_EVERY_VERIFIED: Final = 4
+"""The same after a verification, which is usually followed by another."""
 _LEAST: Final = 1e-9
 """Lower bound used in place of zero, in N or N^2."""
 _NS: Final = 1e-9
@@ -98,7 +100,8 @@ class Response:
             for each in range(_LAGS) if self.lag is None else (self.lag,):
                 rows[1 + each, end] = self._expected_N(time_s - each * PERIOD_S)
             self._end = end + 1
-        if self._end - self._first >= self.window and (self.share is None or self._end % _EVERY == 0):
+        every = _EVERY_VERIFIED if self.verified else _EVERY
+        if self._end - self._first >= self.window and (self.share is None or self._end % every == 0):
             self._fit_last(self.window)
         self.widen(self.stationary_ticks)
 
