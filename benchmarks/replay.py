@@ -190,11 +190,12 @@ def replay_speed(logs: list[Path]) -> Speed:
         decoding += time.process_time() - began
         rebuilt = rebuilder.rebuild(log)
         snapshots = _snapshots(records)
-        rebuilt.task.begin(rebuilt.setup)
-        step = rebuilt.task.step
+        task = rebuilt.task
+        task.begin(rebuilt.setup)
         began = time.process_time()
         for snapshot in snapshots:
-            step(snapshot)
+            task.sense(snapshot)
+            task.act()
         stepping += time.process_time() - began
     return Speed(ticks, whole, decoding, stepping)
 
