@@ -1,5 +1,7 @@
 """What Rerun's own reader finds of trials that were watched while they ran."""
 
+import os
+import signal
 import socket
 from dataclasses import replace
 
@@ -12,7 +14,7 @@ from palpate.adapters.config import scenario
 from palpate.adapters.experiments import Run
 from palpate.adapters.log import read_log, series_of
 from palpate.adapters.mujoco import DrawnCell
-from palpate.adapters.visualisation.live import LiveView
+from palpate.adapters.visualisation.live import LiveView, view
 from palpate.adapters.visualisation.live.view import CellShapes
 from palpate.core.errors import ConfigurationError
 from palpate.core.job import SIDES
@@ -78,3 +80,17 @@ def test_a_port_that_is_taken_is_refused_in_one_line():
         taken.listen()
         with pytest.raises(ConfigurationError, match=r"^live_port must be .*Address already in use.*--live-port"):
             LiveView.serving(taken.getsockname()[1])
+
+
+def test_a_server_that_hangs_is_ended_before_its_queue_blocks_the_loop(monkeypatch, capsys):
+    monkeypatch.setattr(view, "_FLUSH_S", 0.3)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with LiveView.serving(port) as watched:
+        os.kill(watched._server.pid, signal.SIGSTOP)
+        # Random, because equal points are compressed into what a socket holds.
+        for _ in range(100):
+            watched._stream.log("cell/x", rr.Points3D(np.random.default_rng(0).random((10_000, 3))))
+        assert watched._server.wait(30) == -signal.SIGKILL
+    assert capsys.readouterr().err.count("takes no data") == 1

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections import deque
 from dataclasses import replace
 from typing import Any, Final, Self, TypeAlias
@@ -44,7 +45,7 @@ _POSE_TICKS: Final = 5
 _FLUSH_TICKS: Final = 14
 """Ticks between two transmissions of time series, which corresponds to ten per second."""
 _FLUSH_S: Final = 5.0
-"""Time limit for sending the last data. Without it, a killed server would block the end of the run."""
+"""Time limit for transmissions to the server, and interval between checks; without it, a full queue blocks the loop."""
 _MEAN_TICKS: Final = 5
 """Number of ticks averaged for the force arrow, which would otherwise flicker because of sample noise."""
 _MOST_TRIALS: Final = 1000
@@ -61,6 +62,8 @@ class LiveView(TrialsObserver):
 
     def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
         self._stream, self._server, self.address = stream, server, address
+        self._over, self._is_lost = threading.Event(), False
+        self._monitor = threading.Thread(target=self._check_server, daemon=True)
         self._trials: Trials | None = None
         self._log: TrialLog | None = None
         self._report: TrialReport | None = None
@@ -105,18 +108,31 @@ class LiveView(TrialsObserver):
         return cls(stream, server, address)
 
     def __enter__(self) -> Self:
+        self._monitor.start()
         return self
 
     def __exit__(self, *error: object) -> None:
-        try:
-            self._stream.flush(timeout_sec=_FLUSH_S)
-        except (RuntimeError, ValueError):
-            sys.stderr.write("palpate: live view: Rerun's server did not take the last data\n")
+        self._over.set()
+        self._monitor.join()
         # The server is stopped first, because disconnecting waits for it without a limit.
         if self._server is not None:
             self._server.kill()
             self._server.wait()
         self._stream.disconnect()
+
+    def _check_server(self) -> None:
+        """End a server that takes no data, until the view is over: the rest is then discarded without waiting."""
+        while not self._is_lost:
+            is_over = self._over.wait(_FLUSH_S)
+            try:
+                self._stream.flush(timeout_sec=_FLUSH_S)
+            except (RuntimeError, ValueError):
+                self._is_lost = True
+                sys.stderr.write("palpate: live view: Rerun's server takes no data, and the view has ended\n")
+                if self._server is not None:
+                    self._server.kill()
+            if is_over:
+                return
 
     @override
     def of(self, trials: Trials) -> None:
