@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+from palpate.adapters.log.bags import IMPORTED
 from palpate.adapters.log.info import LATE_S
 from palpate.adapters.log.tables import aligned, counted
 
@@ -106,7 +107,9 @@ def _end(end: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     if end is None:
         return [("outcome", "not known: the log ends before the trial did")]
     outcome = f"ended by {end['error']}: {end['text']}"
-    if not end["error"]:
+    if end["outcome"] == IMPORTED:
+        outcome = "imported from a bag, which has no outcome"
+    elif not end["error"]:
         outcome = (
             f"{_outcome(end)}; exploration {end['exploration_time_s']:.3f} s, {end['actions']} actions,"
             f" peak force {end['peak_force_N']:.2f} N, depth {end['depth_m'] * 1e3:.3f} mm"

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from palpate.adapters.log.bags import IMPORTED
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.series import Series, series_of
 from palpate.core.trial import Outcome
@@ -59,7 +60,7 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score, based on the simulator's ``truth`` or on the ``outcome`` according to the encoders."""
+    """A trial's score from the ``truth`` of the simulator, the ``outcome`` on a rig or the ``encoders`` of a bag."""
 
     path: str
     basis: str
@@ -93,7 +94,8 @@ def score_of(log: TrialLog) -> ScoredTrial:
         efficiency=near * _falling(_EFFICIENT, path_m, began_m, began_m + _DETOUR_M),
         force=_FORCE if above_s > _FORCE_S else 0.0,
     )
-    return ScoredTrial(log.path, "truth" if is_true else "outcome", score)
+    basis = "encoders" if end is not None and end.outcome == IMPORTED else "outcome"
+    return ScoredTrial(log.path, "truth" if is_true else basis, score)
 
 
 def score_table(trials: list[ScoredTrial]) -> str:
@@ -119,6 +121,8 @@ def _success(log: TrialLog, series: Series, tip_m: np.ndarray, hole_m: np.ndarra
     tolerance_m = task.depth_tolerance_mm * 1e-3
     full_m = task.insertion_depth_mm * 1e-3
     depth_m = end.depth_m if end.true_depth_m is None else end.true_depth_m
+    if end.outcome == IMPORTED:
+        depth_m = float(tip_m[-1, 2])
     verified = end.true_depth_m is not None or end.outcome == Outcome.INSERTED.value
     if verified and depth_m >= full_m - tolerance_m:
         return _INSERTED

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.adapters.config import configured
 from palpate.adapters.experiments import plain_perception, ready_pose
-from palpate.adapters.log import BagTopics, export_bags, log_of_bag, read_log
+from palpate.adapters.log import BagTopics, describe, export_bags, info_of, log_of_bag, read_log, score_of
 from palpate.adapters.log.bags import JOINT_STATE, WRENCH, joint_names
 from palpate.adapters.log.series import series_of
 from palpate.adapters.replay import WhatIf, replay_files
@@ -64,8 +64,17 @@ def test_trial_that_was_exported_comes_back_with_its_samples(tmp_path):
         assert joints == pytest.approx(joints_then, abs=3e-3)
         assert wrench == pytest.approx(wrench_then, abs=1.0)
     assert after.time_s[-1] == pytest.approx(before.time_s[-1], abs=0.03)
+    assert "imported from a bag, which has no outcome" in describe(info_of(read_log(tmp_path / "x.mcap")))
     ((replayed,),) = replay_files([tmp_path / "x.mcap"], WhatIf(), 1)
     assert replayed.causes[0] == "the motion, which comes from a bag"
+
+
+def test_bag_is_scored_by_its_encoders_as_a_partial_insertion(tmp_path):
+    (bag,) = export_bags([HERE / "torque-ur5.mcap"], tmp_path / "bags")
+    log = imported(bag, tmp_path / "x.mcap")
+    trial, depth_mm = score_of(log), series_of(log).tip_mm[-1, 2]
+    assert (trial.basis, trial.score.duration) == ("encoders", 12.0)
+    assert trial.score.success == pytest.approx(38.0 + 12.0 * depth_mm / CONFIG.task.insertion_depth_mm)
 
 
 @pytest.mark.parametrize("storage", list(StoragePlugin))
