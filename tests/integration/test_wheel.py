@@ -83,6 +83,8 @@ def test_nothing_else_is_in_it(wheel):
     assert not [path for path in paths if path.stem.startswith("test_") or "tests" in path.parts]
     # Four layers share the name; whoever claimed it would hide an extension in another distribution.
     assert PurePosixPath("palpate/__init__.py") not in paths
+    # With -W error, pytest does not start if a module of a distribution with a plug-in is already imported.
+    assert PurePosixPath("palpate/__main__.py") not in paths
 
 
 def test_it_says_what_it_is(wheel):
