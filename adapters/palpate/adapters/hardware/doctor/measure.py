@@ -98,9 +98,9 @@ def report_pace(
         wanted_Hz, ill = min(expected_Hz, float(CONTROL_RATE_HZ)), Level.WRONG
         of = f", the device is set to {expected_Hz:.1f} Hz"
         remedy = "check cable, power and the load of bus and computer, or set a larger divider"
-        if expected_Hz <= least_Hz:
-            wanted_Hz = 2.0 * least_Hz
-            remedy = f"set it to more than {least_Hz:g} Hz; a Net F/T on its page Communications"
+        if expected_Hz < 2.0 * least_Hz:
+            wanted_Hz, ill = 2.0 * least_Hz, Level.WRONG if expected_Hz <= least_Hz else Level.NOTE
+            remedy = f"set it to {wanted_Hz:g} Hz, to verify contacts; a Net F/T on its page Communications"
     rate_Hz = series.rate_Hz
     report.judge(Topic.RATE, rate_Hz >= _RATE_SHARE * wanted_Hz, f"{rate_Hz:.1f} new samples a second{of}", remedy, ill)
 

@@ -111,6 +111,7 @@ def examined(values, period_ns=5 * MS, mark=Validity.VALID, rate_Hz=200.0, dead=
         ((1.0, 1.2), {"period_ns": 10 * MS}, "rate", Level.WRONG),
         ((1.0, 1.2), {"period_ns": 20 * MS, "rate_Hz": None}, "rate", Level.NOTE),
         ((1.0, 1.2), {"rate_Hz": None}, "rate", Level.OK),
+        ((1.0, 1.2), {"period_ns": 40 * MS, "rate_Hz": 25.0}, "rate", Level.NOTE),
     ],
 )
 def test_sample_fault_has_its_code(values, more, topic, level):
@@ -120,7 +121,7 @@ def test_sample_fault_has_its_code(values, more, topic, level):
 def test_device_that_is_set_too_slow_is_not_called_a_cable_fault():
     report = examined(NOISE, period_ns=100 * MS, rate_Hz=10.0, mark=Validity.STALE)
     wrong = {finding.topic.value: finding.text for finding in report.findings if finding.level is Level.WRONG}
-    assert "set it to more than 20 Hz" in wrong["rate"]
+    assert "set it to 40 Hz" in wrong["rate"]
     assert wrong["samples"].endswith("correct the rate first")
 
 
