@@ -103,8 +103,8 @@ class Episodes:
             )
             _insertion(self._trials)
             if self.on_rig:
-                # By default, the process would end immediately and leave the arm at its last set-point.
-                opened.enter_context(on_ending_signal(_terminate, always=False))
+                # By default the process would end at once and leave the arm at its last set-point.
+                opened.enter_context(on_ending_signal(lambda number: sys.exit(128 + number), always=False))
             kept.enter_context(opened.pop_all())
             self._kept = kept.pop_all()
 
@@ -280,8 +280,3 @@ def _insertion(trials: experiments.Trials) -> InsertionTask:
         name = trials.config.task.name
         raise ConfigurationError("task.name", name, "insertion")
     return trials.task
-
-
-def _terminate(number: int) -> None:
-    """Exit the program in an orderly way."""
-    sys.exit(128 + number)

@@ -25,7 +25,7 @@ def describe(info: Mapping[str, Any]) -> str:
         ("drawn", _pairs(info["drawn"])),
         ("made from", info["derived_from"]),
         ("duration", f"{ticks['duration_s']:.3f} s, {ticks['count']} ticks"),
-        ("size", _size(info)),
+        ("size", f"{info['size_bytes'] / 1e3:.1f} kB, messages {info['raw_bytes'] / 1e3:.1f} kB before compression"),
         ("messages", _pairs({topic: count for topic, count in info["messages"].items() if count})),
         ("control rate", f"{_number(ticks['rate_Hz'], '.3f')} Hz; interval {_spread(ticks['interval_s'])}"),
         ("late ticks", f"{ticks['late']} by more than {LATE_S * 1e3:g} ms; lateness {_spread(ticks['lateness_s'])}"),
@@ -76,12 +76,6 @@ def _policy(info: Mapping[str, Any]) -> str:
     name = "from a policy file or learned" if info["policy"] == "document" else info["policy"]
     text = f"{name}, {'does not learn' if info['frozen'] else 'learns'}"
     return text if info["temperature"] is None else f"{text}, temperature {info['temperature']:.3g}"
-
-
-def _size(info: Mapping[str, Any]) -> str:
-    text = f"{info['size_bytes'] / 1e3:.1f} kB, messages {info['raw_bytes'] / 1e3:.1f} kB before compression"
-    rate = info["bytes_per_minute"]
-    return text if rate is None else f"{text}; {rate / 1e6:.2f} MB per minute of trial"
 
 
 def _missing(ticks: Mapping[str, Any]) -> str:

@@ -62,7 +62,7 @@ class LiveView(TrialsObserver):
 
     def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
         self._stream, self._server, self.address = stream, server, address
-        self._over, self._is_lost = threading.Event(), False
+        self._over = threading.Event()
         self._monitor = threading.Thread(target=self._check_server, daemon=True)
         self._trials: Trials | None = None
         self._log: TrialLog | None = None
@@ -122,17 +122,16 @@ class LiveView(TrialsObserver):
 
     def _check_server(self) -> None:
         """End a server that takes no data, until the view is over: the rest is then discarded without waiting."""
-        while not self._is_lost:
+        is_over = False
+        while not is_over:
             is_over = self._over.wait(_FLUSH_S)
             try:
                 self._stream.flush(timeout_sec=_FLUSH_S)
             except (RuntimeError, ValueError):
-                self._is_lost = True
+                is_over = True
                 sys.stderr.write("palpate: live view: Rerun's server takes no data, and the view has ended\n")
                 if self._server is not None:
                     self._server.kill()
-            if is_over:
-                return
 
     @override
     def of(self, trials: Trials) -> None:
