@@ -84,9 +84,7 @@ def _accepted(base: Any, mark: Any) -> str:
 
 
 def _default(default: Any) -> str:
-    if default in (None, "", (), False, True, -1):
-        return ""
-    return f" Default: {literal(default)}."
+    return "" if default in (None, "", (), False, True, -1) else f" Default: {literal(default)}."
 
 
 def _hanging(head: str, text: str, wide: int) -> str:

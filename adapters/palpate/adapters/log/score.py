@@ -120,9 +120,8 @@ def _success(log: TrialLog, series: Series, tip_m: np.ndarray, hole_m: np.ndarra
         return 0.0
     tolerance_m = task.depth_tolerance_mm * 1e-3
     full_m = task.insertion_depth_mm * 1e-3
-    depth_m = end.depth_m if end.true_depth_m is None else end.true_depth_m
-    if end.outcome == IMPORTED:
-        depth_m = float(tip_m[-1, 2])
+    reported_m = float(tip_m[-1, 2]) if end.outcome == IMPORTED else end.depth_m
+    depth_m = reported_m if end.true_depth_m is None else end.true_depth_m
     verified = end.true_depth_m is not None or end.outcome == Outcome.INSERTED.value
     if verified and depth_m >= full_m - tolerance_m:
         return _INSERTED

@@ -146,11 +146,8 @@ def test_wedged_peg_has_points_for_its_depth():
     assert score_of(log).score.success == pytest.approx(38.0 + 12.0 * log.end.true_depth_m / 10e-3, abs=0.01)
 
 
-def test_peg_next_to_the_hole_has_points_for_its_distance():
+def test_peg_next_to_the_hole_has_points_for_its_distance_and_none_far_from_it():
     assert 0.0 < scored("fault-inverted").score.success < 25.0
-
-
-def test_trial_far_from_the_hole_has_none_for_its_motion():
     assert scored("trip-and-hold").score.total == 1.0
 
 

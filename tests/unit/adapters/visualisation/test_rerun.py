@@ -75,17 +75,14 @@ def test_a_trial_that_is_watched_is_the_same_and_shows_what_its_log_holds(tmp_pa
 
 
 def test_a_port_that_is_taken_is_refused_in_one_line():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
         with pytest.raises(ConfigurationError, match=r"^live_port must be .*Address already in use.*--live-port"):
             LiveView.serving(taken.getsockname()[1])
 
 
 def test_a_server_that_hangs_is_ended_before_its_queue_blocks_the_loop(monkeypatch, capsys):
     monkeypatch.setattr(view, "_FLUSH_S", 0.3)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
+    with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     with LiveView.serving(port) as watched:
         os.kill(watched._server.pid, signal.SIGSTOP)
