@@ -11,7 +11,7 @@
     ├── LogError                    a recorded trial cannot be read or replayed
     ├── LifecycleError              a port was used in the wrong order; the caller is at fault
     ├── CommandError                a command must not be sent to any arm; the caller is at fault
-    ├── UndeterminedError           the measurements do not determine a quantity; measure more
+    ├── UndeterminedError           a quantity cannot be determined from the measurements; measure more
     ├── PolicyError                 a third-party policy failed; its author fixes it
     └── DeviceError                 a device failed
         └── FaultLatchedError       a fault has not been acknowledged
@@ -102,7 +102,7 @@ class CommandError(PalpateError, ValueError):
 
 
 class UndeterminedError(PalpateError):
-    """The measurements do not determine a quantity."""
+    """A quantity cannot be determined from the measurements."""
 
     def __init__(self, quantity: str, problem: str, missing: str) -> None:
         self.quantity = quantity

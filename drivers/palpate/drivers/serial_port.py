@@ -1,4 +1,4 @@
-"""Functions that open, write to and close pyserial ports without unlimited waits."""
+"""Functions that open, write to and close pyserial ports without blocking indefinitely."""
 
 from contextlib import suppress
 from select import select

@@ -13,7 +13,7 @@ from palpate.core.errors import ConfigurationError, describe
 
 
 def entries(group: str) -> dict[str, EntryPoint]:
-    """Return the entry points of a group by name."""
+    """Return the entry points in a group by name."""
     return {entry.name: entry for entry in entry_points(group=group)}
 
 

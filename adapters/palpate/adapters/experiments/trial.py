@@ -235,9 +235,9 @@ def require_sound(rig: Rig, scored: ScoredTrial, first: int = 0) -> None:
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """Within the context, treat a terminating signal as a request for an orderly end; a second SIGINT acts normally.
+    """Within the context, treat a termination signal as a shutdown request; a second SIGINT has its usual effect.
 
-    Signals reach only a program's main thread; in any other thread, the context does nothing.
+    Signals are delivered only to a program's main thread; in any other thread, the context does nothing.
     """
 
     def act(number: int) -> None:

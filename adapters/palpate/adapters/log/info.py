@@ -23,8 +23,8 @@ LATE_S: Final = 0.001
 def info_of(log: TrialLog) -> dict[str, Any]:
     """Return the content of ``palpate log info`` as JSON values. Values that the log does not contain are None.
 
-    Rates are ticks per second on the run's clock, by tick number, or new samples per second on the device's clock.
-    Missing ticks do not lower them. The age of a sample is the clock reading of its tick minus its source time.
+    The tick rate is based on tick numbers and the run's clock, so missing ticks do not lower it. Sample rates are based
+    on new samples and the device's clock. The age of a sample is the clock reading of its tick minus its source time.
 
     Raises:
         LogError: A part of the log is invalid.

@@ -127,7 +127,7 @@ def _success(log: TrialLog, series: Series, tip_m: np.ndarray, hole_m: np.ndarra
         return _INSERTED
     last_m = np.array(end.true_tip_in_task_m) if end.true_tip_in_task_m else tip_m[-1]
     away_m = last_m - hole_m
-    # The press of a peg bends the plate by micrometres.
+    # A pressing peg bends the plate by micrometres.
     if depth_m > tolerance_m and float(np.hypot(*away_m[:2])) < _ASIDE_M:
         return float(np.interp(depth_m / full_m, (0.0, 1.0), _PARTIAL))
     return _falling(_NEAR, float(np.linalg.norm(away_m)), 0.0, 0.5 * began_m)

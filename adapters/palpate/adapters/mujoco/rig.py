@@ -64,7 +64,7 @@ class SimulatedRig(Rig):
         self.set_clock_ticks(ticks)
 
     def prepare(self, trial: int) -> None:
-        """Set the simulation to the initial state of this trial, and release the arm from its last stop."""
+        """Set the simulation to the initial state for this trial, and release the arm from its last stop."""
         self._arm.deactivate()
         self._sensor.deactivate()
         self.cell.reset(self.seed, trial)

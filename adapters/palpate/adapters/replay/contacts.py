@@ -75,7 +75,7 @@ class FoundContacts:
 
 
 def contacts_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundContacts:
-    """Return the contacts in logs from the same tool, in the order of learning.
+    """Return the contacts in logs from the same tool, in the order in which they were learned.
 
     The core is replayed on each log, so the trials may be from any policy.
 

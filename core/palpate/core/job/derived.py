@@ -1,7 +1,7 @@
 """Settings derived from the part, the tool, the place, the limits and the sensor, each by a single formula.
 
 All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
-newtons and seconds. Constants with a unit that are not part of the job are in :class:`Constants`. Figures in
+newtons and seconds. Dimensioned constants that are not part of the job are in :class:`Constants`. Figures in
 parentheses refer to measurements in the simulated cell (``docs/results.md``).
 """
 
@@ -35,8 +35,8 @@ _NOISES_UNEXPECTED: Final = 9.3
 NOISES_FORCE: Final = 2.0 * _NOISES_UNEXPECTED
 """Minimum force limit in standard deviations of the force; below it, the limit for unexpected contact is the same."""
 _LETS_GO: Final = 4.0
-"""Change in force in one sample, divided by the press, when a peg slips off an edge. A search loads the gripper with
-twice its press, sqrt(1.3^2 + 1.5^2) from dither and edge, and an undamped rebound doubles that; 2.6 was measured."""
+"""Change in force in one sample, divided by the pressing force, when a peg slips off an edge. The search loads the
+gripper with twice that, sqrt(1.3^2 + 1.5^2) from dither and edge; undamped rebound doubles it (2.6 measured)."""
 _GAIN_TIMES_LAG: Final = 0.7
 """Gain of the force control times the arm's lag. Above 1 the control oscillates; at pi / 2 or more it is unstable."""
 JAMS_FROM: Final = 0.8
@@ -47,7 +47,7 @@ MOST_PRESS_SHARE: Final = 0.4
 _FRICTION_PEAK: Final = 1.3
 """Pressing force at the peak of the dither, divided by the mean pressing force."""
 _NOISE_SHARE: Final = 0.15
-"""Four standard deviations of the force divided by the press, for the noisiest acceptable sensor."""
+"""Four standard deviations of the force divided by the pressing force, for the noisiest acceptable sensor."""
 _STEP_SHARE: Final = 0.2
 """Step length divided by half the width of the area: five steps from the centre to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
@@ -58,11 +58,11 @@ _SMALLEST_SWEEP: Final = 1.8
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants with a unit that do not depend on the job, with the rationale for each.
+    """Dimensioned constants that are independent of the job, with the rationale for each.
 
     Attributes:
         press_N: Pressing force in the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
-        most_press_N: Maximum press; above it, pegs stick and slip at a friction coefficient of 0.5.
+        most_press_N: Maximum pressing force; above it, pegs stick and slip at a friction coefficient of 0.5.
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
         edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
         search_speed_m_s: Speed of a search.
@@ -73,7 +73,7 @@ class Constants:
         search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
         least_time_s: Time limit for exploration in the source paper.
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
-        least_rate_N_s: Rate limit that a soft gripper with the paper's press never reaches.
+        least_rate_N_s: Rate limit that a soft gripper at the paper's pressing force never reaches.
         least_torque_Nm: Torque limit that no light contact reaches with a short tool.
         ready_height_m: Height of the ready pose for a known plate and an untilted tool.
         height_margin_m: Height that remains in the worst case.
@@ -198,7 +198,7 @@ class Derived:
 
 
 def sliding_N(friction: float, press_N: float) -> float:
-    """Return the maximum lateral force on a sliding peg, including the effects of dither and noise on the press."""
+    """Return the maximum lateral force on a sliding peg, including effects of dither and noise on pressing force."""
     return (_FRICTION_PEAK * friction + _NOISE_SHARE) * press_N
 
 
@@ -257,7 +257,7 @@ def derive(job: Quantities, known: Constants = Constants()) -> Derived:
             2.01 * job.axial_N_per_m * known.period_s,
             # An arm that lags by more than about one period becomes unstable sooner.
             job.axial_N_per_m * job.lag_s / _GAIN_TIMES_LAG,
-            # The gripper's damper delays the force and hides at most 0.3 of the press.
+            # The gripper's damper delays the force and hides at most 0.3 of the pressing force.
             2.0 * job.damping_ratio * critical_N_s_per_m / 0.3,
             press_N / known.speed_in_air_m_s,
         ),

@@ -75,7 +75,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
             "max_force_N": limits.force_N,
             "travel_speed_mm_s": max(_shown(found.speed_m_s * 1e3), _LEAST_SPEED_MM_S),
             "press_kgf": _shown(found.press_N / N_PER_KGF),
-            # 0 uses the press of the search, which the user may have set.
+            # 0 uses the pressing force of the search, which the user may have set.
             "insertion_press_kgf": _shown(found.insertion_press_N / N_PER_KGF) if jams else 0.0,
             "friction": part.friction_max,
             "end_tilt_mm": _shown(found.end_tilt_m * 1e3),

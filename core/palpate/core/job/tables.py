@@ -156,7 +156,7 @@ class ToolConfig(Settings):
 
     @property
     def moving_centre_above_tip_mm(self) -> float:
-        """Return the height above the tip of the compliant part's centre of mass; the rigid part is at the sensor."""
+        """Return the height of the compliant part's centre of mass above the tip; the rigid part is at the sensor."""
         return round(self.tip_mm[2] - self.centre_of_mass_mm[2] * self.mass_kg / self.moving_mass_kg, 3)
 
     @override

@@ -19,10 +19,10 @@ PEAK: Final = 1.5
 _FARTHEST: Final = 0.75
 """Amplitude divided by the travel in a mean half-period, if the speed limits it; random half-periods add up."""
 DITHER_SHARE: Final = 0.3
-"""Amplitude of the dither's force, divided by the press. Contact is maintained, and the roughness of sliding friction,
-about a tenth of the press, does not hide the response."""
+"""Amplitude of the dither's force, divided by the pressing force. Contact is maintained, and the roughness of sliding
+friction, about a tenth of the pressing force, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
-"""Maximum amplitude divided by the press, for a noisy sensor; the rest of the press maintains contact."""
+"""Maximum amplitude divided by the pressing force, for a noisy sensor; the rest of that force maintains contact."""
 AXIAL: Final = (0.65, 1.5)
 """Accepted ratio of measured to nominal stiffness, known to about ten percent; half and twice are outside it."""
 _SMOOTHED: Final = 0.5

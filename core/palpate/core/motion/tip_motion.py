@@ -52,7 +52,7 @@ def turn_of(rotation: Rows) -> Vector3:
 
 
 class AngularCompliance:
-    """Rotational compliance: turn rate = mobility x torque, like generalised damping for forces.
+    """Rotational compliance: angular velocity = mobility x torque, like generalised damping for forces.
 
     Stability: with a contact of torsional stiffness K the torque is multiplied by 1 - K m T each tick. A peg between
     walls, in series with the gripper's springs, has about 15 N m/rad, so 3 rad/(N m s) is a third of the bound.
@@ -60,20 +60,20 @@ class AngularCompliance:
     Args:
         tilt_rad_per_Nms: Mobility about x and y.
         yaw_rad_per_Nms: Mobility about z.
-        fastest_rad_s: Maximum turn rate.
+        fastest_rad_s: Maximum angular speed.
     """
 
     def __init__(self, tilt_rad_per_Nms: float, yaw_rad_per_Nms: float, fastest_rad_s: float) -> None:
         self._tilt, self._yaw, self._fastest_rad_s = tilt_rad_per_Nms, yaw_rad_per_Nms, fastest_rad_s
 
     def rate_rad_s(self, torque_Nm: Vector3) -> Vector3:
-        """Return the turn rate, (3,), for a torque exerted by the environment, (3,), both in the task frame."""
+        """Return the angular velocity, (3,), for a torque exerted by the environment, (3,), both in the task frame."""
         x, y, z = torque_Nm
         return limited((self._tilt * x, self._tilt * y, self._yaw * z), self._fastest_rad_s)
 
 
 FASTEST_TURN_RAD_S: Final = radians(20.0)
-"""Maximum turn rate of the reference; faster reactions to torque would oscillate between the walls of a hole."""
+"""Maximum angular speed of the reference; faster reactions to torque would oscillate between the walls of a hole."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
 """Maximum joint speed in a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
 
@@ -133,7 +133,7 @@ class TipMotion:
         self._joints_per_turn = list(zip(*(self._inverse.turning(self._q_rad, axis) for axis in axes), strict=True))
 
     def fastest_turn_rad_s(self, rate_rad_s: Vector3) -> float:
-        """Return the maximum turn rate in a given direction, (3,), near the pose of :meth:`look_at_joints`."""
+        """Return the maximum angular speed in a given direction, (3,), near the pose of :meth:`look_at_joints`."""
         x, y, z = rate_rad_s
         joint_rad_s = max(abs(a * x + b * y + c * z) for a, b, c in self._joints_per_turn)
         return min(FASTEST_TURN_RAD_S, FASTEST_JOINT_RAD_S * hypot(x, y, z) / max(joint_rad_s, 1e-12))
@@ -167,7 +167,7 @@ class TipMotion:
             rate_rad_s: Rate of change of ``turn_rad``, (3,).
 
         Returns:
-            The turn rate, limited to a rate that the joints can follow.
+            The angular velocity, limited to a speed that the joints can follow.
         """
         rate_rad_s = limited(rate_rad_s, self.fastest_turn_rad_s(rate_rad_s))
         self._rate_rad_s: Vector3 | None = rate_rad_s

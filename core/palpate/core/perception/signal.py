@@ -198,7 +198,7 @@ class SignalProcessor(Settings):
         return f, g, h, t, u, v
 
     def _bias_with(self, tare: tuple[float, ...]) -> tuple[float, ...]:
-        """Combine the tare and the normalisation's offset into one raw reading."""
+        """Combine the tare and the normalisation offset into one raw reading."""
         if self.normalisation is None:
             return tare
         return tuple(t + o / s for t, o, s in zip(tare, self.normalisation.offset, self.scale, strict=True))

@@ -138,8 +138,8 @@ class Observation:
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
         depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
-        press_N: Pressing force of this trial. The torque divided by it is a lever arm, independent of the force limit.
-        limit_N: Force limit of this trial.
+        press_N: Pressing force for this trial. The torque divided by it is a lever arm, independent of the force limit.
+        limit_N: Force limit for this trial.
     """
 
     state: int
@@ -248,7 +248,7 @@ class Policy(Protocol):
         """Choose the action to take now.
 
         Raises:
-            ConfigurationError: The policy does not serve this state.
+            ConfigurationError: The policy does not handle this state.
             LifecycleError: The policy needs random numbers, but no trial has begun.
         """
 
@@ -266,7 +266,7 @@ class Policy(Protocol):
 
 
 class FixedPolicy(Policy):
-    """A policy that does not learn. It serves every state, and uses only the random numbers of its trial."""
+    """A policy that does not learn. It handles every state, and uses only the random numbers of its trial."""
 
     def __init__(self) -> None:
         self._rng: np.random.Generator | None = None

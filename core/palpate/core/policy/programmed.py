@@ -22,7 +22,7 @@ from palpate.core.policy.base import (
 
 
 class AssignedPolicy(FixedPolicy):
-    """Policy that always takes the assigned action, and serves only states that have one.
+    """Policy that always takes the assigned action, and handles only states that have one.
 
     Args:
         assigned: Index of the action for each state, (n states,); None for a state without one.
@@ -67,7 +67,7 @@ def check_known(field: str, state: str, action: str, states: Sequence[str], acti
 
 
 class ProgrammedPolicy(AssignedPolicy):
-    """Policy that takes the programmed action, and serves only states that have one.
+    """Policy that takes the programmed action, and handles only states that have one.
 
     Raises:
         ConfigurationError: ``policy.programmed`` names an unknown state or action.
@@ -101,7 +101,7 @@ class RandomWalkPolicy(FixedPolicy):
 
 
 class MixedPolicy(Policy):
-    """Policy that delegates each choice to the first part that serves the state.
+    """Policy that delegates each choice to the first part that handles the state.
 
     Every part receives every transition, regardless of which part chose the action. Q-learning is off-policy, and a
     learner needs the values of states in which others act to judge the actions that lead there. In those states, it
@@ -113,7 +113,7 @@ class MixedPolicy(Policy):
         parts: Policies over these states and one action set, in order of priority.
 
     Raises:
-        ConfigurationError: No part serves one of the states.
+        ConfigurationError: No part handles one of the states.
     """
 
     def __init__(self, states: Sequence[str], parts: Sequence[Policy]) -> None:
@@ -132,7 +132,7 @@ class MixedPolicy(Policy):
         """Return the part that acts in a state.
 
         Raises:
-            ConfigurationError: No part serves the state.
+            ConfigurationError: No part handles this state.
         """
         for part in self.parts:
             if part.serves(state):
@@ -140,7 +140,7 @@ class MixedPolicy(Policy):
         raise ConfigurationError("policy.mixed", self.states[state], "a part that serves this state")
 
     def serves(self, state: int) -> bool:
-        """Return True if a part serves the state."""
+        """Return True if a part handles this state."""
         return any(part.serves(state) for part in self.parts)
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -154,7 +154,7 @@ class MixedPolicy(Policy):
             part.end_trial(episode)
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the choice of the part that serves the state."""
+        """Return the choice of the part that handles this state."""
         return self.part_for(observation.state).choose(observation)
 
     def learn(self, transition: Transition) -> None:

@@ -19,7 +19,7 @@ PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 Vector3: TypeAlias = tuple[float, float, float]
 JointVector: TypeAlias = tuple[float, ...]
 ZERO_VELOCITY: Final[Vector3] = (0.0, 0.0, 0.0)
-"""Zero velocity, or zero turn rate."""
+"""Zero velocity, or zero angular velocity."""
 
 
 class Validity(enum.Enum):

@@ -132,7 +132,7 @@ class NoiseMonitor:
 
 
 def _deviation(values: Sequence[float]) -> float:
-    """Return the sample standard deviation; the exact function of the standard library takes too long."""
+    """Return the sample standard deviation; the standard library's exact version is too slow."""
     mean = sum(values) / len(values)
     return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
 

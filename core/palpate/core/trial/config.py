@@ -80,7 +80,7 @@ class TaskConfig(Settings):
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """Maximum shortfall in the estimated depth; covers errors from encoders, force noise and contact height."""
     release_s: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Time without a press after which an inserted peg must not have moved; 0 ends the trial while pressing."""
+    """Time without pressing after which an inserted peg must not have moved; 0 ends the trial while pressing."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """Maximum error in the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0

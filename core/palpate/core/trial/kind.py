@@ -56,7 +56,7 @@ class Fit:
 
 
 class TaskKind(Protocol):
-    """Interface of the object behind an entry point of the group ``palpate.tasks``; its name selects the task.
+    """Interface of the object behind an entry point in the group ``palpate.tasks``; its name selects the task.
 
     Attributes:
         preset: Nested tables of initial settings of a run, which override those of the scenario.

@@ -50,7 +50,7 @@ class JointDrive:
             raise SettingError(f"drive {self.node}", f"{most} counts need more than 32 bits", "lower counts_per_rad")
 
     def counts(self, angle_rad: float) -> int:
-        """Return the position counts of a joint angle, rounded to the nearest count."""
+        """Convert a joint angle to position counts, rounded to the nearest count."""
         return round(angle_rad * self.counts_per_rad) + self.zero_counts
 
     def angle_rad(self, counts: int) -> float:

@@ -1,6 +1,6 @@
 """Communication with the modules on a synchronised line, one request at a time, each with a time-out.
 
-Replies carry no address, so a late one must not be mistaken for the answer to the next request. After every failure the
+Replies carry no address, so a late one must not be mistaken for the reply to the next request. After every failure the
 line is flushed, and zeros complete any frame that a module may be waiting for, before anything else is sent. On a busy
 computer, data may arrive even later. Therefore the next reply is accepted only after the module has answered another
 request with a unique length: a line preserves order, so no older reply can follow.
@@ -95,7 +95,7 @@ class NmcBus:
         try:
             self._stream.reset_input_buffer()
             write_unless_stuck(self._stream, _RESYNC)
-            # A module may answer the frame that the zeros completed: wait for the answer, then flush it.
+            # A module may answer the frame that the zeros completed: wait for the reply, then flush it.
             self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
             self._stream.reset_input_buffer()
         except Exception as error:
@@ -114,7 +114,7 @@ class NmcBus:
         """Send a command twice to each of these modules without waiting for replies, on a transmit-only line."""
         if self._is_dirty:
             self.resync()
-        # The answers to a broadcast belong to no request.
+        # The replies to a broadcast belong to no request.
         self._is_dirty = True
         self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
 

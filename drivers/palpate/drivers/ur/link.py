@@ -108,7 +108,7 @@ class UrLink:
         return hello
 
     def call(self, request: str, timeout_s: float, *args: float) -> Any:
-        """Send a request and wait for the answer.
+        """Send a request and wait for the reply.
 
         Raises:
             DriverError: The request was rejected, or was not answered in time. A time-out closes the link.

@@ -160,7 +160,7 @@ class Servos:
             raise SilentError(DEVICE, f"not all modules still answer ({error})", GO_HOME) from error
 
     def meet(self) -> SixCounts:
-        """Set the reply items of every module, and read all positions and which servos are on."""
+        """Set the reply items of every module, and read all positions and the on/off state of each servo."""
         counts = []
         for axis in AXES:
             self._bus.require(axis, def_stat(REPLY_ITEMS))

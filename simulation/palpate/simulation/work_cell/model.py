@@ -143,8 +143,8 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             )
         servo = spec.add_actuator(name=f"servo_{index}", target=f"joint_{index}")
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        # Integral action as in industrial joint servos: without it, the arm yields by about 30 microradians under the
-        # press, and the gripper's springs turn that into a torque as large as the one that points at the hole.
+        # Integral action as in industrial joint servos: without it, the arm yields by about 30 microradians under
+        # the pressing force, and the gripper's springs turn that into a torque as large as that pointing at the hole.
         servo.set_to_pid(
             kp=stiffness[j],
             kv=2.0 * sqrt(stiffness[j] * armature[j]),

@@ -23,7 +23,7 @@ class TrialWorld:
     """Ground truth of a trial.
 
     Attributes:
-        cell: The cell with the tilt heading and the clearance of this trial.
+        cell: The cell with the tilt heading and the clearance for this trial.
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         zero_shift: Shift of the sensor's zero under load, (6,), N and N m, sensor frame.
         zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, sensor frame.

@@ -77,7 +77,7 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
         down_in_tool: Downward unit vectors, (n, 3), in the tool frame given by the encoders.
 
     Raises:
-        UndeterminedError: The poses do not determine the values, or the weight of a rigid tool is not the only load.
+        UndeterminedError: The poses are insufficient, or the weight of a rigid tool is not the only load.
     """
     start = _linear_load(down_in_tool, means)
     spread = np.maximum(sds, (1e-4,) * 3 + (1e-5,) * 3)

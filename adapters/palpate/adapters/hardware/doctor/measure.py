@@ -82,7 +82,7 @@ def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[
 def report_pace(
     series: Series[SampleT], expected_Hz: float | None, report: DeviceReport, least_Hz: float = 0.0
 ) -> None:
-    """Check the rate of the samples.
+    """Check the sample rate.
 
     Args:
         expected_Hz: The configured rate; None if unknown.

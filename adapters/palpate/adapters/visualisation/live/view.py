@@ -201,7 +201,7 @@ class LiveView(TrialsObserver):
         self._report = None
 
     def _follow(self) -> None:
-        """Show new entries of the report."""
+        """Show new report entries."""
         report = self._report
         if report is None:
             return

@@ -50,7 +50,7 @@ class RunSource:
 
     @property
     def late(self) -> tuple[experiments.TrialRow, ...]:
-        """Evaluated trials: all trials or, for a learning run, the last 25 but at most half of the trials."""
+        """Evaluated trials: all or, for a learning run, the last 25 trials, or the last half if that is fewer."""
         return self.rows[-min(_LATE, max(1, len(self.rows) // 2)) :] if self.learns else self.rows
 
     @property

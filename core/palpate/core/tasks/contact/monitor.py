@@ -33,9 +33,9 @@ _SIMILAR: Final = 0.5
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
 """Angular frequency of a dither with half-periods of mean length."""
 _TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
-"""Fraction of the press, half the dither's amplitude, below which a force is not a contact."""
+"""Fraction of the pressing force, half the dither's amplitude, below which a force is not a contact."""
 _PULL_SHARE: Final = 0.5
-"""Fraction of the press, plus friction, above which a pull is implausible; a rebounding peg pulls less."""
+"""Fraction of the pressing force, plus friction, above which a pull is implausible; a rebounding peg pulls less."""
 _SAMPLES: Final = 4
 """Number of consecutive samples of an implausible wrench; an impact is shorter."""
 _TILT_RAD: Final = 6e-3
@@ -137,7 +137,7 @@ class Monitor:
         self._dithers_N = 2.0 * (self._air_m * self.axial_N_per_m + PUSH_SHARE * self.budget_N)
 
     def presses(self, press_N: float, play_m: float = 0.0) -> None:
-        """Set the press and the play. The budget is the rest of the force limit; deflection so far still counts."""
+        """Set the pressing force and play. The budget is the rest of the force limit; past deflection still counts."""
         self.budget_N, self.play_m = self._max_force_N - press_N, play_m
         self._from_m: Vector3 | None = None
         self._carried_N = self.spent_N
@@ -200,7 +200,7 @@ class Monitor:
             # On the chamfer or the edge of a hole the tip also moves along the axis, without a force.
             self._rests_m, self._stationary_ticks = (x, y), 0
         if z > self._deepest_m + self._contact_m:
-            # The same applies while the tip sinks against friction.
+            # The same applies while the tip descends against friction.
             self._deepest_m, self._sunk_ticks = z, 0
         if self.direction is not None:
             ux, uy = self.direction

@@ -16,7 +16,7 @@ _NO_FORCE: Final = (0.0, 0.0, 0.0)
 """Force for the controllers in free space, where none is controlled."""
 _UPRIGHT: Final = (0.0, 0.0, 0.0)
 _RIGHTING_RAD_S: Final = radians(6.0)
-"""Turn rate towards upright; a wrist joint near its singularity turns several times as fast."""
+"""Angular speed towards upright; a wrist joint near its singularity turns several times as fast."""
 Bias = tuple[float, float, float, float, float, float]
 
 

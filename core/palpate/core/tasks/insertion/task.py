@@ -53,10 +53,10 @@ class InsertionTask(ContactTask):
         self._explore.begin(setup.start_m)
 
     def choose(self) -> None:
-        """Let the policy choose, between :meth:`sense` and :meth:`act`, so that a loop can time the choice.
+        """Let the policy make its choice; call this between :meth:`sense` and :meth:`act`, so that a loop can time it.
 
         Raises:
-            LifecycleError: There is no choice at the current tick.
+            LifecycleError: No choice is due at the current tick.
         """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()

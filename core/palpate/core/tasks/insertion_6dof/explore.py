@@ -193,7 +193,7 @@ class SpatialExplore(Explore):
             tx, ty, tz = measured.live_torque_at_tip_Nm()
             yaw_Nm = tz + yaw / self._yaw_rad_per_Nms
             if hypot(tx, ty) > _WEDGED_NM + self._press_N * hypot(*spatial.pivot_m):
-                # More than the press at the corner: turning further upright would load a wedge.
+                # More than the pressing force at the corner: turning further upright would load a wedge.
                 tilt_x = tilt_y = 0.0
             rate = tilt_x, tilt_y, give * self._yawing.rate_rad_s((0.0, 0.0, yaw_Nm))[2]
         elif spatial.controller is ControllerKind.WITHDRAW:

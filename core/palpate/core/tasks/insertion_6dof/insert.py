@@ -41,7 +41,7 @@ class SpatialInsert(Insert):
             options.insert_tilt_rad_per_Nms, options.insert_yaw_rad_per_Nms, _FASTEST_RAD_S
         )
         self._wobble_rad_s = radians(options.wobble_deg_s)
-        # Tight shapes sink while in contact; the search raises the tool, and a drift then becomes visible in the air.
+        # Tight-fitting pegs stay in contact as they go in; the search raises the tool, and drift then shows in the air.
         self._drop_m = 0.0
 
     @override

@@ -43,8 +43,8 @@ class SpatialOptions(Settings):
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
     """Compliance in tilt in the hole."""
     wobble_deg_s: Annotated[float, Range(0.5, 8.0)] = 4.0
-    """Turn rate of the wobble (two circles in tilt per second) of a tool stuck in the hole or possibly on its floor. A
-    wedged peg then sinks further."""
+    """Speed of the wobble (two circles in tilt per second) of a tool stuck in the hole or possibly on its floor. A
+    wedged peg then goes in further."""
     tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
     """Mass of everything on the force sensor, used to compensate its weight when the tool tilts."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0

@@ -31,7 +31,7 @@ class SlcanAdapter:
         self._line = b""
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Receive bytes from the host and return the answer and the frames that follow immediately."""
+        """Receive bytes from the host and return the reply and the frames that follow immediately."""
         *lines, rest = (self._line + data).split(_DONE)
         self._line = rest[: _LONGEST_LINE_BYTES + 1]
         return b"".join([self._execute(line) for line in lines if line]) + self.advance(now_ns)

@@ -65,7 +65,7 @@ def _product(row: tuple[tuple[int, float], ...], values: list[float]) -> float:
 
 
 class DirectGears:
-    """Gears with one motor per joint. Zero counts correspond to angle zero."""
+    """Gearing with one motor per joint. Zero counts correspond to a zero angle."""
 
     def __init__(self, counts_per_rad: Sequence[float]) -> None:
         self._scale = counts_per_rad

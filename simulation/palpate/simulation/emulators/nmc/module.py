@@ -48,7 +48,7 @@ class NmcModule:
         self.servo.limits = (limit1, limit2)
 
     def tick(self) -> None:
-        """Execute one tick of 0.512 ms. The servo calculates on every SR-th tick."""
+        """Execute one tick of 0.512 ms. The servo loop runs every SR ticks."""
         self._ticks += 1
         if self._ticks >= self.servo.gains.rate_divisor:
             self._ticks = 0

@@ -59,7 +59,7 @@ class Profile:
         self.done = self.accelerated = self.velocity == velocity
 
     def tick(self) -> None:
-        """Execute one servo tick."""
+        """Run one servo tick."""
         if self._target is not None:
             self._tick_trapezoid(self._target)
         elif self.velocity != self._limit:

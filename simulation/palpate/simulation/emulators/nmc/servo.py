@@ -125,7 +125,7 @@ class PicServo:
             self.switch_off()
 
     def tick(self) -> None:
-        """Execute one servo calculation."""
+        """Run one servo cycle."""
         if self.on:
             self.profile.tick()
             if self.amplifier and self.gains.follow:

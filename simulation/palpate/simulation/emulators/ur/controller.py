@@ -188,7 +188,7 @@ class UrController:
         self.safety_mode, self.robot_mode = SafetyMode.NORMAL, RobotMode.POWER_OFF
 
     def dashboard(self, line: str) -> str:
-        """Return the answer to a line sent to the dashboard server."""
+        """Return the reply to a line sent to the dashboard server."""
         version = ".".join(map(str, self.config.version))
         if line in ("stop", "unlock protective stop") and not self.remote:
             return "Command is not allowed due to safety reasons: the robot is in local control"

@@ -37,7 +37,7 @@ class RtdeSession:
         self._started, self._period_ns, self._due_ns = False, CYCLE_NS, 0
 
     def receive(self, data: bytes) -> bytes:
-        """Return the answer to bytes from the client."""
+        """Return the reply to bytes from the client."""
         self._buffer += data
         answer = b""
         while len(self._buffer) >= _HEADER and not self.is_broken:

@@ -28,26 +28,26 @@ _STALL_M: Final = 1e-4
 """Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
 a third of that time."""
 _WEDGED_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""Six times the stall time, including the harder press and the checks; it is also added to the time of a descent."""
+"""Six times the stall time, including harder pressing and the checks; it is also added to the time of a descent."""
 _SLOWED: Final = 3.0
-"""Factor by which friction may slow the descent relative to damping and press."""
+"""Factor by which friction may slow the descent relative to damping and pressing force."""
 _PAST_FLOOR_M: Final = 3e-4
 """Distance below the lowest possible floor beyond which there is no floor."""
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
 """Number of ticks at depth within which floor or wall must respond: five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Duration in ticks of the harder press, or of the release."""
+"""Duration in ticks of harder pressing, or of the release."""
 _HARDER_SHARE: Final = 0.25
-"""Maximum increase in the press, divided by the force limit."""
+"""Maximum increase in the pressing force, divided by the force limit."""
 _RELEASE_SHARE: Final = 0.8
-"""Pull divided by press in a release. A peg that descended under the press is released by more than its friction; one
-that not even the harder press moves is held more firmly."""
+"""Pull divided by pressing force in a release. A peg that descended under that force is released by more than its
+friction; one that not even harder pressing moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _LEAST_HALF_TICKS: Final = MOST_SAMPLES // 2
 _MOST_HALVES: Final = 4
 """Settling time, minimum time for each force average, and number of averages."""
 _LIGHT_SHARE: Final = 0.5
-"""Force of a light contact divided by the press; the dither interrupts a lighter one."""
+"""Force of a light contact divided by the pressing force; the dither interrupts a lighter one."""
 _DEVIATIONS: Final = 3.3
 """Number of standard deviations of the depth; one error in two thousand is larger, on a given side."""
 
@@ -82,7 +82,7 @@ class Insert(RunningPhase):
         windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
-        # A peg that drops releases the gripper, which the press has bent, and keeps falling without contact.
+        # A peg that drops releases the gripper, which the pressing force has bent, and keeps falling without contact.
         self._drop_m = press_N / monitor.axial_N_per_m
         self._held_m = _DUE_SHARE * budget_N / monitor.axial_N_per_m
         # A slower drift stays below half the budget for the maximum duration of a descent.
@@ -220,7 +220,7 @@ class Insert(RunningPhase):
         # A pull exaggerated by a wrong scale would suggest a deeper tip than the encoders do.
         least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
         floor_m = self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
-        # Without a response of the floor, a shifted zero of the force may hide the press.
+        # Without a response from the floor, a shifted force zero may hide the pressing force.
         past = least_m > floor_m + (0.0 if self._pressed else self._drop_m)
         free = past and not self._pressed
         if monitor.spent and not past and self._measurement.filtered_force_z_N > -_LIGHT_SHARE * self._press_N:
@@ -298,7 +298,7 @@ class Insert(RunningPhase):
         return vx + monitor.push_dither_m_s(), vy, vz + self._harder_m_s + monitor.dither_m_s()
 
     def _let_go(self) -> Vector3:
-        """Stop pressing. An inserted peg stays in place, but a peg held only by the press rises."""
+        """Stop pressing. An inserted peg stays in place, but a peg held only by the pressing force rises."""
         self._ticks += 1
         if self._ticks > self._let_go_ticks and self._seated_m is not None:
             risen_m = self._seated_m - self._depth_m
