@@ -70,8 +70,9 @@ class FlightRecorder(LoopObserver):
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         report = self._report
         self._now_ns, deadline_ns, self._deadline_ns = snapshot.time_ns, self._deadline_ns, None
-        # Converted to a record later by the sink: between two ticks of a loop all code runs on cold caches.
-        self._keep((deadline_ns, snapshot, command, applied, self._off_path()))
+        if self._sink.takes_ticks:
+            # Converted to a record later by the sink: between two ticks of a loop all code runs on cold caches.
+            self._keep((deadline_ns, snapshot, command, applied, self._off_path()))
         if report is not None and (len(report.events) != self._events or len(report.decisions) != self._decisions):
             self._follow()
         if self._stop and self._sink.losses:

@@ -39,6 +39,7 @@ class Sink(Protocol):
     """Destination for a series of logs. Only ``open`` and ``close`` block. ``losses`` lists lost data with reasons."""
 
     losses: list[str]
+    takes_ticks: bool = True
 
     @abstractmethod
     def open(self, path: Path, metadata: dict[str, str]) -> None:

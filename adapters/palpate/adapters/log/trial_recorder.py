@@ -72,8 +72,7 @@ class TrialRecorder:
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         third_party = None if document is None else document.third_party
         constant = {
-            **start_facts(command, config, ready, perception),
-            "config_toml": to_toml(with_options(config)),
+            **start_facts(command, with_options(config), ready, perception),
             "policy": name or "document" if third_party is None else third_party.code,
             "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
             "frozen": frozen,

@@ -1,11 +1,13 @@
 """Compare the records of a replayed trial with its log."""
 
 import json
+import tomllib
 from collections.abc import Collection, Sequence
 from dataclasses import fields, replace
+from functools import lru_cache
 from typing import Any, Final
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, overlay
 from palpate.adapters.experiments import ready_pose, score, truth_fields
 from palpate.adapters.log import (
     BY_OUTSIDE,
@@ -79,13 +81,14 @@ def _compare_start(trial: ReplayedTrial) -> None:
         # An external agent chooses a seed for each trial.
         now = replace(now, seed=rebuilt.config.seed)
     _compare_fields(differences, 0, "/start", start, now, skipped)
-    differences.compare(0, "/start", "ready pose", [*start.ready_rad, *start.tip_rotation], _ready(rebuilt.config))
+    differences.compare(0, "/start", "ready pose", [*start.ready_rad, *start.tip_rotation], _ready(start.config_toml))
 
 
-def _ready(config: RunConfig) -> list[float] | None:
+@lru_cache(maxsize=1)
+def _ready(config_toml: str) -> list[float] | None:
     """Compute the joint angles and the tool orientation at the ready pose; return None if it cannot be reached."""
     try:
-        ready = ready_pose(config)
+        ready = ready_pose(overlay(RunConfig(), tomllib.loads(config_toml)))
     except UnreachableError:
         return None
     return [*ready.q_rad.tolist(), *ready.tip_rotation.reshape(-1).tolist()]

@@ -72,4 +72,6 @@ def close_enough(a: float, b: float) -> bool:
 def same_bits(a: Iterable[float], b: Iterable[float]) -> bool:
     """Return True if two vectors are equal bit for bit: -0.0 differs from 0.0, and a NaN equals itself."""
     x, y = tuple(a), tuple(b)
-    return len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y)
+    # Only zeros have two bit patterns.
+    plain = x == y and 0.0 not in x
+    return plain or (len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y))

@@ -82,6 +82,3 @@ class ReplayArm(ManagedDevice, ArmCommand):
             self._stopped = True
             if self._tape.stops.left:
                 self._tape.stops.next()
-
-    def _on_activate(self) -> None:
-        self._stopped = False

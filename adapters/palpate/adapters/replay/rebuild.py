@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -177,9 +177,12 @@ class Rebuilder:
         start = log.start
         # A task that was interrupted is not reused, because its state has changed.
         interrupted = any(event.name == "interrupt" for event in log.events)
+        other = self._changes.policy
+        name = start.policy if other is None else other if isinstance(other, str) else "document"
+        # An oracle knows the hole, and third-party code may keep a state from one trial to the next.
         key = (
             start.config_toml, start.perception_json, start.policy, start.policy_json, start.frozen, start.ready_rad,
-            start.tip_rotation, start.world_json if start.policy != "document" else "", _requested(log),
+            start.tip_rotation, start.world_json if name.startswith("oracle") or ":" in name else "", _requested(log),
         )  # fmt: skip
         if self._kept is None or key != self._key:
             self._kept, self._key, self._supervisor = self._build(log), key, None
@@ -199,8 +202,6 @@ class Rebuilder:
             learner.set_state(dict(json.loads(start.learner_json)))
         x, y = start.start_m
         setup = TrialSetup(start.trial, self._seed(log, config), (x, y))
-        other = self._changes.policy
-        name = start.policy if other is None else other if isinstance(other, str) else "document"
         baseline_name = "" if name == "document" or (other is None and start.policy_json) else name
         frozen = log.start.frozen or other is not None
         problem = policy.problem if isinstance(policy, RecordedDecisions) else ""
@@ -215,14 +216,11 @@ class Rebuilder:
         start = log.start
         ready = ReadyPose(np.array(start.ready_rad), np.array(start.tip_rotation).reshape(3, 3))
         perception = perception_from_dict(json.loads(start.perception_json))
-        world: Mapping[str, Any] = json.loads(start.world_json or "{}")
-        perception, policy = self._policy(log, config, perception, world)
+        perception, policy = self._policy(log, config, perception)
         acting = policy if self._around is None else self._around(policy)
         return config, ready, perception, policy, build_task(config, ready, perception, acting)
 
-    def _policy(
-        self, log: TrialLog, config: RunConfig, perception: Perception, world: Mapping[str, Any]
-    ) -> tuple[Perception, Policy]:
+    def _policy(self, log: TrialLog, config: RunConfig, perception: Perception) -> tuple[Perception, Policy]:
         other = self._changes.policy
         if other is not None:
             policy_for(config, self._changes.policy_name)
@@ -234,7 +232,7 @@ class Rebuilder:
         if other is None and log.start.policy == OUTSIDE:
             return perception, self._as_recorded(log, config, perception, "an external agent chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
-            return perception, baseline(other or log.start.policy, config, lambda: _hole(log, world))
+            return perception, baseline(other or log.start.policy, config, lambda: _hole(log))
         document = PolicyDocument.from_json_text(log.start.policy_json)
         if document.third_party is not None:
             return perception, self._third_party(log, config, perception, document, document.third_party)
@@ -267,8 +265,8 @@ def _requested(log: TrialLog) -> bool:
     return any(decision.source == PERSON for decision in log.decisions)
 
 
-def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:
-    hole = world.get("hole_in_task_m")
+def _hole(log: TrialLog) -> Sequence[float]:
+    hole = json.loads(log.start.world_json or "{}").get("hole_in_task_m")
     if not isinstance(hole, list) or len(hole) != 3:
         raise LogError(log.path, "/start", "does not say where the hole was", "only the oracle policy needs that")
     return pose_of(hole, recorded_turn(log.start.world_json), recorded_drawn(log.start.world_json))

@@ -18,7 +18,6 @@ class TapeEndError(Exception):
     """The core requests more than was recorded. This is not a palpate error, because nothing in the trial failed."""
 
     def __init__(self, port: str) -> None:
-        self.port = port
         super().__init__(f"the recording of {port} ends here")
 
 
@@ -51,7 +50,7 @@ class Track(Generic[T]):
         Raises:
             TapeEndError: The recording has ended.
         """
-        if not self.left:
+        if not self._items and not self.left:
             raise TapeEndError(self._port)
         item = self._items.popleft()
         if isinstance(item, Raised):
@@ -61,10 +60,9 @@ class Track(Generic[T]):
     @property
     def left(self) -> bool:
         """True if any results are left."""
-        while not self._items:
-            if not self._load():
-                return False
-        return True
+        while not self._items and self._load():
+            pass
+        return bool(self._items)
 
     def pass_refused(self) -> None:
         """Skip the recorded error of a call that the replay also rejects."""
@@ -89,8 +87,8 @@ class Tape:
         self._calls: dict[int, list[CallEntry]] = defaultdict(list)
         for call in log.calls:
             self._calls[call.tick].append(call)
-        self._records = log.records()
-        self._loaded = 0
+        # Decoded at once: between two ticks of a loop all code runs on cold caches.
+        self._records = iter(list(log.records()))
         self._add_calls(-1)
 
     def _load(self) -> bool:
@@ -98,12 +96,12 @@ class Tape:
         record = next(self._records, None)
         if record is None:
             return False
-        if record.tick != self._loaded:
-            problem = f"ticks {self._loaded} to {record.tick - 1} are missing"
+        expected = 0 if self.last is None else self.last.tick + 1
+        if record.tick != expected:
+            problem = f"ticks {expected} to {record.tick - 1} are missing"
             lost = "; ".join(f"{loss.problem}: {loss.text}" for loss in self.log.losses)
             remedy = "a trial can only be replayed whole" + (f" (the recorder noted: {lost})" if lost else "")
-            raise LogError(self.log.path, f"tick {self._loaded}", problem, remedy)
-        self._loaded += 1
+            raise LogError(self.log.path, f"tick {expected}", problem, remedy)
         self.last = record
         if record.counterfactual and not self.log.start.derived_from:
             self.differences.add(record.tick, "/tick", "counterfactual", True, False)
@@ -135,8 +133,7 @@ class Tape:
     def next_answer(self, requested_rad: JointVector) -> AppliedCommand:
         """Compare a command with the recorded one and return the recorded applied command."""
         recorded, applied = self.sends.next()
-        # Most commands are equal, and this is the cheapest exact test: only zeros have two bit patterns.
-        if requested_rad != recorded or (0.0 in requested_rad and not same_bits(requested_rad, recorded)):
+        if not same_bits(requested_rad, recorded):
             self._command_differs("requested_rad", recorded, requested_rad)
         elif applied.reason is CommandReason.AS_REQUESTED and not same_bits(applied.position_rad, requested_rad):
             self._command_differs("applied_rad", applied.position_rad, requested_rad)

@@ -18,7 +18,9 @@ from palpate.core.trial import INTERRUPT, Task, TrialReport
 
 
 class ReplayedRecords(Sink):
-    """Sink that stores the records of one trial by kind."""
+    """Sink that stores the records of one trial by kind, except for ticks, which the ports compare."""
+
+    takes_ticks = False
 
     def __init__(self) -> None:
         self.losses = []

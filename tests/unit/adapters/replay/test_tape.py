@@ -199,3 +199,13 @@ def test_actions_of_a_person_or_of_code_that_is_gone_come_from_the_log(log, sour
     assert rebuilder.rebuild(after).policy.log is after
     with pytest.raises(LogError, match="the log cannot answer a what-if"):
         Rebuilder(Changes(settings=("task.press_kgf=0.4",))).rebuild(log)
+
+
+def test_an_oracle_asked_what_it_would_do_knows_the_hole_of_each_log(log):
+    rebuilder, holes = Rebuilder(Changes(policy="oracle", policy_name="oracle")), []
+    for x_m in (0.001, 0.002):
+        world = json.loads(log.start.world_json) | {"hole_in_task_m": [x_m, 0.0, 0.0]}
+        other = copy(log)
+        other.start = replace(log.start, world_json=json.dumps(world))
+        holes.append(rebuilder.rebuild(other).policy._hole_m()[0])
+    assert holes == [0.001, 0.002]
