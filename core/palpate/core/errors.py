@@ -5,6 +5,7 @@
     PalpateError
     ├── ConfigurationError          a setting is wrong; the operator fixes it
     │   ├── AssetError              a robot description or mesh is missing
+    │   ├── DeviceSettingError      a device cannot be used with its settings
     │   └── UnreachableError        the arm cannot reach a pose
     ├── UsageError                  a command line is invalid; the operator fixes it
     ├── OutputError                 writing would overwrite existing results
@@ -55,6 +56,14 @@ class ConfigurationError(PalpateError, ValueError):
 
 class AssetError(ConfigurationError):
     """A robot description or one of its files is missing."""
+
+
+class DeviceSettingError(ConfigurationError):
+    """A device cannot be used with its settings."""
+
+    def __init__(self, device: str, problem: str) -> None:
+        super().__init__(device, problem, "")
+        self.args = (f"{device}: {problem}",)
 
 
 class UnreachableError(ConfigurationError):

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError, PalpateError
+from palpate.core.errors import CommandError, DeviceError, DeviceSettingError, LifecycleError, PalpateError
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, StateError
 
 
@@ -16,7 +16,7 @@ def message_of(error: DriverError, device: str = "") -> str:
 def translated(error: DriverError, device: str) -> PalpateError:
     """Return the core error for a driver error."""
     if isinstance(error, SettingError):
-        return ConfigurationError(device, error.problem, error.remedy)
+        return DeviceSettingError(device, message_of(error, device))
     if isinstance(error, RefusedError):
         return CommandError(error.problem, error.remedy)
     if isinstance(error, StateError):

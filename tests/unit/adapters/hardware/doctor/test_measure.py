@@ -23,7 +23,7 @@ from palpate.adapters.hardware.doctor.move import report_pose
 from palpate.adapters.hardware.doctor.push import PushCheck
 from palpate.adapters.hardware.errors import translated
 from palpate.core.ports import Validity, WrenchSample
-from palpate.drivers.errors import SilentError
+from palpate.drivers.errors import SettingError, SilentError
 from tests.fake_devices import FakeForceSensor
 
 MS = 1_000_000
@@ -33,6 +33,11 @@ PAGE = Path(__file__).parents[5] / "docs" / "how-to" / "doctor-findings.md"
 
 def levels(report):
     return {finding.topic.value: finding.level for finding in report.findings}
+
+
+def test_rejected_setting_is_one_sentence_with_a_remedy():
+    error = translated(SettingError("drive 3", "has no mode 8", "update its firmware"), "arm")
+    assert str(error) == "arm: drive 3: has no mode 8; update its firmware"
 
 
 def test_finding_is_one_line_with_level_code_and_remedy():
