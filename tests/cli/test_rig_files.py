@@ -23,7 +23,7 @@ STRANGE = "[arm]\nname = 'zebra-zero'\nadapter = '{}'\n[force_sensor]\nadapter =
         ),
         (STRANGE.format("zebra-nmc") + "node = 3\ncanopen_nodes = [3]\n", "a node that no drive on the bus has"),
         (STRANGE.format("nowhere:make"), "a module that can be imported"),
-        (STRANGE.format("os:getcwd"), "must be a function that makes an adapter; it raised TypeError("),
+        (STRANGE.format("os:getcwd"), "must be a function that works; it raised TypeError: "),
         (STRANGE.format("operator:is_"), "function that makes an adapter: ArmAdapter, not False"),
     ],
 )

@@ -53,7 +53,7 @@ def imported(field: str, place: str, accepted: str) -> Any:
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:
-        raise ConfigurationError(field, place, f"a module that can be imported ({error})") from error
+        raise ConfigurationError(field, place, f"a module that can be imported ({describe(error)})") from error
     except (Exception, SystemExit, GeneratorExit) as error:
         # Importing a third-party module may raise any exception.
         raise ConfigurationError(field, place, f"a module that imports without failing ({describe(error)})") from error

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_type_hints
 from palpate.adapters.config import entries, from_here, imported, overlay
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.served_arm import ServedArm
-from palpate.core.errors import ConfigurationError, PalpateError
+from palpate.core.errors import ConfigurationError, PalpateError, describe
 from palpate.core.job import ToolConfig
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import (
@@ -135,7 +135,7 @@ def _made(field: str, name: str, kind: type[T], maker: Any, settings: DeviceSett
     except PalpateError:
         raise
     except Exception as error:
-        raise ConfigurationError(field, name, f"a function that makes an adapter; it raised {error!r}") from error
+        raise ConfigurationError(field, name, f"a function that works; it raised {describe(error)}") from error
     if not isinstance(made, kind):
         wanted = getattr(kind, "__name__", ArmAdapter.__name__)
         raise ConfigurationError(field, name, f"a function that makes an adapter: {wanted}, not {made!r}")
