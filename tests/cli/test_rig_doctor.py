@@ -22,7 +22,7 @@ from tests.support.rig_files import zebra_rig
         pytest.param("ur-rtde", "ur-rtde", "ur5e", marks=pytest.mark.nightly),
     ],
 )
-def test_new_rig_file_can_be_examined(palpate, arm, force, model):
+def test_new_rig_file_can_be_examined(palpate, capfd, arm, force, model):
     Path("rig.toml").write_text(palpate.succeed("rig", "new", "--arm", arm, "--force", force, "--model", model))
     Path("job.toml").write_text(palpate.succeed("rig", "new", "--job"))
     file = RigFile.load(Path("rig.toml"))
@@ -36,6 +36,8 @@ def test_new_rig_file_can_be_examined(palpate, arm, force, model):
     done = palpate("rig", "doctor", "--rig", "rig.toml", "--seconds", "0.2")
     # A drive's counts per radian cannot be known.
     assert (done.code, "counts_per_rad" in done.stderr) in ((1, False), (2, True)), done
+    # The arm's process has nothing to report, because the arm had no power.
+    assert "the loop ended" not in capfd.readouterr().err
 
 
 def test_refusal_of_the_driver_alone_is_a_finding(palpate, tmp_path):

@@ -69,7 +69,7 @@ class ArmLoop:
         self._start_ns = self._slot = 0
 
     def serve(self) -> bool:
-        """Serve until the loop closes the arm or ends. Return True if the loop ended without closing the arm."""
+        """Serve until the loop closes the arm or ends. Return True if the loop ended while the arm had power."""
         try:
             # On a clock on which threads take turns, this thread waits for its turn.
             self._clock.now_ns()
@@ -77,7 +77,7 @@ class ArmLoop:
                 self._look()
                 self._wait()
         except (EOFError, OSError):
-            return True
+            return self._is_enabled
         finally:
             self._end()
         return False
