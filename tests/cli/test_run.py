@@ -145,3 +145,11 @@ def test_logs_that_lost_their_ends_are_told_and_make_the_run_fail(palpate, monke
     done = palpate("run", "--policy", "random", "--trials", 1, *QUICK, "--out", "run")
     assert done.code == 1
     assert f"palpate: recording: {lost}" in done.stderr
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("palpate.adapters.experiments.results.RunFolder.append_trial", full)
+    done = palpate("run", "--policy", "random", "--trials", 1, *QUICK, "--out", "again")
+    said = [line for line in done.stderr.splitlines() if "No space" in line]
+    assert (done.code, said) == (1, [f"palpate: recording: {lost}; earlier results are kept"])

@@ -26,7 +26,7 @@ from palpate.adapters.experiments.statistics import Claim, run_summary
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.trials import NOT_RECORDED, Recording, Trials, TrialsObserver
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.core.errors import ConfigurationError, LifecycleError
+from palpate.core.errors import ConfigurationError, LifecycleError, PalpateError
 from palpate.core.policy import Policy
 from palpate.core.ports import Rig
 from palpate.core.supervision import limits_line, weakened_lines
@@ -309,8 +309,7 @@ class Run:
         if folder is not None:
             recorder = folder.recorder(config.recording, opened)
         if recorder is not None:
-            # Reported in any case, in addition to the error that ended the run.
-            kept.callback(self._notify_losses, recorder.losses)
+            kept.push(lambda *raised: self._notify_losses(recorder.losses, raised[1]))
         session = opened.enter_context(RealTimeSession(config.real_time)) if self.rig_file else None
         for grant in () if session is None else session.request_results:
             self.notify(str(grant))
@@ -323,7 +322,10 @@ class Run:
         for line in (config.part.describe(), *own, *weak):
             self.notify(line)
 
-    def _notify_losses(self, losses: Sequence[str]) -> None:
+    def _notify_losses(self, losses: Sequence[str], error: BaseException | None = None) -> None:
+        """Report recording failures in addition to the error that ended the run, unless a full disk caused both."""
+        if losses and isinstance(error, OSError):
+            raise PalpateError(f"recording: {losses[0]}; earlier results are kept") from error
         for problem in losses[:_MOST_LOSSES]:
             self.notify(f"recording: {problem}")
         if len(losses) > _MOST_LOSSES:
