@@ -68,8 +68,8 @@ def _once():
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("palpate.simulation.work_cell.cell.build_work_cell", one_model)
-        patched.setattr(training, "learning_curve", lambda rows, title: picture())
-        patched.setattr(evaluation, "trials_picture", lambda rows, title: picture())
+        patched.setattr(training, "learning_curve", lambda *_: picture())
+        patched.setattr(evaluation, "trials_picture", lambda *_: picture())
         patched.setattr(import_module("palpate.adapters.visualisation.report.run_page"), "timeline", one_timeline)
         patched.setattr(plugins, "entry_points", lambda group: found(tuple(sys.path), group))
         patched.setattr(third_party, "_distributions", lambda path: distributions())

@@ -90,9 +90,9 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
 
 
 def trial_line(row: TrialRow) -> str:
-    """Return a line that describes a finished trial."""
+    """Return a line that describes a finished trial, numbered as its log."""
     end = f"{row.outcome} after {row.exploration_time_s:.2f} s{f' ({row.trip})' if row.trip else ''}"
-    return f"trial {row.trial + 1}: {end}, peak force {row.peak_force_N:.1f} N"
+    return f"trial {row.trial}: {end}, peak force {row.peak_force_N:.1f} N"
 
 
 @contextmanager

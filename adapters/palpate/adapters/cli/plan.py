@@ -89,7 +89,8 @@ def _simulated(
             done += series
             bar.update(ran)
     sys.stdout.write(_rates(config, choice, done))
-    write_whole(picture, trials_picture([TrialRow.of(each) for each in done], f"{options.job}, simulated"))
+    rows = [TrialRow.of(each) for each in done]
+    write_whole(picture, trials_picture(rows, f"{options.job}, simulated", config.task.max_force_N))
     sys.stdout.write(f"  picture in {picture}\n")
     return 0
 

@@ -102,7 +102,7 @@ def write_evaluation(
         summary |= {"claim": str(claim), "verdict": verdict}
     folder.write_json("summary.json", summary)
     who = config.task.name if name == policies.NO_POLICY else name
-    folder.write("trials.png", trials_picture(rows, f"{who}, {config.scenario}"))
+    folder.write("trials.png", trials_picture(rows, f"{who}, {config.scenario}", config.task.max_force_N))
     if document is not None:
         save_policy(document, folder.path / "policy.json")
     return summary

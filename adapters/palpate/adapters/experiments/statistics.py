@@ -28,8 +28,8 @@ WINDOW: Final = 25
 
 
 def window_of(trials: int) -> int:
-    """Return the window of a plotted average; with fewer trials than the paper's 25, plot each one separately."""
-    return WINDOW if trials >= WINDOW else 1
+    """Return the window of a plotted average; below twice the paper's 25 trials, it is 1, to show the first trials."""
+    return WINDOW if trials >= 2 * WINDOW else 1
 
 
 def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:

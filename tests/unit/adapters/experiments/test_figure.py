@@ -39,13 +39,14 @@ def test_times_and_forces_of_a_run_and_a_moving_average_only_where_there_are_so_
 
     monkeypatch.setattr(figure, "drawing", kept)
     learning_curve(trial_rows(*[3.0] * 26), "curve")
-    learning_curve(trial_rows(*[3.0] * 24), "too few")
-    figure.trials_picture(trial_rows(1.0, 2.0), "run")
+    learning_curve(trial_rows(*[3.0] * 25), "too few")
+    figure.trials_picture(trial_rows(1.0, 2.0), "run", 30.0)
     long, short, times, forces = drawn
     assert list(long.lines[0].get_xdata()) == [24, 25]
     assert len(short.lines) == 0
     assert (times.get_ylabel(), forces.get_ylabel()) == ("exploration time [s]", "peak force [N]")
     assert times.get_ylim() == (0.0, pytest.approx(2.2))
+    assert forces.get_ylim()[1] > forces.lines[0].get_ydata()[0] == 30.0
     assert all(place == round(place) for place in forces.get_xticks())
 
 

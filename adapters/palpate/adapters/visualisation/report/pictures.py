@@ -59,7 +59,7 @@ def learning_picture(
         lower.set(xlabel="trial", ylabel="success", ylim=(-0.04, 1.04))
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
     caption = (
-        f"{title}Lines: moving average over {experiments.WINDOW} trials, or single trials where there are fewer. Bands:"
+        f"{title}Lines: moving average over {experiments.WINDOW} trials, or single trials below twice as many. Bands:"
         " 95 % interval of the mean over seeds (Student's t). Failed trials count with their time."
     )
     return Picture(f"Learning curve. {title}{'; '.join(ends)}.", caption, canvas.content)

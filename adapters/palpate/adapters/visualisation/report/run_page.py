@@ -162,9 +162,10 @@ def _curve(run: RunSource) -> Picture:
     name, times_s = run.facts.get("policy", ""), [row.exploration_time_s for row in run.rows]
     alt = f"Exploration time of each trial. {name}: {times_s[0]:.3g} s at first, {times_s[-1]:.3g} s at the end."
     caption = "Failed trials count with their time."
-    return Picture(
-        alt, caption, (experiments.learning_curve if run.learns else experiments.trials_picture)(run.rows, str(name))
-    )
+    if run.learns:
+        return Picture(alt, caption, experiments.learning_curve(run.rows, str(name)))
+    limit_N = float(run.settings["task"]["max_force_N"])
+    return Picture(alt, caption, experiments.trials_picture(run.rows, str(name), limit_N))
 
 
 def _forces(run: RunSource) -> list[Picture]:

@@ -55,6 +55,7 @@ def study_page(folder: Path) -> Page:
         settings_section(folder / STUDY_FILE),
     )
     facts = [("Conditions", str(len(runs))), ("Where", "simulator"), ("Date", max(run.source.date for run in runs))]
+    facts += [("Part", "; ".join(_distinct(run.source.facts.get("part", "") for run in runs)))]
     facts += [(f"Swept: {name}", ", ".join(values)) for name, values in swept.items()]
     facts += [("Policies", ", ".join(_distinct(run.policy for run in runs)))]
     facts += [("Seeds", ", ".join(_distinct(run.seed for run in runs)))]
