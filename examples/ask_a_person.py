@@ -33,14 +33,9 @@ ENDING = ("", "\x03", "\x04", "\x1b")
 class Person(Policy):
     """A policy that asks a person to choose each action."""
 
-    temperature = None
-
     def __init__(self, context: PolicyContext) -> None:
         self._states, self._actions = context.states, context.actions
         self._indices = {action.name: index for index, action in enumerate(context.actions)}
-
-    def serves(self, state: int) -> bool:
-        return True
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         say("\nq w e / a d / z x c: a step, up is +x, right is +y; Escape: end\n")

@@ -30,15 +30,6 @@ FELT_Nm = 0.005
 class Homing(Policy):
     """A policy that follows the torque, with steps that become shorter each time the torque reverses."""
 
-    @property
-    def temperature(self) -> float | None:
-        """Return None, because the policy has no exploration temperature."""
-        return None
-
-    def serves(self, state: int) -> bool:
-        """Return True, because the policy uses the torque instead of the state."""
-        return True
-
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         """Reset the policy for a new trial. All random choices in the trial must use ``rng``."""
         self._heading_rad, self._step_m = float(rng.uniform(0.0, 2 * pi)), FIRST_STEP_M

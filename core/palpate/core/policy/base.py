@@ -227,13 +227,13 @@ class Policy(Protocol):
     """Interface of a policy, which chooses actions and may learn."""
 
     @property
-    @abstractmethod
     def temperature(self) -> float | None:
         """Return the temperature for display, or None if the policy has none."""
+        return None
 
-    @abstractmethod
     def serves(self, state: int) -> bool:
         """Return True if the policy can choose an action in the given state."""
+        return True
 
     @abstractmethod
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
@@ -270,15 +270,6 @@ class FixedPolicy(Policy):
 
     def __init__(self) -> None:
         self._rng: np.random.Generator | None = None
-
-    @property
-    @override
-    def temperature(self) -> float | None:
-        return None
-
-    @override
-    def serves(self, state: int) -> bool:
-        return True
 
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:

@@ -82,15 +82,6 @@ class ModelLearner(Learner, Generic[T]):
         self._trials: list[T] = []
         self._fitted_to: list[T] | None = None
 
-    @property
-    @override
-    def temperature(self) -> float | None:
-        return None
-
-    @override
-    def serves(self, state: int) -> bool:
-        return True
-
     @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
         self._refit()
