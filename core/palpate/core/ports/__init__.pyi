@@ -3,7 +3,6 @@ from .command_limits import StepLimiter as StepLimiter
 from .decorator import DeviceDecorator as DeviceDecorator
 from .devices import ArmCommand as ArmCommand
 from .devices import Clock as Clock
-from .devices import Device as Device
 from .devices import ForceSensor as ForceSensor
 from .devices import JointEncoder as JointEncoder
 from .devices import Ports as Ports
@@ -24,6 +23,7 @@ from .kinds import require_names as require_names
 from .latch import Acknowledgement as Acknowledgement
 from .latch import FaultLatch as FaultLatch
 from .lifecycle import TRANSITIONS as TRANSITIONS
+from .lifecycle import Device as Device
 from .lifecycle import Life as Life
 from .lifecycle import LifeRequest as LifeRequest
 from .lifecycle import ManagedDevice as ManagedDevice

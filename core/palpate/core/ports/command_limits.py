@@ -60,12 +60,8 @@ class CommandLimiter:
     """Limiter for commands that arrive at any time, based on elapsed time rather than on the number of commands.
 
     Over any time T no joint moves further than its velocity limit times T plus 1.25 command periods, and no single step
-    is longer than one period allows. If several commands have the same timestamp, the last one replaces the others.
-
-    Args:
-        lower_rad: Lower joint limits, (n,).
-        upper_rad: Upper joint limits, (n,).
-        velocity_limit_rad_s: Joint velocity limits, (n,).
+    is longer than one period allows. If several commands have the same timestamp, the last one replaces the others. For
+    the limits, see :class:`StepLimiter`.
     """
 
     def __init__(

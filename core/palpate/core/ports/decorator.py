@@ -2,8 +2,7 @@
 
 from typing_extensions import override
 
-from palpate.core.ports.devices import Device
-from palpate.core.ports.lifecycle import ActiveInside, Life
+from palpate.core.ports.lifecycle import ActiveInside, Device, Life
 
 
 class DeviceDecorator(ActiveInside):
@@ -13,13 +12,13 @@ class DeviceDecorator(ActiveInside):
         self._device = device
 
     @property
+    @override
     def life(self) -> Life:
-        """Return the life-cycle state of the device."""
         return self._device.life
 
     @property
+    @override
     def fault(self) -> str | None:
-        """The latched fault of the device, or None."""
         return self._device.fault
 
     @override
@@ -30,12 +29,12 @@ class DeviceDecorator(ActiveInside):
     def activate(self) -> None:
         self._device.activate()
 
+    @override
     def deactivate(self) -> None:
-        """Undo ``activate``."""
         self._device.deactivate()
 
+    @override
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault of the device."""
         self._device.acknowledge_fault()
 
     @override

@@ -14,43 +14,8 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.lifecycle import Device
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, WrenchSample
-
-
-@runtime_checkable
-class Device(Protocol):
-    """Life cycle shared by the three device ports; see :mod:`palpate.core.ports.lifecycle`."""
-
-    @property
-    @abstractmethod
-    def life(self) -> Life:
-        """Return the life-cycle state of the device."""
-
-    @property
-    @abstractmethod
-    def fault(self) -> str | None:
-        """Return the latched fault, or None."""
-
-    @abstractmethod
-    def configure(self) -> None:
-        """Open and check the device; the constructor opens nothing."""
-
-    @abstractmethod
-    def activate(self) -> None:
-        """Enable the device."""
-
-    @abstractmethod
-    def deactivate(self) -> None:
-        """Undo ``activate``."""
-
-    @abstractmethod
-    def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person may decide this."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Release the device permanently; allowed at any time, even repeatedly."""
 
 
 @runtime_checkable

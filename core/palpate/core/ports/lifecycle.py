@@ -8,7 +8,9 @@ clears it. The state is then *configured*, never *active*.
 import enum
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Final, Self
+from typing import Final, Protocol, Self, runtime_checkable
+
+from typing_extensions import override
 
 from palpate.core.errors import FaultLatchedError, LifecycleError
 
@@ -46,20 +48,51 @@ TRANSITIONS: Final[dict[tuple[Life, LifeRequest], Life]] = {
 }
 
 
-class ActiveInside:
-    """Base class that makes a device a context manager, active inside the block and closed on exit."""
+@runtime_checkable
+class Device(Protocol):
+    """Life cycle shared by the three device ports."""
+
+    @property
+    @abstractmethod
+    def life(self) -> Life:
+        """Return the life-cycle state of the device."""
+
+    @property
+    @abstractmethod
+    def fault(self) -> str | None:
+        """Return the latched fault, or None."""
 
     @abstractmethod
     def configure(self) -> None:
-        """Open and check the device."""
+        """Open and check the device; the constructor opens nothing."""
 
     @abstractmethod
     def activate(self) -> None:
         """Enable the device."""
 
     @abstractmethod
+    def deactivate(self) -> None:
+        """Undo ``activate``.
+
+        Raises:
+            LifecycleError: The device is not active.
+        """
+
+    @abstractmethod
+    def acknowledge_fault(self) -> None:
+        """Clear a latched fault; only a person may decide this.
+
+        Raises:
+            LifecycleError: There is no fault.
+        """
+
+    @abstractmethod
     def close(self) -> None:
-        """Release the device permanently."""
+        """Release the device permanently; allowed at any time, even repeatedly."""
+
+
+class ActiveInside(Device, Protocol):
+    """Base class that makes a device a context manager, active inside the block and closed on exit."""
 
     def __enter__(self) -> Self:
         try:
@@ -88,37 +121,29 @@ class ManagedDevice(ActiveInside):
         self._faulted_meanwhile = False
 
     @property
+    @override
     def life(self) -> Life:
-        """Return the life-cycle state of the device."""
         return self._life
 
     @property
+    @override
     def fault(self) -> str | None:
-        """The latched fault, or None."""
         return self._fault
 
+    @override
     def configure(self) -> None:
-        """Open and check the device."""
         self._move(LifeRequest.CONFIGURE, self._on_configure)
 
+    @override
     def activate(self) -> None:
-        """Enable the device."""
         self._move(LifeRequest.ACTIVATE, self._on_activate)
 
+    @override
     def deactivate(self) -> None:
-        """Undo ``activate``.
-
-        Raises:
-            LifecycleError: The device is not active.
-        """
         self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
+    @override
     def acknowledge_fault(self) -> None:
-        """Clear a latched fault; only a person may decide this.
-
-        Raises:
-            LifecycleError: There is no fault.
-        """
         cause, self._fault = self._fault, None
         try:
             self._move(LifeRequest.ACKNOWLEDGE, self._on_acknowledge)
@@ -127,8 +152,8 @@ class ManagedDevice(ActiveInside):
             if self._life is Life.FAULTED:
                 self._fault = self._fault or cause
 
+    @override
     def close(self) -> None:
-        """Release the device permanently; allowed at any time, even repeatedly."""
         if self._life is not Life.CLOSED:
             try:
                 self._on_close()

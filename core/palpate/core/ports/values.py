@@ -90,11 +90,8 @@ class JointSample:
     """A sample of the joint angles from the encoders.
 
     Attributes:
-        position_rad: Joint angles, (n,), in the order of the kinematic model.
-        source_time_ns: Run-clock time of the measurement.
-        receive_time_ns: Run-clock time at which the host received the sample.
-        sequence: Sample number of the device; equal numbers denote the same sample.
-        validity: Validity of the sample.
+        position_rad: Joint angles, (n,), in the order of the kinematic model. For the others, see
+            :class:`WrenchSample`.
     """
 
     position_rad: JointVector
