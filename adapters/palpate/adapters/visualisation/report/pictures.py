@@ -43,11 +43,12 @@ def learning_picture(
             times = _averages([[row.exploration_time_s for row in rows] for rows in runs])
             wins = _averages([[float(row.success) for row in rows] for rows in runs])
             trials = np.arange(times.shape[1]) + experiments.window_of(min(map(len, runs))) - 1
-            for axes, values in ((upper, times), (lower, wins)):
+            for axes, values, most in ((upper, times, np.inf), (lower, wins, 1.0)):
                 middle = values.mean(axis=0)
                 if len(runs) > 1:
                     half = experiments.t_half_width(values)
-                    axes.fill_between(trials, np.maximum(middle - half, 0.0), middle + half, color=colour, alpha=0.2)
+                    band = np.clip((middle - half, middle + half), 0.0, most)
+                    axes.fill_between(trials, *band, color=colour, alpha=0.2)
                 axes.plot(trials, middle, color=colour, linewidth=1.8, label=name)
             ends.append(f"{name}: {times[:, 0].mean():.3g} s at first, {times[:, -1].mean():.3g} s at the end")
         for line, (name, rows) in zip(("--", "-.", ":") * len(levels), levels.items(), strict=False):
