@@ -166,10 +166,6 @@ class FollowTorque(Policy):
 
     learned: list[Transition] = field(default_factory=list)
     ended: list[EpisodeOutcome] = field(default_factory=list)
-    temperature: float | None = None
-
-    def serves(self, state):
-        return True
 
     def begin_trial(self, trial, rng): ...
 
