@@ -36,7 +36,6 @@ def test_new_rig_file_can_be_examined(palpate, capfd, arm, force, model):
     done = palpate("rig", "doctor", "--rig", "rig.toml", "--seconds", "0.2")
     # A drive's counts per radian cannot be known.
     assert (done.code, "counts_per_rad" in done.stderr) in ((1, False), (2, True)), done
-    # The arm's process has nothing to report, because the arm had no power.
     assert "the loop ended" not in capfd.readouterr().err
 
 

@@ -77,8 +77,6 @@ class Diary(Policy):
 class Deciding:
     """A third-party policy that derives from nothing: gives one decision, or what a function returns."""
 
-    temperature = None
-
     def __init__(self, gives=None):
         self.gives = Decision(OWN, None, "strange") if gives is None else gives
 

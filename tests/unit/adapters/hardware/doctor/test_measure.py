@@ -35,17 +35,14 @@ def levels(report):
     return {finding.topic.value: finding.level for finding in report.findings}
 
 
-def test_rejected_setting_is_one_sentence_with_a_remedy():
-    error = translated(SettingError("drive 3", "has no mode 8", "update its firmware"), "arm")
-    assert str(error) == "arm: drive 3: has no mode 8; update its firmware"
-
-
 def test_finding_is_one_line_with_level_code_and_remedy():
     report = DeviceReport("arm: some")
     report.include({"rate": "70 Hz", "a longer name": "word", "fault": "motor 3: overcurrent"})
     report.add(Level.WRONG, Topic.OPEN, "no such port", "find another")
     report.error(translated(SilentError("drive 3", "is silent", "plug it in"), "arm"))
     report.error(KeyError("port"))
+    error = translated(SettingError("drive 3", "no mode 8", "update it"), "arm")
+    assert str(error) == "arm: drive 3: no mode 8; update it"
     assert report.text().splitlines() == [
         "arm: some",
         "  rate           70 Hz",
