@@ -66,10 +66,10 @@ def test_settings_by_hand_that_contradict_the_job_are_refused(palpate, tmp_path,
 
 
 def test_job_is_simulated_over_its_uncertainties(palpate):
-    printed = palpate.succeed("plan", DOWEL, "--trials", 3, "--seed", 1)
+    printed = palpate.succeed("plan", DOWEL, "--trials", 3, "--seed", 1, "--out", "figure.svg")
     # The first trial of a learner is its training.
     assert "inserted         2 of 2 (95 % interval 15.8% to 100.0%)" in printed
     assert 'false "inserted" 0 of 2' in printed
     assert "highest force" in printed
-    assert Path("dowel-12-h7-plan.png").read_bytes().startswith(b"\x89PNG")
-    assert "a file that does not exist yet" in palpate.refusal("plan", DOWEL, "--trials", 1)
+    assert "<svg" in Path("figure.svg").read_text()
+    assert "that does not exist yet" in palpate.refusal("plan", DOWEL, "--trials", 1, "--out", "figure.svg")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, get_args
 from palpate.adapters.cli.options import PlanOptions
 from palpate.adapters.config import INSERTION, RunConfig, compose, read_job, task_kind, verdict_on
 from palpate.adapters.files import write_whole
+from palpate.adapters.log import figure_kind
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.job import Choice, Derived, Regime, Verdict
 from palpate.core.ports import kinds_of
@@ -32,6 +33,7 @@ _UNITS: Final = (
 def plan(options: PlanOptions) -> int:
     """Print the derived settings, the regime, the verdict and the results of simulated trials; return the exit code."""
     picture = Path(options.out or f"{Path(options.job).stem}-plan.png")
+    figure_kind(picture, "out")
     if options.trials and picture.exists():
         raise ConfigurationError("out", str(picture), "a file that does not exist yet")
     job = read_job(options.job)
@@ -89,8 +91,8 @@ def _simulated(
             done += series
             bar.update(ran)
     sys.stdout.write(_rates(config, choice, done))
-    rows = [TrialRow.of(each) for each in done]
-    write_whole(picture, trials_picture(rows, f"{options.job}, simulated", config.task.max_force_N))
+    rows, kind = [TrialRow.of(each) for each in done], figure_kind(picture, "out")
+    write_whole(picture, trials_picture(rows, f"{options.job}, simulated", config.task.max_force_N, kind))
     sys.stdout.write(f"  picture in {picture}\n")
     return 0
 

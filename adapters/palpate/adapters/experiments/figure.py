@@ -26,9 +26,9 @@ def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
     return canvas.content
 
 
-def trials_picture(rows: Sequence[TrialRow], title: str, limit_N: float) -> bytes:
-    """Return a PNG with the exploration time and peak force of every trial, and the force limit of the job."""
-    with drawing(8.0, 5.2, 120, layout=None) as canvas:
+def trials_picture(rows: Sequence[TrialRow], title: str, limit_N: float, kind: str = "png") -> bytes:
+    """Return a figure with the exploration time and peak force of every trial, and the force limit of the job."""
+    with drawing(8.0, 5.2, 120, kind, layout=None) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, gridspec_kw=_MARGINS)
         _scatter(upper, rows, [row.exploration_time_s for row in rows])
         _scatter(lower, rows, [row.peak_force_N for row in rows], limit_N)
