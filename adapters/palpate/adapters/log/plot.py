@@ -63,7 +63,7 @@ def timeline(log: TrialLog, kind: str = "png") -> bytes:
             _altered(rest.pop(0), series)
         for title, names, attribute in strips:
             _strip(rest.pop(0), log, series, title, names, attribute)
-        phase_panel(rest.pop(0), log, series, _WIDTH_IN * 0.8)
+        _phases(rest.pop(0), log, series)
         _events(panels, log, series)
         for gap, axes in product(np.flatnonzero(series.ticks < 0), panels):
             axes.axvspan(series.time_s[gap - 1], series.time_s[gap + 1], color="#bbbbbb", alpha=0.5)
@@ -132,18 +132,22 @@ def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence
     axes.grid(alpha=0.25)
 
 
-def phase_panel(axes: Any, log: TrialLog, series: Series, width_in: float) -> None:
-    """Draw the phases as coloured bands. Names that do not fit the panel's width, ``width_in``, are omitted."""
+def _phases(axes: Any, log: TrialLog, series: Series) -> None:
+    """Draw the phases as coloured bands. Names that do not fit are next to the panel."""
     phases = log.phases
     if not phases or phases[0][0] > 0:
         phases.insert(0, (0, "lift"))
+    narrow: dict[str, Any] = {}
     ends = [series.time_of(tick) for tick, _ in phases[1:]] + [float(series.time_s[-1])]
     for (tick, name), end_s in zip(phases, ends, strict=True):
         start_s = series.time_of(tick)
-        axes.axvspan(start_s, end_s, color=_PHASES.get(name, "#dddddd"))
+        band = axes.axvspan(start_s, end_s, color=_PHASES.get(name, "#dddddd"))
         # Approximate fit: a letter of this size is a thirteenth of an inch wide.
-        if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * width_in > len(name) / 13 + 0.05:
+        if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * 0.8 * _WIDTH_IN > len(name) / 13 + 0.05:
             axes.text((start_s + end_s) / 2, 0.5, name, ha="center", va="center", fontsize=8)
+        else:
+            narrow[name] = band
+    axes.legend(narrow.values(), narrow, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
     axes.set_yticks([])
     axes.set_ylim(0.0, 1.0)
     axes.set_ylabel("phase", fontsize=9)
