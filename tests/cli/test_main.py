@@ -1,9 +1,9 @@
 """Help, versions, ``palpate settings``, and outputs that take nothing."""
 
-import errno
 import io
 import sys
 from importlib.metadata import version
+from unittest.mock import Mock
 
 import pytest
 
@@ -52,13 +52,6 @@ def test_misspelt_command_is_refused_with_the_nearest_one(palpate):
     assert "did you mean info?" in palpate.refusal("log", "inof")
 
 
-class FullDisk(io.StringIO):
-    """An output that takes nothing."""
-
-    def flush(self):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-
 def test_an_output_that_is_closed_full_or_of_few_characters(palpate, trained, monkeypatch, capsys):
     words = ("log", "export", str(trained / "logs/trial-00000.mcap"), "--to", "csv", "--out")
     printed = io.BytesIO()
@@ -68,7 +61,7 @@ def test_an_output_that_is_closed_full_or_of_few_characters(palpate, trained, mo
     monkeypatch.setattr(sys, "stdout", None)
     assert main([*words, "closed"]) == 0
     sys.stdout.close()
-    monkeypatch.setattr(sys, "stdout", FullDisk())
+    monkeypatch.setattr(sys, "stdout", Mock(flush=Mock(side_effect=OSError(28, "No space left on device"))))
     assert main([*words, "full"]) == 1
     sys.stdout.close()
     assert capsys.readouterr().err == "palpate: No space left on device; earlier results are kept\n"

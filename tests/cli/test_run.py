@@ -113,7 +113,6 @@ def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(palpate, tmp_
     summary = json.loads((out / "summary.json").read_text())
     assert 0 < finished_trials(out) < 5
     assert (summary["finished"], summary["trials"]) == (False, finished_trials(out))
-    assert f"{summary['trials']} trial" in done.stdout
     printed = palpate.succeed("replay", sorted((out / "logs").glob("*.mcap"))[-1])
     assert "interrupted" in printed
     assert "1 of 1 equal" in printed
