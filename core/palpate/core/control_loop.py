@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000
-"""Delay after the start of its slot beyond which a tick counts as late."""
+"""Delay past the start of its slot beyond which a tick counts as late."""
 FORCE_SENSOR: Final = "force_sensor"
 JOINT_ENCODER: Final = "joint_encoder"
 ARM: Final = "arm"
@@ -55,15 +55,15 @@ class UnfinishedTick:
 
 
 class LoopObserver:
-    """Base class of observers; the loop calls only the methods that a subclass overrides.
+    """Base class for observers; the loop calls only the methods that a subclass overrides.
 
-    The events of a tick occur in the order of the methods below. ``sensed``, ``chosen`` and ``acted`` are not called
+    The events in a tick occur in the order of the methods below. ``sensed``, ``chosen`` and ``acted`` are not called
     during a retraction. Only :func:`run_trial` calls ``sensed`` and ``chosen``; a caller of :func:`trial_ticks` does
     not receive them. If an observer raises, the trial ends and the arm is stopped.
     """
 
     def begun(self, start_ns: int, report: TrialReport) -> None:
-        """Called once the task has begun, at the start time of its schedule; the report is updated during the trial."""
+        """Called once the task has begun, with its schedule's start time; the report is updated during the trial."""
 
     def waited(self, tick: int, deadline_ns: int) -> None:
         """Called after sleeping until a tick's slot."""
@@ -108,7 +108,7 @@ def tick_time_ns(start_ns: int, slot: int) -> int:
 
 
 def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
-    """Return the slot of the tick that follows a tick in ``slot`` at ``time_ns``.
+    """Return the slot for the tick after the one that ran in ``slot`` at ``time_ns``.
 
     A late tick still runs. Slots that have passed are skipped, so ticks never run in a burst.
     """
@@ -130,7 +130,7 @@ def run_trial(
         observers: Observers, called in this order at each event.
 
     Raises:
-        FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.
+        FaultLatchedError: A supervisor trip or a device fault has not been acknowledged.
     """
     ticks = trial_ticks(task, ports, setup, supervisor, observers)
     on_sensed, on_chosen = _listeners(observers, "sensed"), _listeners(observers, "chosen")
@@ -156,7 +156,7 @@ def run_trial(
 
 
 def next_snapshot(ticks: Generator[Snapshot, JointCommand, None], command: JointCommand) -> Snapshot | None:
-    """Send the command to :func:`trial_ticks`; return the snapshot of the next tick, or None at the end of the trial.
+    """Send the command to :func:`trial_ticks`; return the next tick's snapshot, or None at the end of the trial.
 
     It is a separate function so that only the generator's own StopIteration ends the trial.
     """
@@ -173,16 +173,16 @@ def trial_ticks(
     supervisor: Supervisor | None = None,
     observers: Sequence[LoopObserver] = (),
 ) -> Generator[Snapshot, JointCommand, None]:
-    """Run the control loop as a generator that yields the snapshot of each tick and receives the task's command.
+    """Run the control loop as a generator that yields each tick's snapshot and receives the task's command.
 
     It handles trips and retractions itself and requests no commands during them. Closing the generator ends the trial
     and stops the arm.
 
     Args:
-        task: Task of the trial. The generator calls ``begin``; the caller calls ``step``, or ``sense`` and ``act``.
+        task: Task to run. The generator calls ``begin``; the caller calls ``step``, or ``sense`` and ``act``.
 
     Raises:
-        FaultLatchedError: A trip of the supervisor or a device fault has not been acknowledged.
+        FaultLatchedError: A supervisor trip or a device fault has not been acknowledged.
     """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     on_waited, on_clock, on_force, on_joints, on_acted, on_supervised, on_sent, on_ended = (

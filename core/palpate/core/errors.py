@@ -17,7 +17,7 @@
     └── DeviceError                 a device failed
         └── FaultLatchedError       a fault has not been acknowledged
 
-Each error states what happened, the offending value, and the accepted values.
+Each error reports what happened, the offending value, and the accepted values.
 """
 
 import os
@@ -147,7 +147,7 @@ class FaultLatchedError(DeviceError):
 
 
 def one_line(said: object) -> str:
-    """Return the text of an object on one line, with unprintable characters escaped."""
+    """Return an object's text on one line, with unprintable characters escaped."""
     text = " ".join(str(said).split())
     return "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in text)
 

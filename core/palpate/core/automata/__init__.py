@@ -1,4 +1,4 @@
-"""Finite automata, their inference from strings, and baselines for comparison."""
+"""Finite automata, inferring them from strings, and baselines for comparison."""
 
 import lazy_loader
 

@@ -6,7 +6,7 @@ For acceptance, the smallest q whose automaton classifies every training string 
 For prediction, the automaton is scored as a probabilistic model. In each state, the probability of the next symbol, or
 of the end, is its relative frequency in the training strings. The cross-entropy on held-out strings falls ever more
 slowly as q grows, but a learner needs experience in every state. Each state therefore adds a penalty of one nat per
-probability (Akaike, 1974), and the q with the lowest sum is chosen. In tests with two-unit networks on two maps,
+probability (Akaike, 1974), and the q with the lowest total is chosen. In tests with two-unit networks on two maps,
 learners performed best with the selected numbers of states. Cross-entropy alone would choose nearly the largest q. The
 penalty of Schwarz (1978), which grows with the number of strings, would choose about half as many states.
 """
@@ -54,7 +54,7 @@ class ExtractionSettings(Settings):
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
 
     def partitions(self, network: Network, tree: PrefixTree | None = None) -> Iterator[Partition]:
-        """Yield the partitions of a network in ascending order of q; stop after three with too many states.
+        """Yield a network's partitions in ascending order of q, stopping after three with too many states.
 
         If a tree is given, the search follows only its strings.
         """
@@ -99,7 +99,7 @@ class Extract:
 
     @property
     def intervals(self) -> int:
-        """Number of intervals of each hidden unit, q."""
+        """Number of intervals per hidden unit, q."""
         return self.partition.intervals
 
     @property
@@ -197,7 +197,7 @@ def _followed(follower: AutomatonState, tree: PrefixTree, start: int) -> Array:
 
 
 def price_of(machine: Machine, training: PrefixTree) -> float:
-    """Return the penalty for the number of states, in nats per symbol of the training strings."""
+    """Return the penalty for the number of states, in nats per training symbol."""
     return len(machine.transitions) * len(machine.alphabet) / int(training.counts.sum())
 
 

@@ -59,7 +59,7 @@ class _AutomatonFile(Settings):
 
 
 def to_json_text(machine: Machine) -> str:
-    """Return the text of the automaton file."""
+    """Return the automaton file as text."""
     names = machine.names
     head = {
         "schema": SCHEMA,
@@ -80,10 +80,10 @@ def to_json_text(machine: Machine) -> str:
 
 
 def from_json_text(text: str) -> Machine:
-    """Parse the text of an automaton file.
+    """Parse an automaton file's text.
 
     Raises:
-        ConfigurationError: The text is not an automaton file of this schema, or is inconsistent.
+        ConfigurationError: The text is not an automaton file with this schema, or is inconsistent.
     """
     file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
     require_names("alphabet", file.alphabet, printable=False)
@@ -124,7 +124,7 @@ def _output(value: Any) -> Output:
 
 
 def to_dot_text(machine: Machine) -> str:
-    """Return the text of a DOT file; identical machines produce identical text."""
+    """Return a DOT file as text; identical machines produce identical text."""
     lines = [
         "digraph automaton {",
         f"  kind={_quoted(machine.kind.value)};",

@@ -20,7 +20,7 @@ from palpate.core.ports import OneOf, Range, Settings
 Array: TypeAlias = npt.NDArray[np.float64]
 
 RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
-"""Minimum and maximum activation of a hidden unit, by name of the activation function."""
+"""Minimum and maximum activation of a hidden unit, keyed by activation function."""
 
 MOST_HIDDEN: Final = 128
 
@@ -29,19 +29,19 @@ class Readout(enum.Enum):
     """Quantity computed from the hidden state."""
 
     PREDICTION = "prediction"
-    """Probabilities of all possible next symbols, followed by that of the end of the string."""
+    """Probability of each possible next symbol, and last, of the end of the string."""
     ACCEPTANCE = "acceptance"
     """Probability that the string so far is accepted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Architecture(Settings):
-    """Architecture of a network; no symbol may have the name reserved for the end."""
+    """Network architecture; no symbol may use the name reserved for the end."""
 
     TABLE: ClassVar[str] = "network"
 
     alphabet: tuple[str, ...]
-    """Names of the symbols, in order."""
+    """Symbol names, in order."""
     reading: Readout
     """Quantity computed from the hidden state."""
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
@@ -64,7 +64,7 @@ class Architecture(Settings):
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shape of each parameter of a :class:`Network`, by name."""
+        """Shape of each :class:`Network` parameter, keyed by name."""
         symbols, hidden = len(self.alphabet), self.hidden
         return {
             "recurrent": (symbols if self.order == 2 else 1, hidden, hidden),
@@ -81,9 +81,9 @@ class Network:
 
     Attributes:
         recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) for a first-order network.
-        inputs: Input weights of each symbol, (s, h), including the bias.
+        inputs: Input weights for each symbol, (s, h), including the bias.
         start: Hidden state for the empty string, before the activation function, (h,).
-        bias: Bias of the outputs, (k,).
+        bias: Output bias, (k,).
     """
 
     architecture: Architecture
@@ -142,7 +142,7 @@ SCHEMA: Final = "palpate.elman/1"
 
 
 def network_text(network: Network) -> str:
-    """Return the text of a network file."""
+    """Return a network file as text."""
     shape = network.architecture
     about = {"schema": SCHEMA, "alphabet": list(shape.alphabet), "reading": shape.reading.value, "hidden": shape.hidden}
     about |= {"activation": shape.activation, "order": shape.order}

@@ -48,14 +48,14 @@ class InferenceSettings(Settings):
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
     """Settings for extracting the automata."""
     finalists: Annotated[int, Range(1, 100_000)] = 16
-    """Number of best networks from which automata are extracted."""
+    """Number of top-ranked networks to extract automata from."""
     held_out: Annotated[float, Range(0.0, 0.9)] = 0.2
     """Fraction of the strings held out from training; 0 holds out none. Prediction needs held-out strings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inference:
-    """Results of an inference.
+    """Inference results.
 
     Attributes:
         chosen: The chosen automaton. For prediction, the held-out strings determine its q; it is then extracted again

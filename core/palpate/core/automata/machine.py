@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 from palpate.core.errors import ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
-"""Output of a state: acceptance (true or false), a name, or a set of names in the order of the alphabet."""
+"""A state's output: acceptance (true or false), a name, or a set of names in the order of the alphabet."""
 
 
 _MARKS: Final = frozenset('",{}/\\')
@@ -20,7 +20,7 @@ _TRUTH: Final = ("true", "false")
 
 
 class Kind(enum.Enum):
-    """Kind of machine, defined by the outputs of its states."""
+    """Kind of machine, as defined by its state outputs."""
 
     DFA = "dfa"
     """Acceptor: the outputs are true or false, and words that end in a true state are accepted."""
@@ -35,7 +35,7 @@ class Machine:
     Attributes:
         transitions: Next state for each state and symbol, (states, symbols); None if unknown.
         state_outputs: Output of each state.
-        labels: Readable names of the states; empty for numbered names. They do not affect the behaviour.
+        labels: Readable state names; empty for numbered names. They do not affect the behaviour.
 
     Raises:
         ConfigurationError: The sizes are inconsistent.
@@ -66,7 +66,7 @@ class Machine:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the states: their labels, or ``s0``, ``s1``, ... if there are none."""
+        """State names: their labels, or ``s0``, ``s1``, ... if there are none."""
         return self.labels or self._numbered()
 
     def output_of(self, word: Sequence[int]) -> Output | None:

@@ -15,7 +15,7 @@ from palpate.core.automata.machine import Machine, Output, shown_name, shown_out
 from palpate.core.errors import ConfigurationError
 
 Classes: TypeAlias = tuple[tuple[int, ...], ...]
-"""Classes of states, each a set of state numbers."""
+"""State classes, each a set of state numbers."""
 
 _SEPARATOR = "|"
 _MOST_NAMES = 3
@@ -29,7 +29,7 @@ def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Mach
     three members, the label is the first name and the number of others. A machine without labels stays unlabelled.
 
     Args:
-        apart: Class of each state, (states,). States of different classes are not merged even if they are equivalent.
+        apart: Class of each state, (states,). States in different classes are not merged even if they are equivalent.
             None merges all equivalent states.
 
     Raises:

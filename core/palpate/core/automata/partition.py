@@ -1,6 +1,6 @@
 """Extract automata from networks by dynamic state partitioning (paper, 5.3; Giles et al., 1992).
 
-The range of each hidden unit is divided into q equal intervals, which define cells of hidden states. The search starts
+Each hidden unit's range is divided into q equal intervals, which define cells of hidden states. The search starts
 at the start state and tries every symbol, breadth first. A hidden state in a new cell adds a state to the automaton. A
 hidden state in a known cell only adds a transition. Each cell is represented by the first hidden state found in it.
 
@@ -32,11 +32,11 @@ NONE: Final = -1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Partition:
-    """The partition for a given q, with n states in order of their first visits; state 0 is the start.
+    """The partition for a given q, with n states in order of first visit; state 0 is the start.
 
     Attributes:
         network: The network, with s symbols and h hidden units.
-        intervals: Number of intervals of each hidden unit, q.
+        intervals: Number of intervals per hidden unit, q.
         vectors: Hidden state that represents each state, (n, h).
         transitions: Next state for each state and symbol, (n, s); -1 if no string leads there.
         cells: Cell number of each state, (n,).
@@ -98,7 +98,7 @@ def bounded_partition(
     """Find the states and transitions of the automaton for a given q.
 
     Args:
-        intervals: Number of intervals of each hidden unit, q, at least 1.
+        intervals: Number of intervals per hidden unit, q, at least 1.
         most_states: Maximum number of states; the function returns None if there are more.
         by_symbol: True creates a separate state in a cell for each symbol that leads into it. A policy without an
             automaton already distinguishes the last symbol.
@@ -121,7 +121,7 @@ def bounded_partition(
 
 
 class _Search:
-    """Search for the states of a partition."""
+    """Search for a partition's states."""
 
     def __init__(self, network: Network, intervals: int, by_symbol: bool) -> None:
         self._network, self._intervals = network, intervals

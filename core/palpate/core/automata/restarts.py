@@ -1,4 +1,4 @@
-"""Networks of the same architecture, held as one batch of parameters and evaluated together over a prefix tree.
+"""Networks with the same architecture, stored as one batch of parameters and evaluated together over a prefix tree.
 
 Every restart is trained on all strings at once. The tree shares the common prefixes of strings, and a batch of small
 matrix products takes barely longer than a single one. Training a network in a batch therefore costs about a fortieth of
@@ -72,7 +72,7 @@ class Restarts:
         return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)
 
     def clip(self, most: float) -> None:
-        """Limit the norm of each network's gradient to ``most``; set values that are not finite to 0."""
+        """Clip each network's gradient norm to ``most``; set non-finite values to 0."""
         import torch
 
         with torch.no_grad():

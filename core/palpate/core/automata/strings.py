@@ -1,4 +1,4 @@
-"""Sets of symbol strings, from which automata are inferred (paper, 4 and 5.3)."""
+"""Sets of symbol strings for inferring automata (paper, 4 and 5.3)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy.typing as npt
 from palpate.core.errors import ConfigurationError
 
 END: Final = "<end>"
-"""Name of the end of a string in lists of possible next symbols."""
+"""Name for the end of a string in lists of possible next symbols."""
 
 _LISTED: Final = 12
 """Maximum number of symbols shown in a message."""
@@ -27,7 +27,7 @@ class Strings:
     separately. With labels each string is accepted or rejected.
 
     Attributes:
-        alphabet: Names of at least two symbols, in order. Not all of them need to occur in the strings.
+        alphabet: At least two symbol names, in order. Not all of them need to occur in the strings.
         labels: True for each accepted string, False for each rejected one; empty if all are positive.
 
     Raises:
@@ -80,7 +80,7 @@ class Strings:
         Args:
             words: Sequences of names; a str is treated as a sequence of single letters.
             labels: True for each accepted string, False for each rejected one; empty if all are positive.
-            alphabet: Names of the symbols; None uses those that occur, in alphabetical order.
+            alphabet: Symbol names; None uses those that occur, in alphabetical order.
 
         Raises:
             ConfigurationError: See the class.
@@ -99,7 +99,7 @@ class Strings:
         """Split the strings at random into training and held-out strings; both keep their order.
 
         Args:
-            share: Fraction of held-out strings, above 0 and below 1; each part has at least one string.
+            share: Fraction of strings to hold out, above 0 and below 1; each part gets at least one string.
 
         Raises:
             ConfigurationError: The fraction is out of range, or a part is not a valid set of strings.
@@ -139,7 +139,7 @@ class Strings:
 
 
 def brief(names: Sequence[str]) -> str:
-    """Return the names of symbols for a message, shortened if there are many."""
+    """Return symbol names for a message, shortened if there are many."""
     more = " ..." if len(names) > _LISTED else ""
     return " ".join(names[:_LISTED]) + more if names else "the empty string"
 
@@ -162,7 +162,7 @@ class PrefixTree:
             (n, symbols + 1).
         passes: Number of strings that pass through or end at each node, (n,).
         labels: 1 for an accepted string, 0 for a rejected string, -1 for any other prefix, (n,).
-        nodes: Node of each string, in the order of the set, (strings,).
+        nodes: Node for each string, in the order of the set, (strings,).
     """
 
     alphabet: tuple[str, ...]
@@ -175,7 +175,7 @@ class PrefixTree:
     nodes: Integers
 
     def blocks(self) -> Iterator[list[tuple[int, int, int]]]:
-        """Yield the blocks of each level below the root: symbol, first node, and node after the last."""
+        """Yield the blocks at each level below the root: symbol, first node, and node after the last."""
         for first, last in pairwise(self.levels[1:].tolist()):
             cuts = first + np.searchsorted(self.symbols[first:last], np.arange(len(self.alphabet) + 1))
             found = enumerate(pairwise(cuts.tolist()))
@@ -191,7 +191,7 @@ class PrefixTree:
 
     @classmethod
     def of(cls, strings: Strings) -> PrefixTree:
-        """Build the prefix tree of a set of strings."""
+        """Build the prefix tree for a set of strings."""
         lengths = np.array([len(word) for word in strings.words])
         longest = int(lengths.max())
         padded = np.full((len(lengths), longest), -1, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""State identifier that tracks the symbols of a trial with an automaton (paper, 3.4 and 5.3)."""
+"""State identifier that uses an automaton to track a trial's symbols (paper, 3.4 and 5.3)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.ports import Names, Settings, fitted, register_stage
 
 LOST: Final = "lost"
-"""Name of the state for unknown transitions."""
+"""State name for unknown transitions."""
 
 _FIELD: Final = "perception.identifier"
 _NONE: Final = -1
@@ -78,10 +78,10 @@ class AutomatonState(Settings):
             strings: Strings from which it was inferred. Transitions that no string takes are then unknown because a
                 network has a transition even for input that it was not trained on. The anchor of a symbol is the state
                 to which it leads most often in the strings, or, without strings, in most transitions.
-            symbols: Names of the symbols in the order used in the trials; None uses the machine's order.
+            symbols: Symbol names in the order used in the trials; None uses the machine's order.
 
         Raises:
-            ConfigurationError: The symbols are not those of the machine, or the strings have a different alphabet.
+            ConfigurationError: The symbols are not the machine's, or the strings have a different alphabet.
         """
         given = machine.alphabet if symbols is None else tuple(symbols)
         if sorted(given) != sorted(machine.alphabet):

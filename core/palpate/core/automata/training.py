@@ -34,18 +34,18 @@ class TrainingSettings(Settings):
     steps: Annotated[int, Range(0, 1_000_000)] = 500
     """Maximum number of steps per batch."""
     learning_rate: Annotated[float, Range(0.0, above=True)] = 0.1
-    """Step size of Adam."""
+    """Adam step size."""
     scale: Annotated[float, Range(0.0, above=True)] = 1.0
     """Standard deviation of the initial parameters."""
     clip: Annotated[float, Range(0.0, above=True)] = 1.0
-    """Maximum norm of a network's gradient."""
+    """Maximum gradient norm of a network."""
     enough: Annotated[int, Range(1, 100_000)] = 16
     """Stop once this many networks label every string correctly. For acceptance only."""
     flat_looks: Annotated[int, Range(0, 1_000_000)] = 4
     """End a batch when its lowest held-out loss has not fallen by 0.001 nats per symbol over this number of
     evaluations; 0 disables it. For prediction only."""
     look_every: Annotated[int, Range(1, 1_000_000)] = 25
-    """Number of steps between evaluations of the losses."""
+    """Number of steps between loss evaluations."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
     """Random seed; the same seed always gives bit-identical networks."""
 
@@ -89,7 +89,7 @@ class TrainedNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Training:
-    """Results of training.
+    """Training results.
 
     Attributes:
         networks: All trained networks, at least one; consistent networks come first, then those with the lowest loss.
@@ -110,7 +110,7 @@ class Training:
 
     @property
     def summary(self) -> str:
-        """Summary of the results on one line."""
+        """One-line summary of the results."""
         best, steps = self.best, max(point.step for point in self.curve)
         reading = best.network.architecture.reading
         unit = "symbol" if reading is Readout.PREDICTION else "string"
@@ -132,7 +132,7 @@ def train(
     """Train networks on strings.
 
     Args:
-        held_out: Strings that select the best version of each network, for prediction; None uses the training strings.
+        held_out: For prediction, strings that select each network's best version; None uses the training strings.
     """
     settings = settings or TrainingSettings()
     task = TrainingTask(PrefixTree.of(strings), architecture)

@@ -1,6 +1,6 @@
-"""Settings derived from the part, the tool, the place, the limits and the sensor, each by a single formula.
+"""Settings derived from the part, the tool, the place, the limits and the sensor, each with a single formula.
 
-All quantities are in one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
+All quantities use one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
 newtons and seconds. Dimensioned constants that are not part of the job are in :class:`Constants`. Figures in
 parentheses refer to measurements in the simulated cell (``docs/results.md``).
 """
@@ -38,12 +38,12 @@ _LETS_GO: Final = 4.0
 """Change in force in one sample, divided by the pressing force, when a peg slips off an edge. The search loads the
 gripper with twice that, sqrt(1.3^2 + 1.5^2) from dither and edge; undamped rebound doubles it (2.6 measured)."""
 _GAIN_TIMES_LAG: Final = 0.7
-"""Gain of the force control times the arm's lag. Above 1 the control oscillates; at pi / 2 or more it is unstable."""
+"""Force-control gain times the arm's lag. Above 1 the control oscillates; at pi / 2 or more it is unstable."""
 JAMS_FROM: Final = 0.8
-"""Jam number above which the pressing force of the insertion increases."""
+"""Jam number above which the pressing force during insertion increases."""
 _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
-"""Maximum pressing force of an insertion as a fraction of the force limit; walls and stops add to it."""
+"""Maximum pressing force during insertion as a fraction of the force limit; walls and stops add to it."""
 _FRICTION_PEAK: Final = 1.3
 """Pressing force at the peak of the dither, divided by the mean pressing force."""
 _NOISE_SHARE: Final = 0.15
@@ -64,22 +64,22 @@ class Constants:
         press_N: Pressing force in the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.
         most_press_N: Maximum pressing force; above it, pegs stick and slip at a friction coefficient of 0.5.
         speed_in_air_m_s: Speed of the damping controller without contact, as in the paper's cell.
-        edge_m: Broken edge of a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
-        search_speed_m_s: Speed of a search.
+        edge_m: Broken edge on a peg without a chamfer (ISO 13715 allows 0.05 to 0.3 mm).
+        search_speed_m_s: Search speed.
         stopped_kg: Effective arm mass stopped by a wall; at 19 mm/s and 40 N/mm, the load on a wedged peg reached 15 N.
         most_capture_m: Maximum capture half-width; beyond it, one path covers most areas and a wider one saves no time.
         capture_delay_s: Reduction in the capture half-width divided by the speed (1.5 to 2 ms).
-        area_margin_m: Margin of the area beyond the farthest hole and start, for the last half step.
+        area_margin_m: Margin by which the area extends beyond the farthest hole and start, for the last half step.
         search_s: Exploration time in addition to the sweep: first contact, and returns to a likely position.
         least_time_s: Time limit for exploration in the source paper.
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
-        least_rate_N_s: Rate limit that a soft gripper at the paper's pressing force never reaches.
-        least_torque_Nm: Torque limit that no light contact reaches with a short tool.
+        least_rate_N_s: Force-rate limit never reached by a soft gripper at the paper's pressing force.
+        least_torque_Nm: Torque limit never reached by a light contact with a short tool.
         ready_height_m: Height of the ready pose for a known plate and an untilted tool.
         height_margin_m: Height that remains in the worst case.
         period_s: Control period.
-        cutoff_Hz: Cut-off frequency of the low-pass filter in the perception.
-        lateral_time_s: Time constant of the decay of lateral forces during the insertion.
+        cutoff_Hz: Cut-off frequency of the perception's low-pass filter.
+        lateral_time_s: Time constant for the decay of lateral forces during insertion.
     """
 
     press_N: float = 0.5 * N_PER_KGF
@@ -105,7 +105,7 @@ class Constants:
 
 @dataclass(frozen=True)
 class Quantities:
-    """A job as physical quantities, in the units of its :class:`Constants`.
+    """A job expressed as physical quantities, in the same units as its :class:`Constants`.
 
     Attributes:
         radius_m: Radius of the peg, or of its inscribed circle.
@@ -144,7 +144,7 @@ class Quantities:
 
     @classmethod
     def of(cls, job: Job, sensor: SensorFacts) -> Quantities:
-        """Return the quantities of a job in SI units."""
+        """Return a job's quantities in SI units."""
         part, tool, place = job.part, job.tool, job.place
         return cls(
             radius_m=part.peg_mm * 0.5e-3,
@@ -175,7 +175,7 @@ class Quantities:
 
 @dataclass(frozen=True)
 class Derived:
-    """Derived quantities, in the units of their inputs; the annotations describe them."""
+    """Derived quantities, in the same units as their inputs; the annotations describe them."""
 
     press_N: Annotated[float, "pressing force of the search"]
     insertion_press_N: Annotated[float, "pressing force of the insertion"]
@@ -216,12 +216,12 @@ def wall_force_N(job: Quantities) -> float:
 
 
 def jamming_force_N(job: Quantities) -> float:
-    """Return the friction force that both walls exert on a tilted peg, along the hole."""
+    """Return the friction force along the hole that both walls exert on a tilted peg."""
     return 2.0 * job.friction * wall_force_N(job)
 
 
 def derive(job: Quantities, known: Constants = Constants()) -> Derived:
-    """Derive the settings of a job."""
+    """Derive the settings for a job."""
     press_N = min(max(known.press_N, _NOISES_PRESSED * job.noise_N), max(known.most_press_N, known.press_N))
     press_N = min(press_N, MOST_PRESS_SHARE * job.force_N)
     jam_N = jamming_force_N(job)

@@ -1,6 +1,6 @@
-"""The regime of a job: the physical quantities that determine its task and policy.
+"""A job's regime: the physical quantities that determine its task and policy.
 
-All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
+All quantities use one consistent system of units, as in :mod:`palpate.core.job.derived`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ DEVIATIONS: Final = 4.0
 
 @dataclass(frozen=True)
 class Regime:
-    """Quantities of a job, in the units of their inputs; the annotations describe them."""
+    """A job's quantities, in the same units as their inputs; the annotations describe them."""
 
     natural_Hz: Annotated[float, "natural frequency of the tool on its gripper"]
     jam_number: Annotated[float, "jam number J: force that jams a tilted peg over the press of the search"]
@@ -37,7 +37,7 @@ class Regime:
 
 
 def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constants) -> Regime:
-    """Return the regime of a job.
+    """Return a job's regime.
 
     Args:
         found: Settings derived from the job.
@@ -69,7 +69,7 @@ def regime_of(job: Quantities, found: Derived, *, step_m: float, known: Constant
 
 
 def depth_parts_m(job: Quantities, step_m: float, known: Constants) -> tuple[float, float, float]:
-    """Return the standard deviations of depth due to force noise, tilt and encoders.
+    """Return the standard deviations in depth due to force noise, tilt and encoders.
 
     The depth is the difference between two readings, at the floor and at the surface. The gripper's spring and damper
     low-pass filter the force with the time constant tau = 2 zeta sqrt(m / k). A tilt up to theta moves the peg's edge

@@ -62,7 +62,7 @@ class Verification:
 
     @property
     def axis(self) -> str:
-        """Return the name of the tool's stiffness setting that has no detectable response."""
+        """Return the name of the tool stiffness setting with no detectable response."""
         return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:

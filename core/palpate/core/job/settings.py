@@ -12,7 +12,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 
 _INSERTION_6DOF: Final = "insertion-6dof"
 _KNOWN_MM: Final = 0.15
-"""Accuracy of the depth once the surface has been touched; half the dither of a soft gripper if that is larger."""
+"""Depth accuracy once the surface has been touched; half a soft gripper's dither if that is larger."""
 _WEDGED_HIGHER: Final = 0.9 * (1.0 - 0.91)
 """Height of a wedged corner above a properly seated corner, divided by the height difference between a tilted
 corner and its neighbours or the tip. The corner is lowered to 0.9 of that difference."""
@@ -20,18 +20,18 @@ _USUAL_TILT_DEG: Final = 8.0
 _MOST_TILT_DEG: Final = 12.0
 """Maximum tilt that all known arms reach in every direction; small pegs need it."""
 _OVER_TILT_DEG: Final = 1.5
-"""Tilt beyond that of the hole at which a corner is the lowest point of the peg."""
+"""Tilt in excess of the hole's at which a corner is the peg's lowest point."""
 _TWO_WALLS: Final = 1.27
 """Torsional stiffness of a corner between two walls, divided by lateral stiffness times squared axis distance."""
 _YAW_SHARE: Final = 0.43
-"""Fraction of the torque that yaw compliance removes in a tick; 2 is the stability bound."""
+"""Fraction of the torque that yaw compliance removes per tick; 2 is the stability bound."""
 _DRIVEN_PUSH_N: Final = 1.0
 """Push on each wall of a wedged corner during a turn."""
 _PHASE: Final = 0.6521
-"""Phase of the gripper's fastest spring in a step of the simulated cell, rad, as in the paper's cell. At twice this
+"""Phase advance of the gripper's fastest spring per simulation step, rad, as in the paper's cell. At twice this
 phase a light peg in a stiff gripper chatters in a tight hole."""
 _SLIP: Final = 5.0
-"""Slip distance of a peg per simulation step, divided by its radial clearance. With higher values the peg is driven
+"""Distance a peg slips per simulation step, divided by its radial clearance. At higher values the peg is driven
 into both walls at once and chatters."""
 _LEAST_LEVER_MM: Final = 60.0
 """Minimum inertia lever: the height of the centre of mass above the tip for a tool with a small peg."""
@@ -44,7 +44,7 @@ _TURN_RAD: Final = 10e-3
 _ATTEMPT_S: Final = 6.0
 """Duration of one attempt: pushing, lowering and stopping."""
 _KNOWN_POSITION_MM: Final = 1.0
-"""Position threshold of the source paper's symbols, relative to the goal, for a known hole."""
+"""Position threshold for the source paper's symbols, relative to the goal, for a known hole."""
 _UNKNOWN_POSITION_MM: Final = 50.0
 """Position threshold for an unknown hole, larger than any area, so that the symbols use only the torque."""
 
@@ -54,7 +54,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
 
     Args:
         sensor: Noise of the job's force sensor.
-        task: Name of the task; insertion-6dof has additional options.
+        task: Task name; insertion-6dof has additional options.
 
     Raises:
         ConfigurationError: The sensor is too noisy for the force limit.

@@ -14,15 +14,15 @@ from palpate.core.ports import Holds, OneOf, Range, Settings, Vector3
 
 ROUND: Final = "round"
 SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
-"""Number of sides of each named cross-section; all others are round."""
+"""Number of sides for each named cross-section; all others are round."""
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
-"""Number of decimals to keep in the difference of two sizes in millimetres: one nanometre."""
+"""Number of decimals to keep in the difference between two sizes in millimetres: one nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
-"""Maximum depth of a flat divided by the radius; at larger values, less than half the peg remains."""
+"""Maximum flat depth divided by the radius; at larger values, less than half the peg remains."""
 _LEAST_MM: Final = 1.0
 _LEAST_TIP_MM: Final = 5.0
 _MOST_BENT_DEG: Final = 80.0
@@ -53,11 +53,11 @@ class PartConfig(Settings):
     hole_mm: Annotated[float, Range(1.002, 110.0)] = 29.15
     """Diameter, or width across flats, of the hole."""
     corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
-    """Radius of the corners of a rounded square."""
+    """Corner radius of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
     """Height of the segment that the flat removes from a keyed peg."""
     chamfer_mm: Annotated[float, _none_or(0.02, 10.0)] = 0.0
-    """Chamfer of the peg's end at 45 degrees; 0 for a broken edge."""
+    """45-degree chamfer on the peg's end; 0 for a broken edge."""
     depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Required insertion depth."""
     hole_depth_mm: Annotated[float, Range(0.0, 80.0)] = 0.0
@@ -69,7 +69,7 @@ class PartConfig(Settings):
 
     @property
     def clearance_mm(self) -> float:
-        """Return the radial clearance, half the difference of the sizes."""
+        """Return the radial clearance, half the difference between the sizes."""
         return round((self.hole_mm - self.peg_mm) / 2.0, _NM)
 
     @property
@@ -105,7 +105,7 @@ class PartConfig(Settings):
 
 @dataclass(frozen=True)
 class ToolConfig(Settings):
-    """The tool on the arm's flange: a force sensor, and a gripper with the peg.
+    """The tool on the arm's flange: a force sensor, and a gripper holding the peg.
 
     The sensor's z axis points out of the tool. All stiffnesses apply at the tip.
     """
@@ -127,7 +127,7 @@ class ToolConfig(Settings):
     centre_of_mass_mm: tuple[_Length, _Length, _Length] = (0.0, 0.0, 77.142857)
     """Centre of mass in the sensor's frame."""
     axial_N_per_mm: Annotated[float, Range(0.5, 1000.0)] = 5.0
-    """Stiffness of the gripper along the tool axis, at the tip."""
+    """Gripper stiffness along the tool axis, at the tip."""
     lateral_N_per_mm: Annotated[float, Range(1.0, 1000.0)] = 40.0
     """Stiffness across the tool axis."""
     tilt_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
@@ -135,7 +135,7 @@ class ToolConfig(Settings):
     torsion_Nm_per_rad: Annotated[float, Range(1.0, 2000.0)] = 50.0
     """Stiffness against turning about the tool axis."""
     damping_ratio: Annotated[float, Range(0.05, 5.0)] = 0.7
-    """Damping of the gripper as a fraction of critical damping."""
+    """Gripper damping as a fraction of critical damping."""
 
     @property
     def geometry(self) -> ToolGeometry:
@@ -186,13 +186,13 @@ class PlaceConfig(Settings):
     TABLE: ClassVar[str] = "place"
 
     x_mm: _Place = 400.0
-    """Distance of the hole's mouth in front of the arm's base."""
+    """Forward distance from the arm's base to the hole's mouth."""
     y_mm: _Place = 0.0
-    """Distance of the hole's mouth to the left of the arm's base."""
+    """Leftward distance from the arm's base to the hole's mouth."""
     z_mm: _Place = 20.0
     """Height of the plate's surface above the base."""
     further_mm: tuple[_Point, ...] = ()
-    """Centres (x, y, z) of more holes like this one; the trials of a run use them in turn."""
+    """Centres (x, y, z) of more holes like this one; a run's trials use them in turn."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
     """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
@@ -204,7 +204,7 @@ class PlaceConfig(Settings):
     yaw_uncertainty_deg: Annotated[float, _none_or(0.1, 45.0)] = 0.0
     """Maximum rotation of the hole about its axis relative to the peg."""
     start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
-    """Maximum distance of a trial's start from the nominal hole; drawn for each trial."""
+    """Maximum distance from the nominal hole to a trial's start; drawn for each trial."""
 
     @property
     def centres_mm(self) -> tuple[Vector3, ...]:
@@ -251,7 +251,7 @@ class Job(Settings):
 
 
 JOB_TABLES: Final = ("part", "tool", "place", "limits")
-"""Tables of a job file in addition to ``arm`` and ``cell``."""
+"""Job file tables other than ``arm`` and ``cell``."""
 STATED: Final[Mapping[str, tuple[str, ...]]] = {
     "part": ("peg_mm", "hole_mm", "depth_mm"),
     "tool": (

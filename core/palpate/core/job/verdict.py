@@ -27,7 +27,7 @@ _MOST_WEDGED: Final = 1.6
 _MANY_ATTEMPTS: Final = 5.0
 """Number of attempts that take more than half the time limit of the smallest search."""
 _LEAST_CORNER_MM: Final = 4.0
-"""Distance of corners from the axis below which tilting lowers a corner by less than the depth accuracy."""
+"""Corner distance from the axis below which tilting lowers a corner by less than the depth accuracy."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,8 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
     """Reject a job whose contacts cannot be verified, or whose tolerance is below four standard deviations of depth.
 
     Args:
-        tolerance_mm: Depth tolerance of the task to run.
-        press_N: Pressing force of that task.
+        tolerance_mm: Depth tolerance for the task to run.
+        press_N: Pressing force for that task.
 
     Raises:
         ConfigurationError: The contacts cannot be verified, or the tolerance is too small.
@@ -200,7 +200,7 @@ def _shape_reason(job: Job, task: str, choice: Choice) -> str:
 
 
 def _wedge(job: Job, regime: Regime) -> str:
-    """Describe wedging using Whitney's condition that the line between the two contacts is in both friction cones."""
+    """Describe wedging using Whitney's condition that the line between the two contacts lies in both friction cones."""
     tilt_mrad = job.place.tilt_uncertainty_mrad
     return f"a peg tilted by {tilt_mrad:g} mrad may wedge in the mouth of the hole (W = {regime.wedge_number:.1f})"
 

@@ -1,6 +1,6 @@
 """Contact verification: the gripper's spring, the dither that bends it, and the window that reveals its stiffness.
 
-All quantities are in one consistent system of units, as in :mod:`palpate.core.job.derived`.
+All quantities use one consistent system of units, as in :mod:`palpate.core.job.derived`.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ PEAK: Final = 1.5
 _FARTHEST: Final = 0.75
 """Amplitude divided by the travel in a mean half-period, if the speed limits it; random half-periods add up."""
 DITHER_SHARE: Final = 0.3
-"""Amplitude of the dither's force, divided by the pressing force. Contact is maintained, and the roughness of sliding
+"""Dither force amplitude, divided by the pressing force. Contact is maintained, and the roughness of sliding
 friction, about a tenth of the pressing force, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
 """Maximum amplitude divided by the pressing force, for a noisy sensor; the rest of that force maintains contact."""
 AXIAL: Final = (0.65, 1.5)
 """Accepted ratio of measured to nominal stiffness, known to about ten percent; half and twice are outside it."""
 _SMOOTHED: Final = 0.5
-"""RMS force of the dither divided by its amplitude: 0.7 for a sine, reduced by the servos."""
+"""RMS dither force divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
 """Half-width of the 95 % confidence interval, in standard deviations."""
 NARROW: Final = 0.25
@@ -38,13 +38,13 @@ _FEWEST: Final = 18
 MOST_SAMPLES: Final = 56
 """Number of samples in the longest window, 0.4 s; a sensor that needs more is too noisy for this press."""
 ACROSS: Final = (0.2, 1.5)
-"""Accepted ratio of measured to nominal lateral stiffness. Tilt of the peg, friction along a wall and coarse encoders
+"""Accepted ratio of measured to nominal lateral stiffness. Peg tilt, friction along a wall and coarse encoders
 lower it, to no less than 0.24 in trials without a fault. A sensor that shows a tenth of the force is outside."""
 PUSH_SHARE: Final = 0.25
-"""Gripper deflection by a push, divided by the budget, at which the push stops growing. Even if it grows by the same
+"""Gripper deflection from a push, divided by the budget, at which the push stops growing. Even if it grows by the same
 amount again before it is measured, the deflection stays below the budget."""
 ATTENUATED: Final = 0.7
-"""Limit of the correction for attenuation; half the force then stays below the accepted stiffness."""
+"""Limit on the correction for attenuation; half the force then stays below the accepted stiffness."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Spring:
     period_s: float = PERIOD_S
 
     def noise_N(self, noise_N: float, step_m: float) -> float:
-        """Return the combined noise of force and positions."""
+        """Return the combined noise in force and positions."""
         return hypot(noise_N, self.stiffness_N_per_m * step_m, 2.4 * self.rigid_kg * step_m / self.period_s**2)
 
     def blur_N(self, step_m: float) -> float:
@@ -87,7 +87,7 @@ class Spring:
         """Return the number of samples in a window.
 
         Args:
-            noise_N: Combined noise of force and positions.
+            noise_N: Combined noise in force and positions.
             half_width: Required half-width of the confidence interval.
         """
         return _FEWEST + ceil((_per_root_sample(noise_N, half_width) / dither_N) ** 2)

@@ -1,4 +1,4 @@
-"""Arms, kinematics, motion controllers, and the conversion of a tip velocity to a joint command."""
+"""Arms, kinematics, motion controllers, and conversion of tip velocities to joint commands."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The description of an arm: URDF, resolution, servos, and an initial posture."""
+"""Arm descriptions: URDF, resolution, servos, and an initial posture."""
 
 import sys
 from collections.abc import Mapping
@@ -33,35 +33,35 @@ class ArmDescription(Settings):
     TABLE: ClassVar[str] = "arm"
 
     urdf: Annotated[str, Holds(bool, "the path of a URDF")]
-    """Path of the URDF, relative to the file that names it, or package://example-robot-data/... for a URDF of that
+    """Path to the URDF, relative to the file that names it, or package://example-robot-data/... for a URDF in that
     package. Its meshes are not needed."""
     flange: Annotated[str, Holds(bool, "the name of a link of the URDF")]
-    """Link of the URDF that carries the force sensor."""
+    """URDF link that carries the force sensor."""
     posture_rad: tuple[float, ...]
     """Initial posture for the inverse kinematics, with the elbow bent; a redundant arm is pulled towards it."""
     name: str = ""
     """Name for logs and messages; empty uses the URDF's file name."""
     tool_axis: Annotated[str, OneOf("x", "y", "z")] = "z"
-    """Axis of the flange that points out of the arm."""
+    """Flange axis that points out of the arm."""
     encoder_step_rad: tuple[_AboveZero, ...] = ()
     """Joint angle per encoder count; empty assumes 131 072 counts per turn."""
     lower_rad: tuple[float, ...] = ()
-    """Lower joint limits that replace those of the URDF; required if it has none, as for a continuous joint."""
+    """Lower joint limits that replace those in the URDF; required if it has none, as for a continuous joint."""
     upper_rad: tuple[float, ...] = ()
     """Upper joint limits, under the same conditions."""
     velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
     """Joint velocity limits, under the same conditions."""
     calibration: str = ""
-    """Path of the kinematic calibration saved by Universal Robots' ROS 2 driver, relative to the file that names it;
-    empty uses the nominal kinematics of the URDF."""
+    """Path to the kinematic calibration saved by Universal Robots' ROS 2 driver, relative to the file that names it;
+    empty uses the URDF's nominal kinematics."""
     servo_stiffness_Nm_per_rad: tuple[_AboveZero, ...] = ()
-    """Simulated stiffness of the joint servos; empty assumes 4e3 for the last three joints and 2e4 for the others, and
+    """Simulated joint servo stiffness; empty assumes 4e3 for the last three joints and 2e4 for the others, and
     more for an arm above 30 kg."""
     servo_armature_kg_m2: tuple[_AboveZero, ...] = ()
     """Simulated motor inertia at the joint; empty assumes 0.4 for the last three joints and 2 for the others, and more
     for an arm above 30 kg."""
     evidence: str = ""
-    """Source of the figures, with a note of which are assumed."""
+    """Source of the figures, with a note on which are assumed."""
 
     @override
     def check(self) -> None:
@@ -80,10 +80,10 @@ class ArmDescription(Settings):
         return self.name
 
     def find_urdf(self) -> Path:
-        """Return the path of the URDF.
+        """Return the path to the URDF.
 
         Raises:
-            AssetError: The package of the URDF is not installed, or is not supported.
+            AssetError: The URDF's package is not installed, or is not supported.
         """
         if self.urdf.startswith(_OURS):
             return Path(__file__).parent / self.urdf.removeprefix(_OURS)

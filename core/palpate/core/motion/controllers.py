@@ -9,7 +9,7 @@ from palpate.core.ports import Vector3
 
 
 class Controller(Protocol):
-    """Interface of a controller, which computes the velocity of the tip's reference until the next control tick."""
+    """Interface for controllers, which compute the tip reference's velocity until the next control tick."""
 
     @abstractmethod
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
@@ -18,7 +18,7 @@ class Controller(Protocol):
         Args:
             reference_m: Commanded tip position, (3,), task frame.
             target_m: End position of the action, (3,), task frame.
-            force_N: Force of the environment on the tool, tared but not low-pass filtered, (3,), task frame.
+            force_N: Force exerted by the environment on the tool, tared but not low-pass filtered, (3,), task frame.
         """
 
     def reset(self) -> None:
@@ -49,7 +49,7 @@ class HybridControl(Controller):
         self._across, self._along = across, along
 
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """Return the combined velocity; the limits of one controller do not slow the axes of the other."""
+        """Return the combined velocity; one controller's limits do not slow the other's axes."""
         fx, fy, fz = force_N
         rx, ry, rz = reference_m
         tx, ty, tz = target_m
@@ -58,7 +58,7 @@ class HybridControl(Controller):
         return vx, vy, vz
 
     def reset(self) -> None:
-        """Clear the state of both controllers."""
+        """Clear both controllers' state."""
         self._across.reset()
         self._along.reset()
 
@@ -69,7 +69,7 @@ class DampingControl(Controller):
     In free space the tool moves at -F_nominal / B; in contact it stops where the reaction force is F_nominal.
 
     Stability: with an environment (in series with the gripper) of stiffness K, the force error is multiplied by 1 - K T
-    / B each tick, so K T / B < 2 is required. The lag of servos and sensor reduces the phase margin, so K T / B must be
+    / B each tick, so K T / B < 2 is required. Servo and sensor lag reduces the phase margin, so K T / B must be
     at most 0.5. A 4 Hz filter would reduce it further, so this controller uses the unfiltered force.
 
     Args:

@@ -2,7 +2,7 @@
 
 The solver uses Pinocchio's Jacobian without a quadratic program: for six joints the step has an exact solution, takes a
 few microseconds, and the only inequality constraints are joint bounds (``docs/decisions/0004-inverse-kinematics.md``
-compares it with pin-pink). The null space of a seventh joint moves towards the arm's posture, slowly enough not to
+compares it with pin-pink). A seventh joint's null-space motion is towards the arm's posture, slowly enough not to
 delay the tip.
 
 Linear equations are solved with Eigen. LAPACK selects its kernels by processor; with Eigen, identical inputs give
@@ -84,7 +84,7 @@ class InverseKinematics:
 
         Args:
             free_yaw: True leaves the rotation about the tool axis free.
-            seed_rad: Initial angles, (n,); they select the branch of the solution.
+            seed_rad: Initial angles, (n,); they select the solution branch.
             field: Setting to name in the error if there is no solution.
 
         Returns:
@@ -181,7 +181,7 @@ class InverseKinematics:
 
 
 def _axis_error(tip: pin.SE3, target: pin.SE3) -> Array:
-    """Return the error of ``Kinematics.tip_error`` without the rotation about the tool axis, (5,)."""
+    """Return the ``Kinematics.tip_error`` twist without the rotation about the tool axis, (5,)."""
     target_in_tip = tip.actInv(target)
     x, y, z = target_in_tip.rotation[:, 2].tolist()
     turn = (-y, x) if z > 0.0 else (1.0, 0.0)

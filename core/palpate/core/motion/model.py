@@ -30,7 +30,7 @@ from palpate.core.ports import JointVector, Vector3
 
 @dataclass(frozen=True)
 class _Loaded:
-    """Pinocchio's model of the joints up to the flange, with the others fixed at zero, and the frames of the URDF."""
+    """Pinocchio's model of the joints up to the flange, with the others fixed at zero, and the URDF's frames."""
 
     model: pin.Model
     flange: pin.Frame
@@ -41,7 +41,7 @@ class _Loaded:
 def controller_frames(arm: ArmDescription, q_rad: Sequence[float]) -> tuple[pin.SE3, pin.SE3]:
     """Return the placements of the controller's base and flange in the arm's root frame for joint angles (n,).
 
-    These are the links ``base`` and ``tool0`` of ROS descriptions of industrial arms; if they are missing, the root and
+    These are the links ``base`` and ``tool0`` in ROS descriptions of industrial arms; if they are missing, the root and
     the flange are used.
     """
     loaded = _loaded(arm)
@@ -154,16 +154,16 @@ class Kinematics:
 
     @property
     def tip_in_base(self) -> pin.SE3:
-        """Return a copy of the placement of the tip frame in the base frame."""
+        """Return a copy of the tip frame's placement in the base frame."""
         return self._tip.copy()
 
     def tip_in(self, frame_in_base: pin.SE3) -> pin.SE3:
-        """Return the placement of the tip frame in a given frame."""
+        """Return the tip frame's placement in a given frame."""
         return frame_in_base.actInv(self._tip)
 
     @property
     def sensor_in_base(self) -> pin.SE3:
-        """Return a copy of the placement of the sensor frame in the base frame."""
+        """Return a copy of the sensor frame's placement in the base frame."""
         return self._data.oMf[self._sensor_id].copy()
 
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
@@ -178,7 +178,7 @@ class Kinematics:
         return jacobian
 
     def depth_step_m(self) -> float:
-        """Return the standard deviation, in the initial posture, of the tip along the tool due to encoder steps."""
+        """Return the standard deviation of the tip along the tool due to encoder steps, in the initial posture."""
         along: list[float] = self.tip_jacobian(self.arm.posture_rad)[2].tolist()
         return hypot(*map(mul, along, self.arm.encoder_step_rad)) / sqrt(12.0)
 
@@ -193,14 +193,14 @@ def _placement(position_m: Vector3, rpy_rad: Vector3) -> pin.SE3:
 
 
 def rotated(rotation: Sequence[Sequence[float]], vector: Vector3) -> Vector3:
-    """Rotate a vector, (3,), by a rotation matrix, (3, 3), given row by row."""
+    """Rotate a vector, (3,), by a row-major rotation matrix, (3, 3)."""
     (a, b, c), (d, e, f), (g, h, i) = rotation
     x, y, z = vector
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 class FixedFrame:
-    """A fixed frame that transforms points and vectors, (3,), from and to the base frame."""
+    """A fixed frame that transforms points and vectors, (3,), to and from the base frame."""
 
     def __init__(self, in_base: pin.SE3) -> None:
         self._origin_m: list[float] = in_base.translation.tolist()
@@ -213,7 +213,7 @@ class FixedFrame:
         return rotated(self._from_base, (x - u, y - v, z - w))
 
     def axis_in_base(self, axis: int) -> Vector3:
-        """Return the unit vector of an axis of this frame in the base frame."""
+        """Return the unit vector along one of this frame's axes, in the base frame."""
         x, y, z = self._from_base[axis]
         return x, y, z
 
@@ -232,7 +232,7 @@ class FixedFrame:
 
 
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
-    """Return the torque of a wrench about a new reference point, (3,): tau - point x force, all in the same frame.
+    """Return a wrench's torque about a new reference point, (3,): tau - point x force, all in the same frame.
 
     Args:
         force_N: The force, (3,).

@@ -1,7 +1,7 @@
 """Convert tip velocities in the task frame to joint commands, and parametrise orientations.
 
 An orientation relative to the upright tool consists of tilt about x and y and yaw about z in the task frame. The yaw is
-applied before the tilt, so the tilt is that of the tool's axis for any yaw.
+applied before the tilt, so the tilt is that of the tool axis at any yaw.
 """
 
 from functools import partial
@@ -21,7 +21,7 @@ Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
 
 
 def tilt_rows(turn_rad: Vector3) -> Rows:
-    """Return the rotation due to the tilt alone, (3, 3), row by row, task frame."""
+    """Return the rotation due to the tilt alone, as a row-major (3, 3) matrix in the task frame."""
     x, y, _ = turn_rad
     # Without a tilt the direction is arbitrary; avoid dividing by zero.
     angle = max(hypot(x, y), 1e-300)
@@ -32,7 +32,7 @@ def tilt_rows(turn_rad: Vector3) -> Rows:
 
 
 def orientation(turn_rad: Vector3) -> Rows:
-    """Return the rotation that takes the tool from upright to an orientation, (3, 3), row by row, task frame."""
+    """Return the rotation from upright to an orientation, as a row-major (3, 3) matrix in the task frame."""
     return _yawed(tilt_rows(turn_rad), turn_rad[2])
 
 
@@ -43,7 +43,7 @@ def _yawed(tilt: Rows, yaw_rad: float) -> Rows:
 
 
 def turn_of(rotation: Rows) -> Vector3:
-    """Return the tilt and yaw of the rotation that took the tool from upright, (3, 3), row by row, task frame."""
+    """Return the tilt and yaw of a rotation from upright, given as a row-major (3, 3) matrix in the task frame."""
     (a, _, e), (f, _, h), (i, _, k) = rotation
     share = atan2(hypot(e, h), k) / max(hypot(e, h), 1e-300)
     x, y = -h * share, e * share
@@ -90,13 +90,13 @@ class TipMotion:
     The tool keeps its orientation unless :meth:`turn` is called.
 
     Args:
-        kinematics: Kinematics of the commanded configuration; must not be shared with the measured one.
+        kinematics: Kinematics for the commanded configuration; must not be shared with the measured one.
         tip_rotation_in_base: Orientation of the upright tool, (3, 3).
 
     Attributes:
         reference_m: Commanded tip, (3,), task frame.
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z, task frame.
-        tilt: Rotation due to the tilt of ``turn_rad`` alone, (3, 3), row by row, task frame.
+        tilt: Rotation due to the tilt in ``turn_rad`` alone, as a row-major (3, 3) matrix in the task frame.
     """
 
     def __init__(
@@ -186,7 +186,7 @@ class TipMotion:
         """Advance the reference by one control period and move the joints to follow it.
 
         Args:
-            velocity_m_s: Velocity of the tip, (3,), task frame.
+            velocity_m_s: Tip velocity, (3,), task frame.
         """
         period = self._period_s
         x, y, z = self.reference_m

@@ -1,4 +1,4 @@
-"""Check the URDF of an arm before passing it to Pinocchio, which would crash on a graph that is not a tree.
+"""Check an arm's URDF before passing it to Pinocchio, which would crash on a graph that is not a tree.
 
 Limits from the arm's table and a calibration from its controller are inserted, so both libraries use the same source.
 """
@@ -23,11 +23,11 @@ _MOST_RAD: Final = 4.0 * pi
 _FARTHEST_M: Final = 10.0
 """Maximum total distance between an arm's joints; even a small arm specified in millimetres exceeds it."""
 _UNIT: Final = 1e-2
-"""Error in the length of an axis caused by rounding to two digits."""
+"""Error in an axis's length caused by rounding to two digits."""
 _CALIBRATED: Final = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
 _ENTRY: Final = re.compile(r"\s*(\w+):\s*([^\s#]*)")
 _CALIBRATED_M, _CALIBRATED_RAD = 0.05, 0.1
-"""Maximum shift of a joint by a calibration. Real calibrations shift joints by a few millimetres at most."""
+"""Maximum joint shift in a calibration. Real calibrations shift joints by a few millimetres at most."""
 
 Refusal = Callable[[str], AssetError]
 
@@ -38,8 +38,8 @@ def prepared_urdf(
     """Return the URDF for Pinocchio, and the names of the joints that move the flange, base first.
 
     Args:
-        content: Content of the file, in the encoding that it declares.
-        calibration: Origins of six joints in the format of Universal Robots' ROS 2 driver; empty keeps the URDF's.
+        content: Contents of the file, in its declared encoding.
+        calibration: Origins of six joints in the format used by Universal Robots' ROS 2 driver; empty keeps the URDF's.
 
     Raises:
         AssetError: The file is not a URDF or not a tree, or its joints are unsuitable.
@@ -80,7 +80,7 @@ def _root(content: bytes, refused: Refusal) -> Element:
 
 
 def _joints_above(root: Element, refused: Refusal) -> dict[str, Element]:
-    """Return the joint above each link, except for the base."""
+    """Return the joint above each link, except the base."""
     named = [link.get("name", "") for link in root.findall("link")]
     links = set(named)
     above: dict[str, Element] = {}
@@ -167,7 +167,7 @@ def _set_axis(joint: Element, refused: Refusal) -> None:
 
 
 def _calibrate(moving: Sequence[Element], content: bytes, path: str) -> None:
-    """Replace the origins of the joints with those of a calibration."""
+    """Replace the joint origins with those from a calibration."""
 
     def refused(accepted: str) -> AssetError:
         return AssetError("arm.calibration", path, accepted)

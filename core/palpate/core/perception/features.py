@@ -29,16 +29,16 @@ _Side: TypeAlias = Annotated[int, Range(1, _MOST_ROWS)]
 
 @runtime_checkable
 class FeatureExtractor(Protocol):
-    """Interface that maps a measurement vector to a feature vector."""
+    """Interface for mapping a measurement vector to a feature vector."""
 
     @property
     @abstractmethod
     def names(self) -> tuple[str, ...]:
-        """Return the names of the features."""
+        """Return the feature names."""
 
     @abstractmethod
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the features of a measurement vector in the order of ``CHANNELS``, SI units."""
+        """Return the features for a measurement vector in SI units, in ``CHANNELS`` order."""
 
 
 class _OfChannels(Settings):
@@ -74,7 +74,7 @@ class SelectedChannels(_OfChannels):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the channels."""
+        """Return the channel names."""
         return self.channels
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
@@ -109,7 +109,7 @@ class PrincipalComponents(_OfChannels):
 
     @classmethod
     def fit(cls, values: Samples, components: int, channels: Sequence[str] = CHANNELS) -> PrincipalComponents:
-        """Find the principal components of measurement vectors, (m, 9) in the order of ``CHANNELS``.
+        """Find the principal components of measurement vectors, (m, 9), in ``CHANNELS`` order.
 
         Raises:
             ConfigurationError: There are too few samples, or more components than channels or samples.
@@ -125,7 +125,7 @@ class PrincipalComponents(_OfChannels):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the features: ``pc1``, ``pc2``, ..."""
+        """Return the feature names: ``pc1``, ``pc2``, ..."""
         return tuple(f"pc{i + 1}" for i in range(len(self.components)))
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
@@ -136,7 +136,7 @@ class PrincipalComponents(_OfChannels):
 
 @dataclass(frozen=True)
 class SelfOrganisingMap(_OfChannels):
-    """Feature extractor that uses the grid coordinates of the map's unit nearest to the measurement.
+    """Feature extractor that uses the grid coordinates of the map unit nearest to the measurement.
 
     Attributes:
         normalisation: Mean and scale of each channel, (n,).
@@ -173,7 +173,7 @@ class SelfOrganisingMap(_OfChannels):
         iterations: int = 10_000,
         channels: Sequence[str] = CHANNELS,
     ) -> SelfOrganisingMap:
-        """Train a map on measurement vectors, (m, 9) in the order of ``CHANNELS``.
+        """Train a map on measurement vectors, (m, 9), in ``CHANNELS`` order.
 
         The neighbourhood shrinks from half the grid to a third of that. Equal arguments yield the same map; no global
         random state is used.
@@ -200,7 +200,7 @@ class SelfOrganisingMap(_OfChannels):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the features."""
+        """Return the feature names."""
         return ("som_row", "som_column")
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:

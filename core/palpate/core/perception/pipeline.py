@@ -20,7 +20,7 @@ class Perception:
         identifier: Stage that maps symbols to a state, and the only one that may have memory.
 
     Raises:
-        ConfigurationError: The output of a stage does not match the input of the next.
+        ConfigurationError: A stage's output does not match the next stage's input.
     """
 
     extractor: FeatureExtractor
@@ -33,12 +33,12 @@ class Perception:
 
     @property
     def symbols(self) -> tuple[str, ...]:
-        """Return the names of the symbols."""
+        """Return the symbol names."""
         return self.symboliser.symbols
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Return the names of the states."""
+        """Return the state names."""
         return self.identifier.states
 
     def reset(self) -> None:
@@ -46,7 +46,7 @@ class Perception:
         self.identifier.reset()
 
     def observe(self, signal: tuple[float, ...], action: str | None = None) -> tuple[int, int]:
-        """Process a measurement vector in the order of ``CHANNELS``, SI units; return the symbol and state.
+        """Process a measurement vector in SI units, in ``CHANNELS`` order; return the symbol and state.
 
         A task may append its own values after the channels.
 
@@ -62,7 +62,7 @@ class Perception:
         return symbol, self.identifier.update(symbol, action)
 
     def get_state(self) -> list[float]:
-        """Return the state of the identifier."""
+        """Return the identifier's state."""
         return self.identifier.get_state()
 
 
@@ -97,7 +97,7 @@ def stage_to_dict(stage: object) -> dict[str, Any]:
     """Convert a stage to plain JSON values.
 
     Raises:
-        ConfigurationError: The stage is not of a registered kind.
+        ConfigurationError: The stage's kind is not registered.
     """
     kind = next((kind for kind, known in STAGES.items() if type(stage) is known), None)
     if kind is None:

@@ -68,7 +68,7 @@ class Normalisation(Settings):
 
     @classmethod
     def fit(cls, values: Iterable[Sequence[float]] | Array) -> Normalisation:
-        """Fit a normalisation of samples, (m, n), to mean 0 and variance 1; the gain of a constant channel is 1.
+        """Fit a normalisation that gives samples, (m, n), mean 0 and variance 1; the gain of a constant channel is 1.
 
         Raises:
             ConfigurationError: There are fewer than two samples, or a value is not finite.
@@ -104,8 +104,8 @@ class SignalProcessor(Settings):
     Attributes:
         cutoff_Hz: Frequency at which the gain is -3 dB; below half the rate.
         order: 1 or 2.
-        scale: Factor of each channel, (6,), not zero.
-        normalisation: Normalisation of the six channels after the scaling; None disables it.
+        scale: Factor for each channel, (6,), not zero.
+        normalisation: Normalisation applied to the six channels after scaling; None disables it.
 
     Raises:
         ConfigurationError: A setting is invalid.

@@ -1,4 +1,4 @@
-"""Task-specific features in addition to the nine channels, and the situations of a peg with corners."""
+"""Task-specific features in addition to the nine channels, and the situations for a peg with corners."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -8,7 +8,7 @@ from palpate.core.ports import CHANNELS, Names, Settings
 
 FACTS: Final = ("tilt", "corner_depth", "depth", "wall_force", "yaw_torque")
 """Values, each a fraction of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole;
-depth of an upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force of the corner's
+depth of an upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force on the corner's
 two walls; the torque about the tool's axis that turns it."""
 
 
@@ -17,7 +17,7 @@ class TaskFacts(Settings):
     """Feature extractor that returns, unchanged, the values that the task appends to the channels.
 
     Attributes:
-        facts: Names of the values, in the task's order.
+        facts: Value names, in the task's order.
     """
 
     TABLE: ClassVar[str] = "perception.extractor"
@@ -26,7 +26,7 @@ class TaskFacts(Settings):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the values."""
+        """Return the value names."""
         return self.facts
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
@@ -37,7 +37,7 @@ class TaskFacts(Settings):
 
 @dataclass(frozen=True)
 class Situations(Settings):
-    """Eight situations of a peg with corners, derived from :data:`FACTS`.
+    """Eight situations for a peg with corners, derived from :data:`FACTS`.
 
     Attributes:
         tilted: Tilt below which a tool counts as upright.
@@ -65,7 +65,7 @@ class Situations(Settings):
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the required values."""
+        """Return the required value names."""
         return FACTS
 
     def symbol(self, features: tuple[float, ...]) -> int:

@@ -1,4 +1,4 @@
-"""State identification, which maps the symbols of a trial to a state (paper, 3.4 and 5.3)."""
+"""State identification, which maps a trial's symbols to a state (paper, 3.4 and 5.3)."""
 
 from abc import abstractmethod
 from collections import deque
@@ -19,17 +19,17 @@ _TABLE: Final = "perception.identifier"
 
 @runtime_checkable
 class StateIdentifier(Protocol):
-    """Interface that maps symbols, one by one, to states, possibly with memory within a trial."""
+    """Interface for mapping symbols, one by one, to states, possibly with memory within a trial."""
 
     @property
     @abstractmethod
     def symbols(self) -> tuple[str, ...]:
-        """Return the names of the accepted symbols, in order."""
+        """Return the accepted symbol names, in order."""
 
     @property
     @abstractmethod
     def states(self) -> tuple[str, ...]:
-        """Return readable names of the states; state ``i`` is ``states[i]``."""
+        """Return readable state names; state ``i`` is ``states[i]``."""
 
     @abstractmethod
     def reset(self) -> None:
@@ -52,7 +52,7 @@ class StateIdentifier(Protocol):
 
     @abstractmethod
     def set_state(self, state: Sequence[float]) -> None:
-        """Restore the memory that :meth:`get_state` returned.
+        """Restore the memory returned by :meth:`get_state`.
 
         Raises:
             ConfigurationError: The numbers are not a valid memory for this identifier.
@@ -82,7 +82,7 @@ class IdentityState(_Memoryless):
     """State identifier without memory that uses the last symbol as the state.
 
     Attributes:
-        symbols: Names of the symbols, which are also the states.
+        symbols: Symbol names, which are also the state names.
 
     Raises:
         ConfigurationError: A name is missing or repeated.
@@ -92,7 +92,7 @@ class IdentityState(_Memoryless):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Return the names of the symbols."""
+        """Return the symbol names."""
         return self.symbols
 
     def update(self, symbol: int, action: str | None = None) -> int:
@@ -102,7 +102,7 @@ class IdentityState(_Memoryless):
 
 
 BETWEEN = " > "
-"""Separator of symbols in the name of a state; the oldest symbol is first."""
+"""Separator between symbols in a state name; the oldest symbol comes first."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class LastSymbols(Settings):
 
     @cached_property
     def states(self) -> tuple[str, ...]:
-        """Return the names of the states, such as ``A > C``."""
+        """Return the state names, such as ``A > C``."""
         lengths = range(1, self.length + 1)
         return tuple(BETWEEN.join(word) for size in lengths for word in product(self.symbols, repeat=size))
 
@@ -185,10 +185,10 @@ _AT_FIRST: Final = "at first"
 
 @dataclass(frozen=True)
 class LastAction(_Memoryless):
-    """State identifier that uses the last symbol and the kind of action before it (the first word of its name).
+    """State identifier that uses the last symbol and the kind of the preceding action (the first word of its name).
 
     Attributes:
-        kinds: Kinds of actions.
+        kinds: Action kinds.
 
     Raises:
         ConfigurationError: A name is missing or repeated, or there are too many states to learn.
@@ -205,7 +205,7 @@ class LastAction(_Memoryless):
 
     @cached_property
     def states(self) -> tuple[str, ...]:
-        """Return the names of the states, such as ``A at first`` and ``A after push``."""
+        """Return the state names, such as ``A at first`` and ``A after push``."""
         states = [f"{symbol} {_AT_FIRST}" for symbol in self.symbols]
         return (*states, *(f"{symbol}{AFTER}{kind}" for kind in self.kinds for symbol in self.symbols))
 

@@ -1,6 +1,6 @@
 """Symbolic conversion, which maps features to named regions (paper, 3.3 and 5.2).
 
-Regions are defined by thresholds from knowledge of the task, by a random partition, or by unsupervised clustering.
+Regions are defined by thresholds from task knowledge, by a random partition, or by unsupervised clustering.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ _TABLE = "perception.symboliser"
 
 @runtime_checkable
 class Symboliser(Protocol):
-    """Interface that maps a feature vector to a symbol."""
+    """Interface for mapping a feature vector to a symbol."""
 
     @property
     @abstractmethod
     def features(self) -> tuple[str, ...]:
-        """Return the names of the expected features, in order."""
+        """Return the expected feature names, in order."""
 
     @property
     @abstractmethod
     def symbols(self) -> tuple[str, ...]:
-        """Return readable names of the symbols; symbol ``i`` is ``symbols[i]``."""
+        """Return readable symbol names; symbol ``i`` is ``symbols[i]``."""
 
     @abstractmethod
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the symbol of a feature vector.
+        """Return the symbol for a feature vector.
 
         Raises:
             CommandError: A feature is not finite.
@@ -58,7 +58,7 @@ class Thresholds(Settings):
     between -t and t is ``|value| <= t``; with a single threshold it belongs to the upper band.
 
     Attributes:
-        thresholds: Thresholds of each feature in ascending order, in the feature's unit.
+        thresholds: Thresholds for each feature in ascending order, in the feature's unit.
 
     Raises:
         ConfigurationError: The thresholds do not ascend, or there is not one list per feature.
@@ -79,7 +79,7 @@ class Thresholds(Settings):
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
-        """Return the names of the combinations."""
+        """Return the names of the band combinations."""
         bands = [
             [f"{name}{sign}" for sign in "-0+"] if len(cuts) == 2 else [f"{name}:{i}" for i in range(len(cuts) + 1)]
             for name, cuts in zip(self.features, self.thresholds, strict=True)
@@ -107,7 +107,7 @@ class Thresholds(Settings):
 
     @property
     def middle(self) -> int | None:
-        """Return the symbol of the middle bands, or None if a feature has no middle band."""
+        """Return the symbol for the middle bands, or None if a feature has no middle band."""
         if any(bands % 2 == 0 for _, _, bands in self._cuts):
             return None
         return len(self.symbols) // 2
@@ -121,8 +121,8 @@ class GatedThresholds(Settings):
     paper (5.2): the torque is used if the position is not distinctive. The outer symbols come first.
 
     Attributes:
-        outer: Thresholds of the features that are checked first, an even number for each.
-        inner: Thresholds of the features that follow them in the feature vector.
+        outer: Thresholds for the features that are checked first, an even number for each.
+        inner: Thresholds for the features that follow them in the feature vector.
 
     Raises:
         ConfigurationError: An outer feature has no middle band, or a feature is in both.
@@ -159,7 +159,7 @@ class GatedThresholds(Settings):
         return cls(Thresholds.of(outer), Thresholds.of(inner))
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the symbol of the outer features, or of the inner ones if all outer ones are in the middle."""
+        """Return the symbol for the outer features, or for the inner ones if all outer ones are in the middle."""
         require_finite("features", features)
         count = len(self.outer.features)
         region = self.outer.symbol(features[:count])

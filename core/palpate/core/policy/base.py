@@ -1,4 +1,4 @@
-"""Observations, decisions and transitions: the interface of every policy.
+"""Observations, decisions and transitions: the interface shared by all policies.
 
 The task calls ``choose`` before each action and, for an action from the set, ``learn`` with its result. An
 aborted trial ends with an ordinary transition: a time-out is not the goal, and treating it as one would overvalue
@@ -22,7 +22,7 @@ COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
 
 class ControllerKind(enum.Enum):
-    """Controller of the tip during an action in six degrees of freedom."""
+    """Tip controller during an action in six degrees of freedom."""
 
     STEP = "step"
     """Slide to a position while pressing and turning to an orientation."""
@@ -38,14 +38,14 @@ class ControllerKind(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Spatial:
-    """Parameters of an action in six degrees of freedom in addition to its step.
+    """Parameters, in addition to the step, for an action in six degrees of freedom.
 
     Attributes:
         controller: Controller for the action.
-        rise_m: Lift of the tip away from the plate. A push keeps the tip this far above the plate, or below it if
+        rise_m: Distance to lift the tip from the plate. A push keeps the tip this far above the plate, or below it if
             negative; 0 for no bound.
-        turn_rad: Rotation of the tool, (3,): tilt about the task's x and y axes, and yaw about its z axis.
-        push_N: Force of a push, (2,), task frame.
+        turn_rad: Tool rotation, (3,): tilt about the task's x and y axes, and yaw about its z axis.
+        push_N: Push force, (2,), task frame.
         pivot_m: Pivot on the tool's end face, (2,), task frame, relative to the tip of the upright tool.
     """
 
@@ -73,10 +73,10 @@ class Spatial:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action of a policy.
+    """An action that a policy can choose.
 
     Attributes:
-        displacement_m: Displacement of the tip in x and y during the action, (2,), in the task frame.
+        displacement_m: Tip displacement in x and y during the action, (2,), in the task frame.
         spatial: Further parameters in tasks with six degrees of freedom; None for a step in the plane.
     """
 
@@ -128,16 +128,16 @@ PROGRAMMED: Final = "programmed"
 EXAMPLES: Final = "examples"
 LEARNED: Final = "learned"
 PERSON: Final = "person"
-"""Source of a person's decisions, which a replay takes from the log because no code can repeat them."""
+"""Source name for a person's decisions; a replay takes them from the log because no code can repeat them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Inputs to the choice of an action; positions and wrenches are in the task frame.
+    """Inputs for choosing an action; positions and wrenches are in the task frame.
 
     Attributes:
         turn_rad: Commanded orientation relative to the upright tool, (3,): tilt about x and y, yaw about z.
-        depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
+        depth_m: Tip depth below the plate, corrected for the gripper's axial spring.
         press_N: Pressing force for this trial. The torque divided by it is a lever arm, independent of the force limit.
         limit_N: Force limit for this trial.
     """
@@ -202,13 +202,13 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeOutcome:
-    """Outcome of an episode according to port data, used to label the trial's observations.
+    """Episode outcome according to port data, used to label the trial's observations.
 
     Attributes:
         inserted: True if the peg was found to be in the hole; always False for a trial that the supervisor ended.
-        tip_m: Tip from the encoders, (3,), like an observation's ``position_m``; the position of the hole if inserted.
+        tip_m: Encoder tip position, (3,), like an observation's ``position_m``; the hole position if inserted.
             Zeros if no sample was valid.
-        depth_m: Depth of the tip below the plate's surface, at least 0.
+        depth_m: Tip depth below the plate's surface, at least 0.
     """
 
     inserted: bool
@@ -224,7 +224,7 @@ class EpisodeOutcome:
 
 @runtime_checkable
 class Policy(Protocol):
-    """Interface of a policy, which chooses actions and may learn."""
+    """Interface for policies, which choose actions and may learn."""
 
     @property
     def temperature(self) -> float | None:
@@ -240,7 +240,7 @@ class Policy(Protocol):
         """Begin a trial.
 
         Args:
-            trial: Number of the learning trial, starting from 0.
+            trial: Learning trial number, starting from 0.
         """
 
     @abstractmethod
@@ -257,7 +257,7 @@ class Policy(Protocol):
         """Learn from the result of an action; policies that do not learn ignore it."""
 
     def end_trial(self, episode: EpisodeOutcome) -> None:
-        """Process the outcome of a trial; called once, after the last ``learn``, while the arm is stationary.
+        """Process a trial's outcome; called once, after the last ``learn``, while the arm is stationary.
 
         It is not called for a trial that ended with an error. Long computations belong in the next ``begin_trial``. The
         default implementation does nothing.
@@ -266,7 +266,7 @@ class Policy(Protocol):
 
 
 class FixedPolicy(Policy):
-    """A policy that does not learn. It handles every state, and uses only the random numbers of its trial."""
+    """A policy that does not learn. It handles every state, and uses only its trial's random numbers."""
 
     def __init__(self) -> None:
         self._rng: np.random.Generator | None = None

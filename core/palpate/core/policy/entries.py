@@ -1,4 +1,4 @@
-"""Parts of a policy file in JSON (actions and learners), and rows of the printed table."""
+"""Parts of a JSON policy file (actions and learners), and rows in the printed table."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ LEARNERS: Final[dict[str, type[Settings]]] = {
     "belief": BeliefParameters,
     "hmm": HmmParameters,
 }
-"""Settings of each kind of learner in files."""
+"""Settings for each kind of learner in files."""
 _LEARNED: Final = ("q", "visits", "trials", "trials_learned")
-"""Entries of a learner's state that persist between trials."""
+"""Entries in a learner's state that persist between trials."""
 OwnLearner = TabularLearner | BeliefLearner | HmmLearner
 
 
@@ -51,7 +51,7 @@ def new_learner(
     """Create a learner from its settings.
 
     Args:
-        bounds: Task bounds for a belief.
+        bounds: Task bounds for a belief learner.
 
     Raises:
         ConfigurationError: A value is out of range, a name is repeated, or the learner does not fit the task.
@@ -67,16 +67,16 @@ def new_learner(
 
 @dataclass(frozen=True, slots=True)
 class SpatialEntry(Settings):
-    """Parameters of an action in six degrees of freedom in addition to its step."""
+    """Parameters, in addition to the step, for an action in six degrees of freedom."""
 
     controller: Annotated[str, OneOf(*(controller.value for controller in ControllerKind))]
     """Controller for the action."""
     rise_mm: float
-    """Lift of the tip."""
+    """Tip lift."""
     turn_deg: tuple[float, float, float]
-    """Turn of the tool: tilt about x and y, and yaw."""
+    """Tool rotation: tilt about x and y, and yaw."""
     push_N: tuple[float, float]
-    """Force of the push."""
+    """Push force."""
     pivot_mm: tuple[float, float]
     """Pivot on the end face."""
 
@@ -94,9 +94,9 @@ class ActionEntry(Settings):
     """One action in the file."""
 
     name: str
-    """Name of the action."""
+    """Action name."""
     displacement_mm: tuple[float, float]
-    """Displacement of the tip in x and y, (2,), in the task frame."""
+    """Tip displacement in x and y, (2,), in the task frame."""
     spatial: SpatialEntry | None = None
     """Parameters in six degrees of freedom; None for a step in the plane."""
 
@@ -142,14 +142,14 @@ def _same(mine: Any, wanted: Any) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class LearnerEntry(Settings):
-    """Settings and learned state of a learner."""
+    """A learner's settings and learned state."""
 
     TABLE: ClassVar[str] = "learner"
 
     kind: Annotated[str, OneOf(*LEARNERS)]
-    """Name of the learner."""
+    """Learner name."""
     parameters: Settings
-    """Settings of the learner."""
+    """Learner settings."""
     state: Mapping[str, Any]
     """Learned state: the part of ``get_state`` that persists between trials."""
 
@@ -167,7 +167,7 @@ class LearnerEntry(Settings):
 
     @property
     def contact_model(self) -> ContactModel | None:
-        """Return the contact model of a belief, or None for other learners or if there are too few trials."""
+        """Return a belief learner's contact model, or None for other learners or if there are too few trials."""
         learner = self.learner((), ()) if self.kind == "belief" else None
         return learner.model if isinstance(learner, BeliefLearner) else None
 
@@ -201,9 +201,9 @@ class TableRow:
 
     Attributes:
         source: Origin of the action: programmed, examples or learned.
-        action: Name of the assigned action, or of the best learned one.
+        action: Name of the assigned action or the best learned one.
         q: Q value of each action, (n actions,); None if there is no Q table.
-        visits_per_action: Number of updates of each action; None if there is no Q table.
+        visits_per_action: Number of updates for each action; None if there is no Q table.
         best: Index of ``action``.
     """
 
@@ -216,7 +216,7 @@ class TableRow:
 
     @property
     def value(self) -> float | None:
-        """Return the Q value of the action, or None if there is no Q table."""
+        """Return the action's Q value, or None if there is no Q table."""
         return None if self.q is None else self.q[self.best]
 
     @property

@@ -25,25 +25,25 @@ class TemperatureSchedule(Settings):
     TABLE: ClassVar[str] = "policy.temperature"
 
     initial: Temperature
-    """Temperature of trial 0, in units of Q values."""
+    """Temperature for trial 0, in Q-value units."""
     decay: TemperatureDecay
     """Factor from one trial to the next."""
     floor: Temperature
     """Lowest temperature, at most the initial one."""
     in_use: Temperature | None = None
-    """Temperature of a frozen policy if it is below the floor; None uses the floor."""
+    """Temperature for a frozen policy if it is below the floor; None uses the floor."""
 
     @override
     def check(self) -> None:
         require_floor(self.dotted("floor"), self.floor, self.initial, "the initial temperature")
 
     def at(self, trial: int) -> float:
-        """Return the temperature of a trial; trials are numbered from 0."""
+        """Return the temperature for a trial; trials are numbered from 0."""
         return max(self.floor, self.initial * self.decay**trial)
 
     @property
     def when_frozen(self) -> float:
-        """Return the temperature of a policy that does not learn."""
+        """Return the temperature for a policy that does not learn."""
         return self.floor if self.in_use is None else min(self.floor, self.in_use)
 
 
@@ -54,7 +54,7 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
 
     Args:
         values: Finite Q value of each action, (n,) with n > 0.
-        temperature: T, in units of Q values.
+        temperature: T, in Q-value units.
     """
     best = max(values)
     if temperature < GREEDY_BELOW:
@@ -67,7 +67,7 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
 
 
 def boltzmann(values: Sequence[float], temperature: float, rng: np.random.Generator) -> int:
-    """Draw the index of an action with :func:`boltzmann_probabilities`.
+    """Draw an action index using :func:`boltzmann_probabilities`.
 
     The function always draws exactly one number from ``rng``, so that random streams stay aligned.
     """

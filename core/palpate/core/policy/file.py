@@ -29,18 +29,18 @@ POLICY_FILE: Final = "policy file"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolicyDocument(Settings):
-    """The content of a policy file."""
+    """The contents of a policy file."""
 
     TABLE: ClassVar[str] = POLICY_FILE
 
     schema: Annotated[str, OneOf(SCHEMA)] = SCHEMA
-    """Id of the file format."""
+    """File format id."""
     created_with: Mapping[str, Any]
     """Versions of the software that wrote the file, for information only."""
     perception: Mapping[str, Any]
-    """Settings of the perception that maps sensor data to these states; not interpreted here."""
+    """Settings for the perception that maps sensor data to these states; not interpreted here."""
     states: tuple[str, ...]
-    """Names of the states."""
+    """State names."""
     actions: tuple[ActionEntry, ...]
     """The action set."""
     programmed: dict[str, str]
@@ -94,15 +94,15 @@ class PolicyDocument(Settings):
         return bool(self.learner is None or self.learner.kind != "belief" or self.programmed or self.examples)
 
     def to_json_text(self) -> str:
-        """Return the text of the file; floats are written so that they are read back exactly."""
+        """Return the file's text; floats are written so that they are read back exactly."""
         return json.dumps(asdict(self), indent=1, allow_nan=False) + "\n"
 
     @classmethod
     def from_json_text(cls, text: str) -> PolicyDocument:
-        """Read the text of a file.
+        """Parse a file's text.
 
         Raises:
-            ConfigurationError: The text is not a policy file of this schema, or is inconsistent.
+            ConfigurationError: The text is not a policy file with this schema, or is inconsistent.
         """
         read = cls.read(parse_json(text, POLICY_FILE, SCHEMA))
         require_names("states", read.states)
@@ -156,11 +156,11 @@ def learner_of(policy: Policy) -> Learner | None:
 
 
 def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
-    """Return the content of a policy, ready to be saved.
+    """Return a policy's contents, ready to be saved.
 
     Args:
         policy: A programmed policy, examples, a learner, a mixture of these, or a third-party policy. A belief needs
-            another part, which may be empty, for the names of states and actions.
+            another part, which may be empty, for the state and action names.
 
     Raises:
         ConfigurationError: The policy is of a different kind, or a state has no action.
@@ -203,11 +203,11 @@ def policy_from(
 ) -> Policy:
     """Create the policy stored in a document for a task with the given states and actions.
 
-    The actions are the task's own, because those of the file are rounded to mm. Unless ``frozen``, learning resumes; to
+    The actions are the task's own, because those in the file are rounded to mm. Unless ``frozen``, learning resumes; to
     continue the temperature schedule, the next trial must be numbered ``document.learner.trials_learned``.
 
     Args:
-        bounds: Task bounds for a belief.
+        bounds: Task bounds for a belief learner.
         check: True rejects different states or actions.
 
     Raises:
@@ -237,7 +237,7 @@ def _parts_of(policy: Policy) -> tuple[Policy, ...]:
 
 
 def _assigned(parts: Sequence[AssignedPolicy], source: str) -> dict[str, str]:
-    """Return the actions that the parts with a given source assign, by name of the state."""
+    """Return the actions that the parts with a given source assign, by state name."""
     return {
         state: part.actions[index].name
         for part in parts

@@ -74,7 +74,7 @@ class ModelLearner(Learner, Generic[T]):
     """Learner that fits a model to whole trials, tracks a belief over hidden quantities, and plans with both.
 
     The model is fitted between trials and only read during a trial. It is a function of the remembered trials, which
-    are therefore the state of the learner.
+    are therefore the learner's state.
     """
 
     def __init__(self, *, frozen: bool) -> None:

@@ -25,7 +25,7 @@ class AssignedPolicy(FixedPolicy):
     """Policy that always takes the assigned action, and handles only states that have one.
 
     Args:
-        assigned: Index of the action for each state, (n states,); None for a state without one.
+        assigned: Action index for each state, (n states,); None for a state without one.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class AssignedPolicy(FixedPolicy):
         self._assigned = tuple(assigned)
 
     def assigned(self, state: int) -> int | None:
-        """Return the index of the action for a state, or None if it has none."""
+        """Return the action index for a state, or None if it has none."""
         return self._assigned[state]
 
     @override
@@ -154,7 +154,7 @@ class MixedPolicy(Policy):
             part.end_trial(episode)
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the choice of the part that handles this state."""
+        """Return the choice made by the part that handles this state."""
         return self.part_for(observation.state).choose(observation)
 
     def learn(self, transition: Transition) -> None:

@@ -1,4 +1,4 @@
-"""Reinforcement signals, which are the costs of actions. All are at most 0; the goal itself brings no reward."""
+"""Reinforcement signals: the costs of actions. All are at most 0; the goal itself brings no reward."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ _Cost: TypeAlias = Annotated[float, Range(high=0.0, text="a finite number, 0 or 
 
 @dataclass(frozen=True, slots=True)
 class ActionOutcome:
-    """The measured effort of one action.
+    """The measured effort for one action.
 
     Attributes:
-        mean_force_N: Mean of the norm of the contact force.
+        mean_force_N: Mean norm of the contact force.
 
     Raises:
         CommandError: A value is negative or not finite.
@@ -35,7 +35,7 @@ class ActionOutcome:
 
 @runtime_checkable
 class Reinforcement(Protocol):
-    """Interface that converts the outcome of an action to a reward."""
+    """Interface for converting an action's outcome to a reward."""
 
     @abstractmethod
     def __call__(self, outcome: ActionOutcome) -> float:
@@ -58,7 +58,7 @@ class ActionPenalty(Settings, Reinforcement):
 
 @dataclass(frozen=True, slots=True)
 class TimePenalty(Settings, Reinforcement):
-    """A penalty proportional to the duration of an action, for options of variable duration."""
+    """A penalty proportional to an action's duration, for options of variable duration."""
 
     TABLE: ClassVar[str] = "reinforcement"
 

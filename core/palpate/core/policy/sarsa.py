@@ -17,7 +17,7 @@ from palpate.core.ports import Range, fitted, require_keys
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SarsaParameters(QParameters):
-    """Settings of Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and the trace decay."""
+    """Settings for Sarsa(lambda): those of :class:`~palpate.core.policy.tabular.QParameters` and the trace decay."""
 
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.9
     """Lambda: fraction of credit that an action gets for later steps. 0 gives one-step Sarsa; 1 without a discount
@@ -85,12 +85,12 @@ class Sarsa(TabularLearner):
             self._traces[i] = (a, fading * trace)
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state of the tabular learner, including the traces."""
+        """Return the tabular learner's state, including the traces."""
         traces = [[state, action, trace] for state, (action, trace) in self._traces.items()]
         return super().get_state() | {"traces": traces, "next": None if self._next is None else list(self._next)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Restore the state that :meth:`get_state` returned."""
+        """Restore the state returned by :meth:`get_state`."""
         require_keys("learner", state, tuple(self.get_state()))
         traces = fitted("learner.traces", state["traces"], tuple[tuple[int, int, float], ...])
         drawn = fitted("learner.next", state["next"], tuple[int, int] | None)

@@ -19,7 +19,7 @@ from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Set
 class QParameters(Settings):
     """Settings for a tabular learner.
 
-    The learning rate of a state-action pair after n visits is ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; if
+    The learning rate for a state-action pair after n visits is ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; if
     ``alpha_visits`` is 0, it is ``alpha``.
     """
 
@@ -43,7 +43,7 @@ class QParameters(Settings):
         require_floor(self.dotted("alpha_floor"), self.alpha_floor, self.alpha, "alpha")
 
     def learning_rate(self, visits: int) -> float:
-        """Return the learning rate of a pair after ``visits`` visits."""
+        """Return the learning rate for a pair after ``visits`` visits."""
         if not self.alpha_visits:
             return self.alpha
         return max(self.alpha_floor, self.alpha / (1.0 + visits / self.alpha_visits))
@@ -78,7 +78,7 @@ class TabularLearner(Learner):
 
     @property
     def temperature(self) -> float:
-        """Return the temperature of the current trial."""
+        """Return the temperature for the current trial."""
         return self._temperature
 
     @property
@@ -96,7 +96,7 @@ class TabularLearner(Learner):
         return state < len(self.states)
 
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Set the temperature of the trial and take its random numbers from ``rng``."""
+        """Set the temperature for the trial and take its random numbers from ``rng``."""
         self._rng = rng
         self._trial_counted = False
         self._temperature = self._temperature_of(trial)
@@ -159,7 +159,7 @@ class TabularLearner(Learner):
         self._trials_learned, self._trial_counted = trials, counted
 
     def _rows(self, state: Mapping[str, Any], key: str, kind: Any) -> list[list[Any]]:
-        """Return the rows of a saved table, one per state of the learner, with one number per action."""
+        """Return the rows of a saved table, one per learner state, with one number per action."""
         rows: tuple[tuple[Any, ...], ...] = fitted(f"learner.{key}", state.get(key), tuple[tuple[kind, ...], ...])
         if [len(row) for row in rows] != [len(self.actions)] * len(self.states):
             accepted = f"{len(self.states)} rows of {len(self.actions)} numbers"

@@ -28,7 +28,7 @@ class PolicyContext:
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.
-        bounds: Bounds of the hole and the tip, and the longest step of an action.
+        bounds: Bounds on the hole and tip positions, and the longest step in an action.
     """
 
     states: tuple[str, ...]
@@ -64,7 +64,7 @@ class ThirdPartyPolicy(Learner):
 
     Attributes:
         learns: True if the policy has ``get_state`` and ``set_state``.
-        now_ns: Clock of the rig, used to limit the time for a choice.
+        now_ns: The rig's clock, used to limit the time for a choice.
 
     Raises:
         ConfigurationError: The policy lacks a required method.

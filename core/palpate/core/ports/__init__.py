@@ -1,4 +1,4 @@
-"""The four ports, the values that pass through them, the life cycle of devices, and the rig that bundles the ports."""
+"""The four ports, the values that pass through them, the device life cycle, and the rig that bundles the ports."""
 
 import lazy_loader
 

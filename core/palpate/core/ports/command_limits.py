@@ -32,7 +32,7 @@ class StepLimiter:
 
         Args:
             requested_rad: The command, (n,).
-            from_rad: Start of the step, (n,).
+            from_rad: Position at the start of the step, (n,).
             may_s: Time available for the step.
         """
         inside = all(map(le, self._lower, requested_rad)) and all(map(le, requested_rad, self._upper))
@@ -77,7 +77,7 @@ class CommandLimiter:
         self._left_s = 0.0
 
     def start(self, held_rad: JointVector) -> None:
-        """Begin limiting steps, starting from the arm's given position."""
+        """Begin limiting steps, starting from the given arm position."""
         self._held, self._now_ns = held_rad, None
 
     def limited(self, requested_rad: JointVector, now_ns: int) -> AppliedCommand:

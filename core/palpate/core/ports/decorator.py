@@ -1,4 +1,4 @@
-"""Base class for decorators of device ports; a decorator shares the life cycle of its device."""
+"""Base class for device port decorators; a decorator shares the life cycle of its device."""
 
 from typing_extensions import override
 

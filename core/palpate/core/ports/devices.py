@@ -3,7 +3,7 @@
 The ports are structural types: a third-party class only needs the same members. Semantics that types cannot express are
 specified by the contract suites (:mod:`palpate.adapters.contracts`), which every adapter must pass.
 
-Units are SI, with angles in rad and times in integer ns of the run's clock. A sample carries its source time, receive
+Units are SI, with angles in rad and times in integer ns on the run's clock. A sample carries its source time, receive
 time, sequence number and validity. Silence is never hidden: an old sample is marked ``STALE``, and a dead device raises
 ``DeviceError``. Observations at tick *t* do not depend on the command of tick *t*. Only the latest command counts;
 there is no queue. ``send`` returns the applied command. ``stop`` works at any time, even repeatedly. A fault latches
@@ -34,7 +34,7 @@ class ForceSensor(Device, Protocol):
 
 @runtime_checkable
 class JointEncoder(Device, Protocol):
-    """Encoders that measure the joint angles of the arm."""
+    """Encoders that measure the arm's joint angles."""
 
     @abstractmethod
     def read(self) -> JointSample:
@@ -48,7 +48,7 @@ class JointEncoder(Device, Protocol):
 
 @runtime_checkable
 class ArmCommand(Device, Protocol):
-    """Joint servos of the arm, which receive the commands."""
+    """The arm's joint servos, which receive the commands."""
 
     @abstractmethod
     def send(self, command: JointCommand) -> AppliedCommand:
@@ -73,7 +73,7 @@ class ArmCommand(Device, Protocol):
 
 @runtime_checkable
 class Clock(Protocol):
-    """Monotonic clock of the run, in integer nanoseconds."""
+    """The run's monotonic clock, in integer nanoseconds."""
 
     @abstractmethod
     def now_ns(self) -> int:
@@ -86,7 +86,7 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Ports:
-    """The four ports of a run, the same for a simulator, hardware and a recorded trial."""
+    """A run's four ports, the same for a simulator, hardware and a recorded trial."""
 
     clock: Clock
     force_sensor: ForceSensor

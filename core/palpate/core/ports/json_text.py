@@ -1,4 +1,4 @@
-"""Strict JSON for declared tables, with one-line errors that state the location."""
+"""Strict JSON for declared tables, with one-line errors that give the location."""
 
 import json
 from typing import Any, NoReturn

@@ -1,4 +1,4 @@
-"""Types of settings that several tables share, and the kinds of perception stages that a file may name."""
+"""Setting types shared by several tables, and the perception stage kinds that a file may name."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any, Final, TypeAlias
@@ -7,7 +7,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports.settings import Holds, OneOf, Range, Settings
 
 CHANNELS: Final = ("x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz")
-"""Names of the nine components of the measurement, in the order of the vector."""
+"""Names of the nine measurement components, in vector order."""
 
 LearningRate: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
 HalvingVisits: TypeAlias = Annotated[float, Range(0.0, 1e9)]
@@ -29,7 +29,7 @@ Channels: TypeAlias = Annotated[
 ]
 
 STAGES: Final[dict[str, type[Settings]]] = {}
-"""Perception stages, keyed by the name of their kind in files."""
+"""Perception stages, keyed by the name of their kind used in files."""
 
 
 def register_stage(kind: str, stage: type[Any]) -> None:

@@ -26,7 +26,7 @@ class Acknowledgement:
 
 
 class FaultLatch:
-    """The fault latch of an open rig, shared by all supervisors of that rig.
+    """The fault latch for an open rig, shared by all supervisors on that rig.
 
     Attributes:
         cause: The trip or fault; empty if there is none.

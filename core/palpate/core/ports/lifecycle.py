@@ -1,4 +1,4 @@
-"""The life cycle of every device adapter, defined by a table.
+"""The life cycle shared by all device adapters, defined in a table.
 
 ``construct`` opens nothing; ``configure`` opens and checks the device; ``activate`` enables it; ``deactivate`` undoes
 that; ``close`` releases the device permanently. A fault latches. Only ``acknowledge_fault``, a person's decision,
@@ -16,7 +16,7 @@ from palpate.core.errors import FaultLatchedError, LifecycleError
 
 
 class Life(enum.Enum):
-    """States of a device adapter."""
+    """Device adapter states."""
 
     CONSTRUCTED = "constructed"
     CONFIGURED = "configured"
@@ -55,7 +55,7 @@ class Device(Protocol):
     @property
     @abstractmethod
     def life(self) -> Life:
-        """Return the life-cycle state of the device."""
+        """Return the device's life-cycle state."""
 
     @property
     @abstractmethod
@@ -108,7 +108,7 @@ class ActiveInside(Device, Protocol):
 
 
 class ManagedDevice(ActiveInside):
-    """Base class of palpate's adapters, which keeps the life-cycle state and rejects illegal requests.
+    """Base class for palpate's adapters, which keeps the life-cycle state and rejects illegal requests.
 
     A subclass overrides the ``_on_...`` hooks that it needs. As a context manager it is configured and activated on
     entry and closed on exit.

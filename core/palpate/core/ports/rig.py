@@ -13,7 +13,7 @@ from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
-"""Name of the table with the facts about the force sensor in a rig file."""
+"""Name of the rig file table with facts about the force sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +52,16 @@ class SensorFacts:
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """Ground truth of a trial, which no port provides.
+    """Ground truth for a trial, which no port provides.
 
     Attributes:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
-        depth_m: Depth of the tip below the plate's surface, along the hole's axis; 0 while it is above.
+        depth_m: Tip depth below the plate's surface, along the hole's axis; 0 while it is above.
         peak_force_N: Maximum norm of the force through the wrist over all physics steps, excluding the tool's weight.
         drawn: Other quantities drawn at random for this trial or its batch, by name with unit.
-        hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: tilt of the
-            plate and yaw of the hole.
+        hole_turn_rad: Rotation vector that rotates the task's axes onto the hole's, (3,), rad, task frame: plate
+            tilt and hole yaw.
     """
 
     hole_in_task_m: tuple[float, float, float]
@@ -73,7 +73,7 @@ class GroundTruth:
 
     @property
     def aside_m(self) -> float:
-        """Distance of the tip from the hole's axis."""
+        """Distance from the tip to the hole's axis."""
         axis = axis_of(self.hole_turn_rad)
         away = [tip - hole for tip, hole in zip(self.tip_in_task_m, self.hole_in_task_m, strict=True)]
         along = sum(a * b for a, b in zip(axis, away, strict=True))
@@ -91,7 +91,7 @@ def axis_of(turn_rad: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 SIMULATOR: Final = "simulator"
-"""Kind of world that a simulated rig has."""
+"""World kind for a simulated rig."""
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,8 @@ class Rig(Protocol):
         """Move to another place at the next :meth:`prepare`.
 
         Args:
-            config: Configuration of the next trials.
-            ready: Ready pose of those trials.
+            config: Configuration for the next trials.
+            ready: Ready pose for those trials.
 
         Raises:
             ConfigurationError: The rig has only one place.
@@ -155,7 +155,7 @@ class Rig(Protocol):
     def device_behind(self, sample: str) -> str:
         """Return the name of the device that provides ``force`` or ``joint`` samples; empty if there is none.
 
-        Recent errors on its connection, if any, follow after ": ".
+        Any recent connection errors follow after ": ".
         """
         return ""
 

@@ -98,7 +98,7 @@ Mark = Range | OneOf | Holds
 
 
 class Settings:
-    """Base class of every table of settings; the constructor checks each field against its annotation.
+    """Base class for every table of settings; the constructor checks each field against its annotation.
 
     Attributes:
         TABLE: Dotted name of the table in TOML and on the command line; empty for the outermost one.
@@ -127,7 +127,7 @@ class Settings:
         """
 
     def require(self, name: str, holds: bool, accepted: str) -> None:
-        """Reject the value of a field unless a condition holds.
+        """Reject a field's value unless a condition holds.
 
         Raises:
             ConfigurationError: The message gives the field, its value and the accepted values.
@@ -159,7 +159,7 @@ class Settings:
 
     @classmethod
     def dotted(cls, name: str) -> str:
-        """Return the dotted name of a field in TOML, flags and messages."""
+        """Return a field's dotted name in TOML, flags and messages."""
         return f"{cls.TABLE}.{name}" if cls.TABLE else name
 
 
@@ -169,7 +169,7 @@ def _kinds_of(table: type) -> dict[str, Any]:
 
 
 kinds_of: Callable[[type], dict[str, Any]] = cache(_kinds_of)
-"""Return the annotation of each field of a dataclass, with metadata, in the order of declaration."""
+"""Return each dataclass field's annotation, with metadata, in declaration order."""
 
 
 def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
@@ -181,7 +181,7 @@ def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
 
 
 def optional_of(base: Any) -> Any:
-    """Return the type of an optional annotation without None, or None if it is not optional."""
+    """Return an optional annotation's type without None, or None if it is not optional."""
     if get_origin(base) not in (Union, types.UnionType) or type(None) not in get_args(base):
         return None
     (inner,) = [kind for kind in get_args(base) if kind is not type(None)]

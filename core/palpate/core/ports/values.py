@@ -13,7 +13,7 @@ from typing import Final, NamedTuple, TypeAlias
 from palpate.core.errors import CommandError
 
 CONTROL_RATE_HZ: Final = 140
-"""Sampling rate of the paper, an integer so that tick times are exact."""
+"""Sampling rate used in the paper, an integer so that tick times are exact."""
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 Vector3: TypeAlias = tuple[float, float, float]
@@ -61,7 +61,7 @@ class WrenchSample:
         torque_Nm: Torque about the origin of ``frame``, (3,), in ``frame``.
         source_time_ns: Run-clock time of the measurement.
         receive_time_ns: Run-clock time at which the host received the sample.
-        sequence: Sample number of the device; equal numbers denote the same sample.
+        sequence: Sample number from the device; equal numbers denote the same sample.
         validity: Validity of the sample.
         kind: Raw, tared or gravity-compensated.
         frame: Name of the right-handed frame, normally ``"sensor"``: z along the tool axis, out of
@@ -87,10 +87,10 @@ class WrenchSample:
 
 @dataclass(frozen=True, slots=True)
 class JointSample:
-    """A sample of the joint angles from the encoders.
+    """An encoder sample: the joint angles.
 
     Attributes:
-        position_rad: Joint angles, (n,), in the order of the kinematic model. For the others, see
+        position_rad: Joint angles, (n,), in the order of the kinematic model. For the other fields, see
             :class:`WrenchSample`.
     """
 
@@ -136,8 +136,8 @@ class Snapshot(NamedTuple):
     """Everything that reaches the core in one control tick.
 
     Attributes:
-        tick: Number of the tick in the trial, from 0.
-        applied: The applied command of the previous tick; None at the first tick.
+        tick: Tick number in the trial, from 0.
+        applied: The command applied in the previous tick; None at the first tick.
     """
 
     tick: int

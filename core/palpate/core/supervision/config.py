@@ -1,4 +1,4 @@
-"""The limits of the supervisor, and the check for weakened limits."""
+"""The supervisor's limits, and the check for weakened limits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ _FINITE_FORCE: Final = Holds(lambda force_N: True, "a finite number of newtons: 
 
 
 class Limit(Range):
-    """Range of a limit; a larger value is weaker."""
+    """Range for a limit; a larger value is weaker."""
 
     __slots__ = ()
 
 
 class Motion(Range):
-    """Range of a retraction parameter; a smaller value is weaker."""
+    """Range for a retraction parameter; a smaller value is weaker."""
 
     __slots__ = ()
 
@@ -53,11 +53,11 @@ class SupervisionConfig(Settings):
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
     """Consecutive new force samples of a channel within a third of its noise, as from a dead channel."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
-    """Noise of a channel during taring, while nothing moves."""
+    """Channel noise during taring, while nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0
     """Time from one control tick to the next; the period is 7.1 ms."""
     joint_slack_mrad: Annotated[float, Limit(0.1, 100.0, "mrad")] = 5.0
-    """Distance of a measured joint angle beyond the arm's limits."""
+    """Distance by which a measured joint angle exceeds the arm's limits."""
     max_joint_velocity_share: Annotated[float, Limit(0.05, 5.0, "of the arm's limits")] = 1.2
     """Measured joint velocity, as a fraction of the arm's limits."""
     max_tracking_error_mrad: Annotated[float, Limit(0.2, 500.0, "mrad")] = 10.0
@@ -65,21 +65,21 @@ class SupervisionConfig(Settings):
     tracking_lag_ticks: Annotated[int, Limit(0, 70, "ticks")] = 3
     """Control ticks that the arm may take to follow a command."""
     max_command_jump_mrad: Annotated[float, Limit(0.1, 1000.0, "mrad")] = 50.0
-    """Change in a joint command in one tick that counts as a fault of the task; smaller changes are clamped."""
+    """Change in a joint command in one tick that counts as a task fault; smaller changes are clamped."""
     side_margin_mm: Annotated[float, Limit(1.0, 1000.0, "mm")] = 20.0
-    """Lateral distance of the tip from the region of starts and exploration, in any phase."""
+    """Lateral distance from the tip to the region of starts and exploration, in any phase."""
     depth_margin_mm: Annotated[float, Limit(9.0, 200.0, "mm")] = 12.0
-    """Distance of the tip below the insertion depth; the search for contact goes 8 mm beyond it."""
+    """Tip distance below the insertion depth; the contact search goes 8 mm beyond it."""
     height_margin_mm: Annotated[float, Limit(1.0, 2000.0, "mm")] = 50.0
-    """Distance of the tip above the ready height."""
+    """Tip distance above the ready height."""
     area_margin_mm: Annotated[float, Limit(0.05, 50.0, "mm")] = 1.0
-    """Distance of the tip from the exploration area during exploration."""
+    """Distance from the tip to the exploration area during exploration."""
     on_trip: Annotated[str, OneOf("retract", "hold")] = "retract"
     """retract: straight back along the tool axis, then stop; hold: stop in place."""
     retract_mm: Annotated[float, Motion(0.1, 200.0, "mm")] = 15.0
-    """Length of the retraction."""
+    """Retraction length."""
     retract_speed_mm_s: Annotated[float, Motion(0.1, 1000.0, "mm/s")] = 20.0
-    """Speed of the retraction."""
+    """Retraction speed."""
     weakened: tuple[str, ...] = ()
     """Names of all limits weaker than their defaults, including on_trip and retract_; each must be listed here."""
 
@@ -112,7 +112,7 @@ _UNITS: Final = {
     if isinstance(mark, Limit | Motion)
 }
 DEFAULTS: Final[dict[str, Any]] = _defaults(Limit)
-"""The default of every limit."""
+"""The default for every limit."""
 _MOTIONS: Final[dict[str, Any]] = _defaults(Motion)
 _ON_TRIP: Final = "on_trip"
 

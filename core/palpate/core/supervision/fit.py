@@ -25,7 +25,7 @@ def require_fitting(
     """Check the limits against the arm, task and sensor.
 
     Args:
-        kinematics: Kinematics of the arm; its state is changed.
+        kinematics: The arm's kinematics; their state is changed.
         ready_rad: Pose above the goal, (n,), from which the retraction is computed.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Monitors of force, joints, samples and workspace. Forces are unfiltered, because a filter lags by half an action."""
+"""Monitors for force, joints, samples and workspace. Forces are unfiltered, because a filter lags by half an action."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -26,10 +26,10 @@ _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
 
 
 class WrenchMonitor:
-    """Monitor of force, torque, force rate, and unexpected contact.
+    """Monitor for force, torque, force rate, and unexpected contact.
 
     Args:
-        scale: Scale factors of the sensor's six channels after taring, (6,).
+        scale: Scale factors for the sensor's six channels after taring, (6,).
     """
 
     def __init__(self, config: SupervisionConfig, scale: tuple[float, ...]) -> None:
@@ -120,7 +120,7 @@ class JointMonitor:
     """Monitor that compares measured joint angles with the arm's limits and with the commands.
 
     Args:
-        lower_rad: Lower joint limits of the arm, (n,).
+        lower_rad: The arm's lower joint limits, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
     """
@@ -214,7 +214,7 @@ class JointMonitor:
         return None
 
     def _astray(self, tick: int, q: JointVector) -> Trip | None:
-        """Trip if a joint is outside the range of the last ticks' commands; an arm that lags is inside it."""
+        """Trip if a joint is outside the range of commands in the last ticks; an arm that lags is inside it."""
         limit, held = self._tracking_rad, [each for _, each in self._commands]
         for number, (value, commands) in enumerate(zip(q, zip(*held, strict=True), strict=True), start=1):
             error = max(min(commands) - value, value - max(commands))
@@ -228,7 +228,7 @@ _NS_PER_MS = 1e6
 
 
 class SampleMonitor:
-    """Monitor of the validity, age and progress of both sensors' samples, and of the time between ticks.
+    """Monitor for the validity, age and progress of both sensors' samples, and for the time between ticks.
 
     Args:
         sensor: Facts about the sensor. All wrenches use its frame. If it has noise, equal samples mean that it froze.
@@ -342,11 +342,11 @@ class WorkspaceMonitor:
     def trip(
         self, tick: int, tip_m: Vector3, constraints: PhaseConstraints, turned_rad: tuple[float, float]
     ) -> Trip | None:
-        """Return the trip for the position of the tip, or None if it is inside the limits.
+        """Return the trip for the tip position, or None if it is inside the limits.
 
         Args:
             tip_m: Tip position from the encoders, (3,), task frame.
-            turned_rad: Tilt and yaw of the tool, (2,).
+            turned_rad: Tool tilt and yaw, (2,).
         """
         x, y, z = tip_m
         aside, across = self._sides_m

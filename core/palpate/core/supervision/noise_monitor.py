@@ -1,4 +1,4 @@
-"""Liveness check of the force sensor, whose live channels have noise and whose samples never repeat."""
+"""Force sensor liveness check: live channels have noise, and their samples never repeat."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
 _DIGITS: Final = 6
-"""Number of decimals of the ratio, because a gain rounds each sample. Identical ratios occur by chance about once in
+"""Number of decimals in the ratio, because a gain rounds each sample. Identical ratios occur by chance about once in
 several thousand."""
 
 
@@ -30,7 +30,7 @@ class NoiseMonitor:
     """Monitor that compares each channel with its noise and each new sample with earlier samples.
 
     Flat lines: a channel that stays within :data:`BAND` of its noise for the number of samples in the settings is dead,
-    even if its amplifier adds noise (flat line test of QARTOD, with the sensor's noise as the tolerance). The noise is
+    even if its amplifier adds noise (QARTOD's flat line test, with the sensor's noise as the tolerance). The noise is
     the value given in the sensor's facts, or the value measured during taring if that is smaller.
 
     Noise: nothing moves during taring, so noise far above the declared value indicates a wrong scale or a broken wire.

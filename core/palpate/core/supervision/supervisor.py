@@ -1,4 +1,4 @@
-"""The supervisor between task and arm, which passes or clamps the command of each tick, or trips."""
+"""The supervisor between task and arm, which passes or clamps each tick's command, or trips."""
 
 from math import isfinite, pi
 from operator import sub
@@ -40,17 +40,17 @@ _PULLS: Final = 4
 
 
 class Supervisor:
-    """Supervisor of one arm, trial by trial. It depends only on the snapshots so far, without I/O or a clock.
+    """Supervisor for one arm, trial by trial. It depends only on the snapshots so far, without I/O or a clock.
 
     Commands beyond a joint limit are clamped. A violation that must end the trial causes a trip: the cause is latched,
     the tool is retracted or held, and the next trial requires a person's acknowledgement at the latch.
 
     Args:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks them for this arm.
-        task: Settings of the task, for the number of samples averaged for taring.
+        task: Task settings, for the number of samples averaged for taring.
         sensor: Facts about the force sensor. Its samples must contain the declared noise.
         scale: The task's scale factors for the sensor's six channels after taring, (6,).
-        latch: The latch of the rig; None creates a new one.
+        latch: The rig's latch; None creates a new one.
         ready_rad: The ready pose, (n,); each joint must be within half a turn of it at the start of a trial. None if
             unknown.
 
@@ -96,7 +96,7 @@ class Supervisor:
         """Reset the state for a trial; the next :meth:`check` is its first tick.
 
         Raises:
-            FaultLatchedError: A trip, even by a different supervisor of the same rig, has not been acknowledged.
+            FaultLatchedError: A trip, even from a different supervisor on the same rig, has not been acknowledged.
         """
         self.latch.require_free()
         # An exception may have ended a retraction early.
@@ -120,7 +120,7 @@ class Supervisor:
 
         Args:
             tip_m: Tip position from the encoders, (3,), task frame; None before the task has computed it.
-            turned_rad: Tilt and yaw of the tool from the encoders, (2,).
+            turned_rad: Tool tilt and yaw from the encoders, (2,).
 
         Raises:
             LifecycleError: No trial has begun.

@@ -1,1 +1,1 @@
-"""The tasks of palpate and their shared code. The loop and the supervisor depend on none of these tasks."""
+"""palpate's tasks and their shared code. The loop and the supervisor depend on none of these tasks."""

@@ -38,10 +38,10 @@ class TaskConfig(Settings):
     name: str = "insertion"
     """The task: insertion, insertion-6dof, or a task from another package; --task NAME for short."""
     options: dict[str, float] = field(default_factory=dict)
-    """Settings of that task only, as names and values."""
+    """Settings for that task only, as names and values."""
     goal: GoalConfig = GoalConfig()
     start_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 3.0
-    """Maximum distance of a trial's start from the nominal goal."""
+    """Maximum distance from the nominal goal to a trial's start."""
     start_shape: Annotated[str, OneOf("disc", "ball")] = "disc"
     """disc: uniform over the circle; ball: uniform in a ball, projected onto the plate."""
     area_half_width_mm: Annotated[float, Range(0.1, 50.0)] = 3.5
@@ -121,7 +121,7 @@ class TaskConfig(Settings):
 
 @dataclass(frozen=True)
 class ControlConfig(Settings):
-    """Gains of the motion controllers and of the core's gripper model."""
+    """Motion controller gains and parameters for the core's gripper model."""
 
     TABLE: ClassVar[str] = "control"
 
@@ -134,9 +134,9 @@ class ControlConfig(Settings):
     force_proportional_m_per_N: float = 0.0
     """Proportional gain of the lateral force controller during insertion."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 5.0
-    """Stiffness of the gripper along the tool axis; depth is corrected by force divided by stiffness."""
+    """Gripper stiffness along the tool axis; depth is corrected by force divided by stiffness."""
     lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
-    """Stiffness of the gripper across the tool axis; bounds the lateral gains."""
+    """Gripper stiffness across the tool axis; bounds the lateral gains."""
     moving_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.3
     """Mass on the gripper's springs."""
     damping_ratio: Annotated[float, Range(0.0, 5.0)] = 0.7
@@ -145,7 +145,7 @@ class ControlConfig(Settings):
     rigid_mass_kg: Annotated[float, Range(0.0, 100.0)] = 0.05
     """Mass between force sensor and springs."""
     tilt_stiffness_Nm_per_rad: Annotated[float, Range(0.1, 1e5)] = 50.0
-    """Stiffness of the gripper against tilting; bounds the torque of a tilted peg in its hole."""
+    """Gripper stiffness against tilting; bounds the torque of a tilted peg in its hole."""
 
     def damping_s(self, stiffness_N_per_m: float) -> float:
         """Return the damping of one of the gripper's springs divided by its stiffness, in s."""

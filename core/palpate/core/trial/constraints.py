@@ -9,7 +9,7 @@ from palpate.core.trial.frame import ExplorationArea
 
 
 class TripReason(enum.Enum):
-    """Reasons for a trip of the supervisor."""
+    """Reasons for a supervisor trip."""
 
     FORCE_LIMIT = "force limit"
     TORQUE_LIMIT = "torque limit"
@@ -39,7 +39,7 @@ class TripReason(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """Cause of a trip of the supervisor.
+    """Cause of a supervisor trip.
 
     Attributes:
         text: The finding and the limit, in plain words with units.
@@ -77,7 +77,7 @@ class CommandOverride:
 
     Attributes:
         reason: A joint limit for a clamped command, or the trip's reason after a trip.
-        requested_rad: The command of the task, (n,); after a trip, the position held.
+        requested_rad: The task's command, (n,); after a trip, the position held.
         command_rad: The command sent to the arm, (n,).
         trip: The latched cause; None for a clamped command.
     """

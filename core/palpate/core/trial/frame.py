@@ -15,7 +15,7 @@ _TASK_IN_BASE: Final = np.diag([1.0, -1.0, -1.0])  # x along the base's x, z str
 
 
 def goal_in_base(goal: GoalConfig) -> pin.SE3:
-    """Return the placement of the task frame in the base frame."""
+    """Return the task frame's placement in the base frame."""
     turned = pin.rpy.rpyToMatrix(*np.radians(goal.rpy_deg)) if any(goal.rpy_deg) else np.eye(3)
     rotation = pin.SE3(turned, np.zeros(3)) * pin.SE3(_TASK_IN_BASE, np.zeros(3))
     return pin.SE3(rotation.rotation, np.array([goal.x_mm, goal.y_mm, goal.z_mm]) * 1e-3)
@@ -46,7 +46,7 @@ class ExplorationArea:
 
     @classmethod
     def of(cls, task: TaskConfig, start_m: tuple[float, float]) -> ExplorationArea:
-        """Return the area of a trial that starts at ``start_m``."""
+        """Return the area for a trial that starts at ``start_m``."""
         return cls(start_m if task.area_centre == "start" else (0.0, 0.0), task.area_half_width_mm * 1e-3)
 
     def clamp(self, x_m: float, y_m: float) -> tuple[float, float]:

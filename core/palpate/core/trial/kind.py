@@ -1,4 +1,4 @@
-"""The interface of a kind of task, through which generic code sets up, runs, scores, records and replays trials."""
+"""The interface to a kind of task, through which generic code sets up, runs, scores, records and replays trials."""
 
 import difflib
 from abc import abstractmethod
@@ -22,7 +22,7 @@ S = TypeVar("S", bound=Settings)
 
 @dataclass(frozen=True, slots=True)
 class TaskParts:
-    """Components of one task, which it does not share with other tasks.
+    """Components of one task, not shared with other tasks.
 
     Attributes:
         measurement: Measurement that transforms snapshots to the task frame.
@@ -42,11 +42,11 @@ class TaskParts:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Fit of the tool and the part in the simulated cell, for scoring.
+    """Fit between the tool and the part in the simulated cell, for scoring.
 
     Attributes:
         clearance_mm: Radial gap between tool and part, at its widest.
-        total_tilt_mrad: Tilt of the tool in the gripper plus that of the part.
+        total_tilt_mrad: Tool tilt in the gripper plus part tilt.
     """
 
     diameter_mm: float
@@ -56,10 +56,10 @@ class Fit:
 
 
 class TaskKind(Protocol):
-    """Interface of the object behind an entry point in the group ``palpate.tasks``; its name selects the task.
+    """Interface for the object behind an entry point in the group ``palpate.tasks``; its name selects the task.
 
     Attributes:
-        preset: Nested tables of initial settings of a run, which override those of the scenario.
+        preset: Nested tables of initial settings for a run, which override those of the scenario.
         options: The class that reads ``task.options``.
     """
 
@@ -73,7 +73,7 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def ready(self, arm: str | ArmDescription, tool: ToolGeometry, task: TaskConfig) -> ReadyPose:
-        """Return the initial pose of trials.
+        """Return the initial pose for trials.
 
         Raises:
             ConfigurationError: The task's settings contradict each other, or the arm is unknown.
@@ -82,7 +82,7 @@ class TaskKind(Protocol):
 
     @abstractmethod
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
-        """Return the setup of a trial, which depends only on settings, seed and index."""
+        """Return the setup for a trial, which depends only on settings, seed and index."""
 
     def actions(self, task: TaskConfig) -> tuple[Action, ...]:
         """Return the actions for policies: steps in the plane, unless a task defines others."""

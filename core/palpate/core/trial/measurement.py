@@ -25,15 +25,15 @@ class Measurement:
     Args:
         signal: Processor that tares, scales and filters the six wrench channels.
         axial_N_per_m: Stiffness between flange and tip, along the tool axis.
-        damping_s: Damping divided by stiffness of the same spring.
+        damping_s: Damping divided by stiffness for the same spring.
 
     Attributes:
         depth_step_m: Standard deviation of the tip position along the tool axis caused by encoder steps.
-        tip_lever_m: Distance of the tip from the sensor's origin.
-        position_m: Tip position from the encoders, (3,), without the deflection of the gripper.
-        tip_depth_m: Depth of the tip below the nominal plane, from the encoders and the deflection of spring and
+        tip_lever_m: Distance from the sensor's origin to the tip.
+        position_m: Tip position from the encoders, (3,), without the gripper's deflection.
+        tip_depth_m: Tip depth below the nominal plane, from the encoders and the deflection of spring and
             damper, at the latest time for which both force and joint angles are known.
-        turned_rad: Tilt and yaw of the tool, (2,); zero unless weight compensation is on, as for tools that turn.
+        turned_rad: Tool tilt and yaw, (2,); zero unless weight compensation is on, as for tools that turn.
         force_N: Tared, scaled, unfiltered force, (3,).
         force_norm_N: Norm of ``force_N``.
         torque_across_at_tip_Nm: Norm of the tared, scaled, unfiltered torque about the tip, across the tool axis; the

@@ -1,4 +1,4 @@
-"""The initial pose of trials above the hole, and the maximum distance from it during a trial."""
+"""The initial pose for trials, above the hole, and the maximum distance from it during a trial."""
 
 from dataclasses import dataclass
 from math import radians, sqrt
@@ -26,7 +26,7 @@ class Workspace:
     """A box in the task frame; the supervisor trips if the tip leaves it by more than its margins.
 
     Attributes:
-        turns_deg: Maximum tilt of the tool and maximum turn about its axis; None if the tool keeps its orientation,
+        turns_deg: Maximum tool tilt and maximum turn about the tool's axis; None if the tool keeps its orientation,
             which is then not checked.
     """
 
@@ -38,11 +38,11 @@ class Workspace:
 
 @dataclass(frozen=True)
 class ReadyPose:
-    """The initial pose of trials above the nominal goal.
+    """The initial pose for trials, above the nominal goal.
 
     Attributes:
         q_rad: Joint angles, (n,).
-        tip_rotation: Orientation of the tool, (3, 3), base frame; constant during a trial.
+        tip_rotation: Tool orientation, (3, 3), base frame; constant during a trial.
     """
 
     q_rad: Array
@@ -50,7 +50,7 @@ class ReadyPose:
 
 
 def wander_m(task: TaskConfig) -> float:
-    """Return the maximum distance of the peg from the nominal goal in a trial, at a corner of the exploration area."""
+    """Return the peg's maximum distance from the nominal goal in a trial, at a corner of the exploration area."""
     centre_mm = task.start_uncertainty_mm if task.area_centre == "start" else 0.0
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
@@ -61,7 +61,7 @@ def find_ready_pose(
     """Solve for the ready pose, with the tool pointing into the hole and the yaw left free.
 
     Args:
-        task: Settings of the task: pose of the goal, and exploration area and depth of an insertion.
+        task: Task settings: goal pose, and exploration area and depth for an insertion.
         workspace: Box to reach in place of that area and depth.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Inputs and results of a trial as plain values."""
+"""Trial inputs and results as plain values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Phase(enum.Enum):
-    """Phases of an insertion trial in order; other tasks share the first three and the last."""
+    """Insertion trial phases in order; other tasks share the first three and the last."""
 
     LIFT = "lift"
     TRANSFER = "transfer"
@@ -26,7 +26,7 @@ class Phase(enum.Enum):
 
 
 class Outcome(enum.Enum):
-    """Outcome of a trial, according to port data; DONE denotes a completed task other than an insertion."""
+    """Trial outcome according to port data; DONE denotes a completed task other than an insertion."""
 
     INSERTED = "inserted"
     DONE = "done"
@@ -48,9 +48,9 @@ class TrialSetup:
     """Data that distinguish one trial from another for the core.
 
     Attributes:
-        index: Number of the trial within its run, from 0.
+        index: Trial number within its run, from 0.
         seed: The run's seed; with the index it determines every random stream.
-        start_m: Start of the trial above the plate, (x, y) in the task frame.
+        start_m: Start position above the plate, (x, y) in the task frame.
     """
 
     index: int
@@ -69,11 +69,11 @@ class Event:
 
 @dataclass(slots=True)
 class DecisionRecord:
-    """One choice of an action and its reinforcement; updated during the trial.
+    """One choice of action and its reinforcement; updated during the trial.
 
     Attributes:
-        reinforcement: Reinforcement of the action; None until it is known, or if the action was interrupted.
-        displacement_m: Commanded displacement of the tip, (2,), task frame.
+        reinforcement: Reinforcement for the action; None until it is known, or if the action was interrupted.
+        displacement_m: Commanded tip displacement, (2,), task frame.
         index: Index in the action set; None if the action is not in the set.
         grounds: Inputs to the choice: force (3,), N, and torque (3,), N m, of the observation, the features, and
             numbers that the policy adds.
@@ -96,7 +96,7 @@ class DecisionRecord:
 
 @dataclass
 class TrialTiming:
-    """Timing of ticks and samples in a trial; always perfect in a simulator.
+    """Tick and sample timing in a trial; always perfect in a simulator.
 
     Attributes:
         worst_late_ns: Maximum delay of a tick relative to its slot.
@@ -112,12 +112,12 @@ class TrialTiming:
 
 @dataclass
 class TrialReport:
-    """Result of a trial from port data alone.
+    """Trial result from port data alone.
 
     Attributes:
         exploration_time_s: Time from contact to the hole, or to the end of the trial.
         peak_force_N: Maximum norm of the measured force, tared, over the control ticks after taring.
-        depth_m: Estimated final depth of the tip below the plate's surface.
+        depth_m: Estimated final tip depth below the plate's surface.
         temperature: Exploration temperature during the trial; None for policies without one.
         trip: Cause of the supervisor's trip; None if there was none.
     """
@@ -138,7 +138,7 @@ class TrialReport:
 
 
 INTERRUPT: Final = "interrupt"
-"""Name of the event in the first tick that notices an interruption."""
+"""Name of the event recorded in the first tick that notices an interruption."""
 
 
 class Purpose(enum.IntEnum):

@@ -10,7 +10,7 @@ from palpate.core.trial.report import TrialReport, TrialSetup
 
 
 class Task(Protocol):
-    """The behaviour of an arm in a trial: each tick, it turns a snapshot into a joint command, without I/O or a clock.
+    """An arm's behaviour in a trial: each tick, it turns a snapshot into a joint command, without I/O or a clock.
 
     A task must be a function of its configuration, the trial's setup and the snapshots; otherwise it cannot be
     replayed. It is reused for every trial; :meth:`begin` resets it.
@@ -18,7 +18,7 @@ class Task(Protocol):
     Attributes:
         constraints: Current constraints on contact and position, for the supervisor.
         tip_m: Tip position from the encoders at the last tick, (3,), task frame.
-        turned_rad: Tilt of the tool and turn about its axis from the encoders, (2,).
+        turned_rad: Tool tilt, and turn about its axis, from the encoders, (2,).
     """
 
     constraints: PhaseConstraints
@@ -58,7 +58,7 @@ class Task(Protocol):
 
     @abstractmethod
     def tripped(self, trip: Trip) -> None:
-        """End the trial after a trip of the supervisor."""
+        """End the trial after a supervisor trip."""
 
     @abstractmethod
     def clamped(self, command_override: CommandOverride) -> None:
@@ -71,7 +71,7 @@ class Task(Protocol):
     @property
     @abstractmethod
     def report(self) -> TrialReport:
-        """Return the report of the current or latest trial; setting its outcome ends the trial."""
+        """Return the report on the current or latest trial; setting its outcome ends the trial."""
 
     @property
     @abstractmethod

@@ -1,9 +1,9 @@
-"""Exponential and logarithm of arrays, with bit-identical results on every processor.
+"""Array exponential and logarithm, with bit-identical results on every processor.
 
 numpy's functions use vector units that round differently on different machines, and a belief that differs in a single
 bit may select another action. Sums, products, square roots and scaling by powers of two are rounded the same everywhere
-(IEEE 754), so these functions use nothing else. Their errors, below 2e-7, are negligible compared with the noise of a
-contact.
+(IEEE 754), so these functions use nothing else. Their errors, below 2e-7, are negligible compared with contact
+noise.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Constants of a floating-point format.
+    """Constants for a floating-point format.
 
     Attributes:
         whole: Integer type of the same size.
@@ -49,7 +49,7 @@ _FORMATS: Final = {
 
 
 def exponential(x: Floats) -> Floats:
-    """Return e to the power of each element; elements below -700 (-60 in single precision) are clipped.
+    """Return e raised to each element; elements below -700 (-60 in single precision) are clipped.
 
     Elements must not exceed 700 (60 in single precision).
     """

@@ -13,11 +13,11 @@ from palpate.core.policy.base import EpisodeOutcome, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
-"""Unit of stored positions, which are integer multiples of it in every log; an encoder step is far larger."""
+"""Unit for stored positions, which are integer multiples of it in every log; an encoder step is far larger."""
 TORQUE_NM: Final = 1e-6
-"""Unit of stored torques, a thousandth of the noise of a precise sensor."""
+"""Unit for stored torques, a thousandth of the noise of a precise sensor."""
 FORCE_N: Final = 1e-3
-"""Unit of stored forces."""
+"""Unit for stored forces."""
 NOMINAL_N: Final = 4.9
 """Pressing force for which a contact model is defined."""
 _LEAST_N: Final = 1.0
@@ -39,7 +39,7 @@ class ContactObservation:
     """A wrench measured while the peg presses on the plate.
 
     Attributes:
-        place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.
+        place: Commanded tip position, (2,), task frame, in units of ``LENGTH_M``.
         torque: Torque about the tip, (2,), in units of ``TORQUE_NM``.
         press: Force with which the peg presses on the plate, in units of ``FORCE_N``.
     """
@@ -62,7 +62,7 @@ class ContactObservation:
 
     @property
     def place_m(self) -> tuple[float, float]:
-        """Return the commanded tip, (2,)."""
+        """Return the commanded tip position, (2,)."""
         return self.place[0] * LENGTH_M, self.place[1] * LENGTH_M
 
     @property
@@ -81,7 +81,7 @@ class ContactTrial:
     """A trial that ended in the hole.
 
     Attributes:
-        hole: Position of the hole, (2,), task frame, in units of ``LENGTH_M``.
+        hole: Hole position, (2,), task frame, in units of ``LENGTH_M``.
     """
 
     hole: tuple[int, int]
@@ -89,7 +89,7 @@ class ContactTrial:
 
     @property
     def hole_m(self) -> tuple[float, float]:
-        """Return the position of the hole, (2,), task frame."""
+        """Return the hole position, (2,), task frame."""
         return self.hole[0] * LENGTH_M, self.hole[1] * LENGTH_M
 
     @classmethod
@@ -99,7 +99,7 @@ class ContactTrial:
         return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(contacts[-_MAX_CONTACTS:]))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON integers; a contact holds position and torque, x and y each, and the pressing force."""
+        """Return plain JSON integers; a contact is position and torque, in x and y, and pressing force."""
         contacts = [[*contact.place, *contact.torque, contact.press] for contact in self.contacts]
         return {"hole": list(self.hole), "contacts": contacts}
 
@@ -144,7 +144,7 @@ class Examples:
         load: Pressing force divided by ``NOMINAL_N``, (n,).
         to_hole_m: Displacement from the commanded tip to the hole, (n, 2).
         step_m: Displacement from the previous contact to this one, (n, 2); 0 for the first of a trial.
-        trial: Number of the trial, (n,).
+        trial: Trial number, (n,).
     """
 
     torque_Nm: Floats
@@ -155,7 +155,7 @@ class Examples:
 
     @classmethod
     def of(cls, trials: Sequence[ContactTrial]) -> Examples:
-        """Collect all contacts of the given trials."""
+        """Collect all contacts from the given trials."""
         rows, numbers = [], []
         for number, trial in enumerate(trial for trial in trials if trial.contacts):
             before = None

@@ -1,4 +1,4 @@
-"""Fit a contact model to labelled contacts by repeatedly fitting each part to the residual of the others.
+"""Fit a contact model to labelled contacts by repeatedly fitting each part to the residual left by the others.
 
 The fit solves no matrix equation and draws no random numbers, so the same contacts always give a bit-identical model.
 """
@@ -17,26 +17,26 @@ from palpate.core.policy.belief.model import RINGS_M, SECTORS, ContactModel, Dir
 MIN_CONTACTS: Final = 6
 """Minimum number of contacts for a fit."""
 _LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
-"""Lags of the torque to try, as fractions of the last step."""
+"""Torque lags to try, as fractions of the last step."""
 _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
-"""Weight, in contacts, with which the cue of a ring is shrunk towards that of all rings."""
+"""Weight, in contacts, with which a ring's cue is shrunk towards the cue for all rings."""
 _RESIDUAL_SHARE: Final = 0.12
 """Prior standard deviation of the asymmetric residual, divided by that of all torques."""
 _GAIN: Final = 0.5
 """Prior standard deviation of a gain."""
 _UPRIGHT_TRIALS: Final = 1.0
-"""Number of trials without tilt that are assumed before the first trial."""
+"""Number of tilt-free trials assumed before the first trial."""
 _RECENT: Final = 0.7
 """Weight of a trial's tilt, divided by that of the next trial, because the latest grip is the most likely."""
 _NOISE_COUNT: Final = 5.0
-"""Weight, in contacts, with which the noise of a ring is shrunk towards that of all rings."""
+"""Weight, in contacts, with which a ring's noise is shrunk towards the noise in all rings."""
 _BORROWED: Final = 0.1
 """Fraction of the contacts in neighbouring rings that a ring also uses."""
 _BIAS_TRIALS: Final = 2.0
 """Weight, in trials, of the prior on the bias, which has the variance of the noise."""
 _LEAST_NM: Final = 1e-4
-"""Lower bound of a standard deviation."""
+"""Lower bound on a standard deviation."""
 
 
 def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
@@ -53,7 +53,7 @@ def fit_contact_model(trials: Sequence[ContactTrial]) -> ContactModel:
 
 
 class _ModelFit:
-    """Fit of a contact model for a given lag."""
+    """Contact model fit for a given lag."""
 
     def __init__(self, examples: Examples, lag: float) -> None:
         self._gain = np.zeros((len(RINGS_M), 2))
@@ -110,7 +110,7 @@ class _ModelFit:
         self._residuals = self._at.between_cells(self._residual)
 
     def _fit_tilts(self, left: Floats, gains: Floats) -> None:
-        """Fit the tilt of each trial as a random intercept; expectation maximisation gives its mean and variance."""
+        """Fit each trial's tilt as a random intercept; expectation maximisation gives its mean and variance."""
         weights = gains * gains
         xx, xy, yy = (self._by_trial(part) / self.pooled for part in _turned_square(weights, self._at.unit))
         pulls = self._at.turned(gains * self._at.turned_back(left)) / self.pooled
@@ -159,7 +159,7 @@ class _ModelFit:
 
 
 def _borrowing(table: Floats) -> Floats:
-    """Add a fraction of the neighbours to each ring of a table, (rings, k)."""
+    """Add a fraction of its neighbours to each ring in a table, (rings, k)."""
     lent = _BORROWED * table
     table = table.copy()
     table[1:] += lent[:-1]

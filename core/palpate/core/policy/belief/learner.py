@@ -21,7 +21,7 @@ from palpate.core.policy.learner import ModelLearner, TaskBounds
 from palpate.core.ports import Range, Settings
 
 SEARCH: Final = "search"
-"""Name of the search steps; steps chosen with the belief are named after their displacement."""
+"""Name for search steps; steps chosen with the belief are named after their displacement."""
 _WIDEST_M: Final = 8e-3
 """Maximum half-width; more than 161 by 161 cells cannot be processed within a tick."""
 
@@ -30,20 +30,20 @@ _MIDDLE_M: Final = (0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeliefParameters(Settings):
-    """Parameters of the belief learner that do not follow from the task."""
+    """Belief learner parameters that do not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """Half-width around the peg's path within which a hole captures the peg."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
-    """Mean speed of the longest step, including pauses."""
+    """Mean speed over the longest step, including pauses."""
     forgetting_factor: Annotated[float, Range(0.5, 1.0)] = 0.985
     """Forgetting factor for the evidence per contact, because the learned model may be slightly wrong."""
     search_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
-    """Maximum speed of a search; at higher speeds the peg slides over holes."""
+    """Maximum search speed; at higher speeds the peg slides over holes."""
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
-    """Distance between the turns of a search; above twice the capture width it leaves gaps."""
+    """Distance between a search spiral's turns; above twice the capture width it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
     """Number of remembered trials; older trials are forgotten."""
     restart_steps: Annotated[int, Range(1, 1000)] = 60
@@ -52,7 +52,7 @@ class BeliefParameters(Settings):
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Number of steps in the search around the most likely position."""
     regrip_share: Annotated[float, Range(0.0, 0.5, above=True)] = 0.05
-    """Prior probability that the tilt of the tool differs from that in earlier trials."""
+    """Prior probability that the tool's tilt differs from that in earlier trials."""
     other_tool: bool = False
     """Start from a policy file even if its contact model is for a different peg; otherwise such a file is rejected."""
 
@@ -94,7 +94,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         self._searched: int
 
     def step_within(self, bounds: TaskBounds) -> None:
-        """Plan with the longest step of different task bounds, for a trial with its own force limit."""
+        """Plan with the longest step from different task bounds, for a trial with its own force limit."""
         capture_m, search, speed = (
             each * 1e-3
             for each in (self.parameters.capture_mm, self.parameters.search_speed_mm_s, self.parameters.speed_mm_s)
@@ -169,7 +169,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         return passed, self._places.cell(*felt_m)
 
     def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
-        """Clamp a position to the square of the belief."""
+        """Clamp a position to the belief's square."""
         edge = float(self._places.axis_m[-1])
         x, y = (min(max(value, -edge), edge) for value in place_m)
         return x, y

@@ -7,7 +7,7 @@
 
 The load is the pressing force divided by 4.9 N. No relation between torque and direction is built in: the cue is
 learned and shared across all headings, as for a round peg; the residual contains deviations from that. All quantities
-are given for a few rings of distance and interpolated linearly.
+are given for a few distance rings and interpolated linearly.
 
 A tool tilted in its grip makes contact with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
@@ -37,7 +37,7 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Directions:
-    """Displacements to the hole, in the coordinates of the model's tables.
+    """Displacements to the hole, in the coordinates used by the model's tables.
 
     Attributes:
         ring: Ring below each distance, (n,).
@@ -96,13 +96,13 @@ class ContactModel:
     """A fitted contact model, with cue and residual for a pressing force of 4.9 N.
 
     Attributes:
-        lag: Lag of the torque behind the commanded tip, as a fraction of the last step.
+        lag: Torque lag behind the commanded tip, as a fraction of the last step.
         offset_Nm: Torque caused by the tilt in the last trials, (2,).
-        cue_Nm: Torque along and across the heading of the hole, at each ring, (rings, 2).
-        residual_Nm: Residual of the cue, at each ring and sector, (rings, sectors, 2).
+        cue_Nm: Torque along and across the hole's heading, at each ring, (rings, 2).
+        residual_Nm: Residual left by the cue, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
-        bias_Nm: Standard deviation from trial to trial of each component of the torque caused by the tilt.
-        gain: Relative increase in that torque along and across the heading of the hole, at each ring, (rings, 2).
+        bias_Nm: Trial-to-trial standard deviation of each component of the torque caused by the tilt.
+        gain: Relative increase in that torque along and across the hole's heading, at each ring, (rings, 2).
         spread_Nm: Standard deviation of each component of the torque caused by an unknown tilt.
     """
 
@@ -117,11 +117,11 @@ class ContactModel:
     spread_Nm: float
 
     def upright_Nm(self, directions: Directions) -> Floats:
-        """Return the torque of an upright tool at each displacement for a pressing force of 4.9 N, (n, 2)."""
+        """Return the torque on an upright tool at each displacement for a pressing force of 4.9 N, (n, 2)."""
         cue = directions.turned(directions.between(np.array(self.cue_Nm)))
         expected: Floats = cue + directions.between_cells(np.array(self.residual_Nm))
         return expected
 
     def variance(self, directions: Directions) -> Floats:
-        """Return the variance of each torque component of a contact, in N m squared, (n,)."""
+        """Return the variance of each torque component in a contact, in N m squared, (n,)."""
         return directions.between(np.square(np.array(self.noise_Nm)))

@@ -12,7 +12,7 @@ from palpate.core.policy.belief.model import ContactModel, Directions
 from palpate.core.policy.belief.places import PITCH_M, SINGLE, Places
 
 MISSED: Final = ((0.5, log(0.45)), (1.0, log(0.55)), (1.5, log(0.6)))
-"""Weights of cells passed without a drop, by distance from the path in capture widths; lower for nearer cells. In
+"""Weights for cells passed without a drop, by distance from the path in capture widths; lower for nearer cells. In
 `blind-noise` 0.15, 0.27 and 0.6 of the holes within these widths were missed."""
 
 
@@ -20,7 +20,7 @@ class ContactTable:
     """A contact model tabulated over all displacements between two cells, for fast lookup.
 
     Args:
-        places: Grid of possible positions of the hole, which also contains the tip.
+        places: Grid of possible hole positions, which also contains the tip.
         regrip_share: Probability that the tilt differs from that in the last trials.
     """
 
@@ -50,7 +50,7 @@ class ContactTable:
         """Look up a contact at one cell for a hole at each cell, (size, size).
 
         Returns:
-            Torque of an upright tool and gains, (2, size, size) each; cosine and sine of the heading; half the
+            Torque on an upright tool and gains, (2, size, size) each; cosine and sine of the heading; half the
             precision; logarithm of the variance of a component.
         """
         # Displacements from this cell to all cells; the first one is -row, -column.
@@ -60,10 +60,10 @@ class ContactTable:
 
 
 class PlaceBelief:
-    """Evidence for each position from the torques of one trial.
+    """Evidence for each position from one trial's torques.
 
     The torque caused by the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
-    distributions, one for the tilt of the last trials and one for any tilt. Six running sums thus give the evidence.
+    distributions, one for the tilt in the last trials and one for any tilt. Six running sums thus give the evidence.
 
     Args:
         log_prior: Logarithm of the belief at the start of the trial, (size, size).

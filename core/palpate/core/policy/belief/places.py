@@ -1,4 +1,4 @@
-"""The grid of possible positions of the hole, and its prior probabilities."""
+"""The grid of possible hole positions, and their prior probabilities."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ PITCH_M: Final = 1e-4
 SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
 """Data type of beliefs. Single precision is faster, and its rounding errors are far below a sensor's noise."""
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
-"""Widths of the kernels, for hole positions that are constant, vary slightly, or vary widely."""
+"""Kernel widths, for hole positions that are constant, vary slightly, or vary widely."""
 _MEMORY: Final = 0.9
-"""Forgetting factor, per trial, for the predictive success of a width, so that moving holes are tracked."""
+"""Forgetting factor, per trial, for a width's predictive success, so that moving holes are tracked."""
 _LEAST: Final = 1e-9
 
 Hole = tuple[float, float]
@@ -36,7 +36,7 @@ class Places:
     """A square grid of positions, centred at the nominal goal and parallel to its axes.
 
     Attributes:
-        axis_m: Coordinates, equal for x and y, (size,).
+        axis_m: Coordinates, the same for x and y, (size,).
     """
 
     def __init__(self, half_width_m: float) -> None:
@@ -78,7 +78,7 @@ def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
     it predicted each hole from the preceding ones.
 
     Args:
-        holes_m: Positions of earlier holes, (x, y), oldest first.
+        holes_m: Earlier hole positions, (x, y), oldest first.
     """
     area = (places.size * float(places.axis_m[1] - places.axis_m[0])) ** 2
     weights = _weights(holes_m, area)
@@ -93,7 +93,7 @@ def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
 
 
 def _weights(holes_m: Sequence[Hole], area_m2: float) -> list[float]:
-    """Return the weights of the kernels, followed by that of the uniform density."""
+    """Return the kernel weights, followed by the weight of the uniform density."""
     even = 1.0 / area_m2
     scores = [1.0] * (len(_WIDTHS_M) + 1)
     for number, (x, y) in enumerate(holes_m):

@@ -14,7 +14,7 @@ _HEADINGS: Final = 16
 _LENGTHS_M: Final = (2e-4, 4e-4)
 """Step lengths in addition to the longest one, which is the distance that the tool travels in an action."""
 _BLOCK: Final = 3
-"""Number of cells in a row of a block."""
+"""Number of cells per block row."""
 _UNLIKELY: Final = 1e-4
 """Probability, relative to that of the most probable block, below which a block is ignored."""
 
@@ -51,7 +51,7 @@ class Planner:
         self._room = np.zeros(((self._margin + blocks + self._margin) * _BLOCK,) * 2, SINGLE)
 
     def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
-        """Return the number of actions needed to travel a given displacement."""
+        """Return the number of actions needed to cover a given displacement."""
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
 
@@ -59,8 +59,8 @@ class Planner:
         """Return the best step, (dx, dy) in m, and the expected number of actions after it.
 
         Args:
-            belief: Probability of the hole at each cell, (size, size).
-            from_m: Position of the tip, (x, y) in m, task frame.
+            belief: Probability that the hole is at each cell, (size, size).
+            from_m: Tip position, (x, y) in m, task frame.
             limit_m: Maximum distance from the goal in x or y at which a step may end, unless all steps end beyond it.
         """
         # Actions from the end of each path to the centre of each block.
@@ -96,7 +96,7 @@ class SpiralSearch:
     """An Archimedean spiral about a point, in chords short enough to leave no gaps, then repeated between its turns.
 
     Args:
-        step_m: Maximum length of a step.
+        step_m: Maximum step length.
         radius_m: Radius at which a spiral ends and the next one begins, because a hole may be passed without a drop.
     """
 

@@ -1,4 +1,4 @@
-"""Hidden-state models, learned from the actions and symbols of trials, with belief tracking and planning."""
+"""Hidden-state models, learned from trials' actions and symbols, with belief tracking and planning."""
 
 import lazy_loader
 

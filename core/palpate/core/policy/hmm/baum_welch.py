@@ -1,4 +1,4 @@
-"""Expectation step of Baum-Welch over a batch of trials, for hidden states shifted by actions.
+"""Baum-Welch expectation step over a batch of trials, for hidden states shifted by actions.
 
 Forward and backward messages are scaled, and trials may differ in length. BLAS is not used, so that sums have the same
 order on every processor.
@@ -21,7 +21,7 @@ Numbers = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True)
 class RecordedTrial:
-    """Alternating readings and actions of one trial.
+    """Alternating readings and actions from one trial.
 
     Attributes:
         symbols: Readings from the start onwards; there is no reading at the goal.
@@ -74,7 +74,7 @@ class Batch:
     Attributes:
         symbols: Readings, (trials, longest); 0 after the end of a trial.
         weights: Number of identical trials in each row, (trials,).
-        lengths: Number of readings of each trial, (trials,).
+        lengths: Number of readings in each trial, (trials,).
         reached: True for each trial that ended at the goal, (trials,).
         running: Number of trials with a reading at each time, (longest,); these trials are the first rows.
     """
@@ -175,7 +175,7 @@ class Shifts:
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """Expected counts of a batch of trials under a model.
+    """Expected counts for a batch of trials under a model.
 
     Attributes:
         visits: Number of times that each symbol was read in each state, for each next action, (actions + 1, symbols,

@@ -32,7 +32,7 @@ _ANCHORED, _ITERATIONS = 15, 25  # iterations over the trials that reached the g
 
 
 def lattice_steps(actions: Sequence[Action], longest: int = 0) -> tuple[Offset, ...]:
-    """Return the displacements of the actions as whole numbers of steps.
+    """Return the action displacements as whole numbers of steps.
 
     Args:
         longest: Number of steps in the longest displacement along x or y; the others are rounded. If 0, the shortest
@@ -107,7 +107,7 @@ class DisplacementHmm:
         return cls(steps, offsets, start / start.sum(), blocked, emissions)
 
     def improved(self, batch: Batch) -> tuple[Self, Floats, float]:
-        """Take one step of Baum-Welch.
+        """Take one Baum-Welch step.
 
         Returns:
             The improved model, the expected number of visits to each offset, (offsets,), and the log-likelihood of the
@@ -146,7 +146,7 @@ def fit_displacement_hmm(
     ambiguous; without an initial model, they would spread over arbitrary offsets.
 
     Args:
-        trials: Readings and actions of at least one trial.
+        trials: Readings and actions from at least one trial.
     """
     model = DisplacementHmm.blank(steps, reach, symbols, np.random.default_rng(seed))
     if anchored := [trial for trial in trials if trial.reached]:

@@ -1,4 +1,4 @@
-"""Learner that fits a model of hidden states to the symbols and actions of whole trials."""
+"""Learner that fits a hidden-state model to the symbols and actions from whole trials."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -68,7 +68,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
     only on the trials.
 
     Args:
-        symbols: Names of the symbols, which are the states of its observations.
+        symbols: Symbol names, which are the states in its observations.
         frozen: True disables learning, and also random actions in the first :data:`GREEDY_ACTIONS` actions of a trial.
 
     Raises:
@@ -91,7 +91,7 @@ class HmmLearner(ModelLearner[RecordedTrial]):
 
     @property
     def trials(self) -> tuple[RecordedTrial, ...]:
-        """Readings and actions of every trial from which the learner has learned."""
+        """Readings and actions from every trial from which the learner has learned."""
         return tuple(self._trials)
 
     def use(self, model: DisplacementHmm, trials: Sequence[RecordedTrial]) -> None:

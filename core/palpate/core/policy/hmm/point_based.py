@@ -19,7 +19,7 @@ from palpate.core.policy.hmm.baum_welch import Numbers
 
 _MOST_BYTES: Final = 512 * 2**20  # limit for the transitions of a model
 IMPOSSIBLE: Final = 1e-7
-"""Probability of a reading below which the belief is discarded and restarts from that reading."""
+"""Reading probability below which the belief is discarded and restarts from that reading."""
 
 
 def require_room(where: str, states: int, actions: int) -> None:
@@ -84,7 +84,7 @@ class FinitePomdp:
 
 
 class StateBelief:
-    """A belief over the hidden states of a model.
+    """A belief over a model's hidden states.
 
     Attributes:
         probabilities: Probability of each state, (states,); the sum is 1.
@@ -143,7 +143,7 @@ def qmdp(model: FinitePomdp) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class PointBasedPlan:
-    """A plan that consists of cost vectors over the states of a model.
+    """A plan that consists of cost vectors over a model's states.
 
     Attributes:
         vectors: Discounted number of steps to the goal under each plan, (plans, states).
@@ -160,7 +160,7 @@ class PointBasedPlan:
         """Return the discounted number of steps to the goal for each action followed by the best plan, (actions,).
 
         Args:
-            probabilities: Probabilities of the hidden states, (states,).
+            probabilities: Hidden-state probabilities, (states,).
         """
         moved = np.stack([self.model.moved(probabilities, action) for action in range(self.model.actions)])
         some = np.flatnonzero(moved.max(axis=0) > 0.5 / _SHARE)  # the others are zero on the grid
@@ -260,7 +260,7 @@ def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
 
 
 def _drawn(weights: Floats, rng: np.random.Generator) -> Numbers:
-    """Draw one column of each row with probabilities proportional to the weights."""
+    """Draw one column from each row with probabilities proportional to the weights."""
     sums = np.cumsum(weights, axis=1)
     draws = rng.random(len(weights)) * sums[:, -1]
     drawn: Numbers = np.minimum((sums <= draws[:, None]).sum(axis=1), weights.shape[1] - 1)

@@ -1,4 +1,4 @@
-"""Base class of contact tasks, with the path to the start, taring, the force limit, and early termination."""
+"""Base class for contact tasks, with the path to the start, taring, the force limit, and early termination."""
 
 from abc import abstractmethod
 from enum import Enum
@@ -38,7 +38,7 @@ class ContactTask(Task):
     Attributes:
         constraints: Constraints on contact and position in the current phase, for the supervisor.
         tip_m: Tip position from the encoders at the last tick, (3,), task frame.
-        turned_rad: Tilt and yaw of the tool from the encoders, (2,), in tasks that turn the tool.
+        turned_rad: Tool tilt and yaw from the encoders, (2,), in tasks that turn the tool.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class ContactTask(Task):
 
     @property
     def report(self) -> TrialReport:
-        """Return the report of the current or latest trial."""
+        """Return the report on the current or latest trial."""
         return self._state.report
 
     @property
@@ -211,7 +211,7 @@ class ContactTask(Task):
 
     @property
     def filter_state(self) -> list[float]:
-        """Return the state of tare and wrench filter; after :meth:`begin`, it is the initial state of the trial."""
+        """Return the tare and wrench filter state; after :meth:`begin`, it is the trial's initial state."""
         return self._measurement.filter_state
 
     @property

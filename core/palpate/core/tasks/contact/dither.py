@@ -22,7 +22,7 @@ class Dither:
         return min(amplitude_m, 0.5 * self._speed_m_s * HALF_PERIOD * PERIOD_S / PEAK)
 
     def begin(self, rng: np.random.Generator) -> None:
-        """Reset the state for a trial, with half-periods drawn by the given generator."""
+        """Reset the state for a trial, with half-periods drawn from the given generator."""
         self._rng, self._side = rng, 1.0
         self._left = self._ticks = 0
         self._offset_m = self._distance_m = 0.0

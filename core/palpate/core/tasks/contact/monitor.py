@@ -25,9 +25,9 @@ from palpate.core.trial import (
 )
 
 _PUSH_N: Final = 3.0
-"""Force of a push against a wall; the response to half of it has a narrow interval even with 0.3 N of noise."""
+"""Force for pushing against a wall; the response to half of it has a narrow interval even with 0.3 N of noise."""
 _GROWTH: Final = 1.02
-"""Growth of the push per tick against a wall whose response is still unknown: it doubles in a quarter of a second."""
+"""Push growth per tick against a wall whose response is still unknown: it doubles in a quarter of a second."""
 _SIMILAR: Final = 0.5
 """Cosine of the maximum angle between similar pushes, such as those against two walls of a corner."""
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
@@ -37,9 +37,9 @@ _TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
 _PULL_SHARE: Final = 0.5
 """Fraction of the pressing force, plus friction, above which a pull is implausible; a rebounding peg pulls less."""
 _SAMPLES: Final = 4
-"""Number of consecutive samples of an implausible wrench; an impact is shorter."""
+"""Number of consecutive samples with an implausible wrench; an impact is shorter."""
 _TILT_RAD: Final = 6e-3
-"""Orientation error of the arm and the grip, which no job specifies; servos sag by up to 8 mrad at the start."""
+"""Orientation error from the arm and the grip, which no job specifies; servos sag by up to 8 mrad at the start."""
 _NOISES_TORQUE: Final = 3.0
 """Number of standard deviations of a torque about the tip that four consecutive samples exceed once in 70 million."""
 PAST_PLATE_M: Final = 1e-3
@@ -47,20 +47,20 @@ PAST_PLATE_M: Final = 1e-3
 
 
 class Monitor:
-    """Contact monitor of a trial, with dither, response and budget along and across the tool axis.
+    """Contact monitor for a trial, with dither, response and budget along and across the tool axis.
 
     The budget limits how far the gripper bends between verifications, because a faulty sensor may not show it.
 
     Args:
         step_m: Standard deviation of the tip position from the encoders.
-        turns_rad: Tilt of the tool in a hole; 0 for a tool that neither turns nor dithers in air.
+        turns_rad: Tool tilt in a hole; 0 for a tool that neither turns nor dithers in air.
 
     Attributes:
         axial: Response along the tool axis.
-        air: Response of a tool without contact, from its inertia; only for tools that dither in air.
-        loose: Response of a tool with intermittent contact; only for the same tools.
+        air: Response without contact, from the tool's inertia; only for tools that dither in air.
+        loose: Response with intermittent contact; only for the same tools.
         across: Response to a lateral push.
-        direction: Direction of the push, (2,); None if there is no push.
+        direction: Push direction, (2,); None if there is no push.
         spent_N: Gripper deflection, as a force, since the last verification, if the tip moved only by the play.
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
         budget_N: Maximum deflection without verification.
@@ -68,7 +68,7 @@ class Monitor:
         waited_ticks: Number of ticks that the tool has spent waiting since the last verification.
         timeout_ticks: Number of stationary ticks before a mismatch is reported.
         pull_N: Pull that the tool itself causes.
-        axial_N_per_m, lateral_N_per_m: Stiffness of the gripper along the tool axis and across it.
+        axial_N_per_m, lateral_N_per_m: Gripper stiffness along the tool axis and across it.
     """
 
     def __init__(
@@ -176,7 +176,7 @@ class Monitor:
         return ZERO_VELOCITY
 
     def check(self, snapshot: Snapshot, measured: Measurement, reference_m: Vector3, *, tared: bool) -> Trip | None:
-        """Process a tick of any phase, and return a trip for a wrench that no contact at the tip can cause.
+        """Process a tick in any phase, and return a trip for a wrench that no contact at the tip can cause.
 
         Args:
             reference_m: Commanded tip position, (3,), task frame.
@@ -262,7 +262,7 @@ class Monitor:
 
     @property
     def push_N(self) -> float:
-        """Return the force of a push, twice that of its dither."""
+        """Return the push force, twice that of its dither."""
         dither_N = self._push_dither.amplitude_m * self.lateral_N_per_m
         return 2.0 * min(dither_N, PUSH_SHARE * self.budget_N)
 

@@ -31,7 +31,7 @@ class RunningPhase(Protocol):
 
     @abstractmethod
     def step(self) -> Vector3:
-        """Return the velocity of the tip for the current tick, (3,) m/s, task frame."""
+        """Return the tip velocity for the current tick, (3,) m/s, task frame."""
 
 
 class Lift(RunningPhase):

@@ -13,7 +13,7 @@ from palpate.core.job import ATTENUATED, DEVIATIONS_95, FAIR, HALF_PERIOD_TICKS,
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S
 
 TIMEOUT_TICKS: Final = CONTROL_RATE_HZ
-"""Number of stationary ticks within which the force must respond: over two of the longest windows of a moving tool."""
+"""Number of stationary ticks within which the force must respond: more than two of a moving tool's longest windows."""
 _OUTLIER: Final = 1.5
 """Standard deviations above which a residual has less weight (Huber's constant), because of stick-slip."""
 _NORMAL: Final = 1.48
@@ -39,13 +39,13 @@ class Response:
     z, v and a are the encoders' position and its derivatives at the time of the force.
 
     Args:
-        longest: Maximum number of samples in the window of a stationary tool.
+        longest: Maximum number of samples in the window for a stationary tool.
 
     Attributes:
         share: Measured stiffness divided by the gripper's in the latest window; None if there is none.
-        half_width: Half-width of the confidence interval of ``share``.
+        half_width: Half-width of the confidence interval for ``share``.
         verified: True if the latest window shows the expected stiffness, with an interval that is narrow enough.
-        contradicted: True if the interval of the latest window contains no expected stiffness.
+        contradicted: True if the latest window's interval contains no expected stiffness.
         lag: Number of ticks by which the force is older than its timestamp; None until the responses determine it.
         window: Number of samples in a window.
         stationary_ticks: Number of ticks since the tool began to wait. The window grows with it, because a sliding
@@ -60,8 +60,8 @@ class Response:
         """Reset the state for a new trial or direction.
 
         Args:
-            step_m: Standard deviation of a position from the encoders.
-            dither_N: Amplitude of the force caused by the dither.
+            step_m: Standard deviation of an encoder position.
+            dither_N: Force amplitude caused by the dither.
         """
         spring, self.lag = self.spring, lag
         self._noise_N = spring.noise_N(noise_N, step_m)
@@ -107,7 +107,7 @@ class Response:
 
     @property
     def swing_m(self) -> float:
-        """Return the amplitude of the latest positions, half their range over three half-periods of the dither."""
+        """Return the amplitude of the latest positions, half their range over three dither half-periods."""
         places_m = [place_m for _, place_m in self._places]
         return 0.5 * (max(places_m) - min(places_m)) if places_m else 0.0
 
@@ -131,7 +131,7 @@ class Response:
         return f"{share}, expected {self.spring.lowest * own:.2f} to {self.spring.highest * own:.2f} N/mm"
 
     def _expected_N(self, time_s: float) -> float:
-        """Return the force of spring, damper and mass, from a parabola through the three nearest positions."""
+        """Return the force from spring, damper and mass, from a parabola through the three nearest positions."""
         places = self._places
         middle = len(places) - 2
         while middle > 1 and places[middle][0] > time_s + 0.5 * PERIOD_S:

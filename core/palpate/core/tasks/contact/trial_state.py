@@ -11,12 +11,12 @@ from palpate.core.trial import Event, Outcome, Phase, PhaseConstraints, TrialRep
 
 
 class TrialState:
-    """State that the phases of a trial share.
+    """State shared by a trial's phases.
 
     Attributes:
         phase: The current phase; a task may define its own phases in a separate enumeration.
-        noise: Standard deviation of each channel of the force sensor during taring, (6,), N and N m.
-        observation: Observation for the choice of an action at the current tick; None except at decision ticks.
+        noise: Standard deviation of each force sensor channel during taring, (6,), N and N m.
+        observation: Observation for choosing an action at the current tick; None except at decision ticks.
     """
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ class Agent:
 
     Attributes:
         percept: Indices of the latest perceived symbol and state in this trial; None before the first.
-        effort_N: Norm of the force at each tick of the current action, appended by the phase that runs the action.
+        effort_N: Force norm at each tick of the current action, appended by the phase that runs the action.
         goes_on: True if an earlier choice continues, so that the policy is not consulted.
     """
 
@@ -40,7 +40,7 @@ class Agent:
 
     @property
     def temperature(self) -> float | None:
-        """Return the exploration temperature of the policy, or None."""
+        """Return the policy's exploration temperature, or None."""
         return self._policy.temperature
 
     def perceive(
@@ -117,7 +117,7 @@ class Agent:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
 
     def end(self, episode: EpisodeOutcome) -> None:
-        """Pass the outcome of the trial to the policy."""
+        """Pass the trial's outcome to the policy."""
         self._policy.end_trial(episode)
 
     def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:

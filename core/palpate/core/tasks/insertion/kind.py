@@ -1,4 +1,4 @@
-"""The insertion as a kind of task, for use by the rest of palpate."""
+"""Insertion as a kind of task, for use by the rest of palpate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,13 +29,13 @@ from palpate.core.trial import (
 )
 
 FULL_DEPTH_TOLERANCE_M: Final = 5e-5
-"""Tolerance of the full depth."""
+"""Tolerance on the full depth."""
 _ASIDE_M: Final = 1e-3
 
 
 @dataclass(frozen=True)
 class NoOptions(Settings):
-    """Empty options of an insertion, which is configured in the ``task`` table."""
+    """Empty options for an insertion, which is configured in the ``task`` table."""
 
     TABLE: ClassVar[str] = "task.options"
 

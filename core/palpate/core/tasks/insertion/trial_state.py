@@ -1,4 +1,4 @@
-"""State that the phases of an insertion share, and the end of an insertion."""
+"""State shared by an insertion's phases, and the end of an insertion."""
 
 from typing_extensions import override
 
@@ -9,7 +9,7 @@ from palpate.core.trial import Measurement, Outcome, TrialSetup
 
 
 class InsertionState(TrialState):
-    """State of an insertion trial.
+    """Insertion trial state.
 
     Args:
         agent: Agent that learns from the end of the trial.
@@ -17,8 +17,8 @@ class InsertionState(TrialState):
     Attributes:
         explore_start: Tick of the first contact; 0 before it.
         hole_tick: Tick at which the hole was found; None before that, and after a false drop.
-        surface_m: Estimated height of the plate's surface below the nominal plane.
-        slack_m: Uncertainty of that height; 0 if the plate was touched.
+        surface_m: Estimated depth of the plate's surface below the nominal plane.
+        slack_m: Uncertainty in that depth; 0 if the plate was touched.
         claimed: True if the policy has reported the peg as inserted; the trial then ends with the verified result.
         edge_m: Distance by which the surface may be higher, if the contact was brief enough to be the hole's edge.
     """

@@ -13,7 +13,7 @@ _STEP_M: Final = 1.8e-3
 """Step per action above the plate: 18 mm/s, below the usual speed in free space."""
 _NEAR_M: Final = 0.5e-3
 _ASIDE_SHARE: Final = 0.25
-"""Lateral shift of later attempts with a flat, divided by the inside distance."""
+"""Lateral shift in later attempts with a flat, divided by the inside distance."""
 _STOOD_SHARE: Final = 0.55
 """Fraction of the depth that a tool reaches when lowered, because compliance during the descent reduces its tilt."""
 _SLIPS_SHARE: Final = 0.3
@@ -38,7 +38,7 @@ _QUIET_SHARE: Final = 0.2
 _BACK_SHARE: Final = 0.5
 """Force that pushes a wedged corner back during withdrawal, divided by the push."""
 _DRIVE_SHARE: Final = 1.0 / 3.0
-"""Force, divided by the push, while a wedged corner is turned; it reduces the friction of its walls."""
+"""Force, divided by the push, while a wedged corner is turned; it reduces the friction at its walls."""
 _ACTION_S: Final = 0.1
 _RIGHT_RAD: Final = radians(1.2)
 """Turn towards upright per action. It frees a tilted corner that is wedged; a pull alone does not."""
@@ -47,18 +47,18 @@ UPRIGHT_RAD: Final = radians(0.1)
 
 
 class Corner:
-    """A corner of a peg, and the actions of the tool for it.
+    """A peg corner, and the tool actions for it.
 
     Depths are relative to the depth to which a tilted corner is lowered.
 
     Args:
-        options: Options for corners, tilt and push; a peg without corners uses four points of its rim.
+        options: Options for corners, tilt and push; a peg without corners uses four points on its rim.
 
     Attributes:
         half_rad: Half the angle between two corners.
         tilted: Number of tilting actions so far.
         longest_push: Number of actions in a push without contact.
-        lead_m: Advance of the tool in the next push, (2,), task frame.
+        lead_m: Tool advance in the next push, (2,), task frame.
     """
 
     def __init__(self, options: SpatialOptions) -> None:
@@ -83,7 +83,7 @@ class Corner:
 
     @property
     def height_m(self) -> float:
-        """Return the distance of the corner below the tip of the tilted tool."""
+        """Return the corner's distance below the tip of the tilted tool."""
         return self.radius_m * sin(self.tilt_rad)
 
     @property
@@ -96,7 +96,7 @@ class Corner:
         return 2.0 * self.push_N * cos(self.half_rad)
 
     def walls_N(self, observation: Observation) -> tuple[float, float]:
-        """Return the force of each wall along its normal, resolved for normals that are not orthogonal."""
+        """Return each wall's force along its normal, resolved for normals that are not orthogonal."""
         (x, y, _), heading = observation.force_N, self._heading_rad + observation.turn_rad[2]
         along = [-x * cos(heading + side) - y * sin(heading + side) for side in (-self.half_rad, self.half_rad)]
         mixed = cos(2.0 * self.half_rad)

@@ -22,7 +22,7 @@ _PULL_N: Final = 1.2
 _WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _GIVEN_M: Final = 3e-4
-"""Maximum compliance of a tool wedged during a lift: 12 N of the gripper's spring, in case the sensor is wrong."""
+"""Maximum compliance of a tool wedged during a lift: 12 N in the gripper's spring, in case the sensor is wrong."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
 """Height of the lowest corner above the plate at which there is no contact."""
@@ -40,7 +40,7 @@ _DEEPEST_SHARE: Final = 0.93
 """Maximum depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT: Final = 1.0
-"""Compliance gain times the arm's lag; above 1, the tool oscillates at a wall, and from pi / 2 it never stops."""
+"""Compliance gain times the arm's lag; above 1, the tool oscillates at a wall, and at pi / 2 it never stops."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """Tilt above which a tool is on an edge or a corner, so that loss of contact does not indicate a hole."""
 
@@ -51,7 +51,7 @@ class SpatialExplore(Explore):
     Args:
         equipment: Objects shared by the phases.
         monitor: Contact monitor, which dithers the tool and stops it until the force responds.
-        options: Options for the compliance of the tool and the limits of its turns.
+        options: Options for the tool's compliance and its turn limits.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, options: SpatialOptions) -> None:
@@ -248,7 +248,7 @@ class SpatialExplore(Explore):
         return vx, vy, vz + monitor.dither_m_s()
 
     def _freed(self, lift_m_s: float) -> Vector3:
-        """Return the velocity of a tool wedged during a lift: it complies, and moves up unless it is blocked."""
+        """Return the velocity for a tool wedged during a lift: it complies, and moves up unless it is blocked."""
         (x, y, z), (fx, fy, fz), k = (
             self._motion.reference_m,
             self._measurement.force_N,

@@ -31,7 +31,7 @@ class SpatialInsert(Insert):
     """Phase that lowers the peg and complies with all torques; if the peg sticks, the trial resumes exploration.
 
     Args:
-        options: Options for the compliance of the tool.
+        options: Options for the tool's compliance.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor, control: ControlConfig, options: SpatialOptions) -> None:

@@ -1,4 +1,4 @@
-"""The insertion in six degrees of freedom as a kind of task, for use by the rest of palpate."""
+"""Insertion in six degrees of freedom as a kind of task, for use by the rest of palpate."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class SpatialTask(InsertionTask):
 
 
 _MARGIN_DEG: Final = 2.0
-"""Margin of the supervisor over the maximum commanded turn."""
+"""Supervisor margin over the maximum commanded turn."""
 
 
 class Insertion6Dof(Insertion):

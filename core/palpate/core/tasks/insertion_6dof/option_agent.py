@@ -45,14 +45,14 @@ OPTIONS: Final = tuple(
         (_WITHDRAW, Spatial(ControllerKind.WITHDRAW)),
     )
 )
-"""Parameters of each option for a corner in the direction of x, the same for all shapes; the settings scale them."""
+"""Parameters of each option for a corner in the x direction, the same for all shapes; the settings scale them."""
 
 _ANYWHERE: Final = ("upright", "tilted", "corner")
 _INITIATION: Final = {
     _TILT: _ANYWHERE, _PUSH: ("tilted", "corner"), _DRIVE: ("corner",), _STAND: ("tilted", "corner"),
     _INSERT: ("upright in the hole",), _WITHDRAW: ("upright in the hole", "corner"),
 }  # fmt: skip
-"""Initiation sets, as prefixes of the names of the situations; elsewhere an option is useless or harmful."""
+"""Initiation sets, as prefixes of situation names; elsewhere an option is useless or harmful."""
 
 
 _BY_RULE: Final = {
@@ -79,7 +79,7 @@ class OptionRunner:
     """Runner that executes an option action by action.
 
     Args:
-        options: Options for the corners and weight of the peg.
+        options: Options for the peg's corners and weight.
         half_width_m: Half the side of the tip's area.
     """
 
@@ -163,7 +163,7 @@ class OptionAgent(Agent):
     """Agent that executes its choice action by action; symbols, states and learning apply to whole options.
 
     Args:
-        runner: Runner of the options.
+        runner: Runner for the options.
     """
 
     def __init__(

@@ -21,7 +21,7 @@ class SpatialOptions(Settings):
     """Number of corners, evenly spaced about the axis; the first is at half their angle from the task's x; 0 if there
     are none."""
     corner_mm: Annotated[float, Range(0.1, 100.0)] = 20.0
-    """Distance of the corners, or of the flat, from the peg's axis."""
+    """Distance from the peg's axis to the corners or the flat."""
     flat_deg: Annotated[float, Range(0.0, 80.0)] = 0.0
     """Half the angle that a keyed peg's flat, across the task's x, subtends at the axis; 0 if there is none."""
     tilt_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
@@ -41,18 +41,18 @@ class SpatialOptions(Settings):
     insert_yaw_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.2
     """Compliance about the tool axis in the hole."""
     insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
-    """Compliance in tilt in the hole."""
+    """Tilt compliance in the hole."""
     wobble_deg_s: Annotated[float, Range(0.5, 8.0)] = 4.0
-    """Speed of the wobble (two circles in tilt per second) of a tool stuck in the hole or possibly on its floor. A
+    """Wobble speed (two circles in tilt per second) for a tool stuck in the hole or possibly on its floor. A
     wedged peg then goes in further."""
     tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
     """Mass of everything on the force sensor, used to compensate its weight when the tool tilts."""
     tool_above_tip_mm: Annotated[float, Range(0.0, 2000.0)] = 63.0
     """Height of the tool's centre of mass above the tip."""
     most_tilt_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
-    """Maximum tilt of the tool."""
+    """Maximum tool tilt."""
     most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
-    """Maximum turn of the tool about its axis."""
+    """Maximum tool rotation about its axis."""
 
     @property
     def neighbour_height(self) -> float:

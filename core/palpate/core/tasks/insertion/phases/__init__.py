@@ -1,4 +1,4 @@
-"""The phases of a trial: classes with a method that enters the phase and one that runs a tick of it."""
+"""Trial phases: classes with one method to enter the phase and one to run a tick of it."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Objects shared by the phases of a trial."""
+"""Objects shared by a trial's phases."""
 
 from dataclasses import dataclass
 from typing import Final, Self
@@ -11,7 +11,7 @@ from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig
 
 _ACROSS_SPEED_M_S: Final = 0.005
 _DROP_M: Final = 3e-4
-"""Depth below the surface from which the tip is in the hole, past any chamfer or worn edge."""
+"""Depth below the surface at which the tip is in the hole, past any chamfer or worn edge."""
 
 
 @dataclass(frozen=True, slots=True)

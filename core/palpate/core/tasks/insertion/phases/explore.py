@@ -56,12 +56,12 @@ class Explore(RunningPhase):
         self.countdown = 0
 
     def enter(self) -> None:
-        """Begin with a pause after the contact with the plate."""
+        """Begin with a pause after contact with the plate."""
         self.countdown = self._task.ticks_per_action
         self.resume()
 
     def resume(self) -> None:
-        """Continue the current action, in its pause, after a false detection of the hole."""
+        """Continue the current action, in its pause, after a false hole detection."""
         self.over = False
         self._monitor.presses(self._press_N)
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)

@@ -14,15 +14,15 @@ from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import ControlConfig, Outcome
 
 _WALL_M: Final = 5e-4
-"""Depth of the first search for a wall; half the insertion depth if that is less."""
+"""Depth for the first wall search; half the insertion depth if that is less."""
 _WALL_SHARE: Final = 0.4
 """Maximum fraction of the budget spent before that search with a stiff gripper; the rest is left for the search."""
 _DUE_SHARE: Final = 0.5
 """Fraction of the budget after which the search is repeated."""
 _PUSH_M_S: Final = 2e-3
-"""Speed of a push. Contact with a wall adds less force than the push: 40 N/mm times ten ticks of servo lag is 6 N."""
+"""Push speed. Contact with a wall adds less force than the push: 40 N/mm times ten ticks of servo lag is 6 N."""
 _BEND_SHARE: Final = 0.5
-"""Gripper deflection in the search for a wall, divided by the budget; a push adds a quarter to either side."""
+"""Gripper deflection in the wall search, divided by the budget; a push adds a quarter to either side."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 _STALL_M: Final = 1e-4
 """Depth that an insertion must gain in ``_STALL_TICKS``; a smaller gain indicates an obstacle. The slowest creep takes
@@ -40,20 +40,20 @@ _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
 _HARDER_SHARE: Final = 0.25
 """Maximum increase in the pressing force, divided by the force limit."""
 _RELEASE_SHARE: Final = 0.8
-"""Pull divided by pressing force in a release. A peg that descended under that force is released by more than its
+"""Pull divided by pressing force during a release. A peg that descended under that force is released by more than its
 friction; one that not even harder pressing moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _LEAST_HALF_TICKS: Final = MOST_SAMPLES // 2
 _MOST_HALVES: Final = 4
 """Settling time, minimum time for each force average, and number of averages."""
 _LIGHT_SHARE: Final = 0.5
-"""Force of a light contact divided by the pressing force; the dither interrupts a lighter one."""
+"""Light-contact force divided by the pressing force; the dither interrupts a lighter one."""
 _DEVIATIONS: Final = 3.3
 """Number of standard deviations of the depth; one error in two thousand is larger, on a given side."""
 
 
 class Stage(Enum):
-    """Stages of an insertion."""
+    """Insertion stages."""
 
     SINK = "sink"
     LOOK = "look"
@@ -170,7 +170,7 @@ class Insert(RunningPhase):
         self._state.end(Outcome.WEDGED, text)
 
     def _pressing(self, *, push: bool) -> Vector3:
-        """Return the velocity of the pressing controller, with a push against a wall or zero lateral force."""
+        """Return the velocity from the pressing controller, with a push against a wall or zero lateral force."""
         reference_m = self._motion.reference_m
         vx, vy, vz = self._controller.velocity_m_s(reference_m, reference_m, self._measurement.force_N)
         if push:
