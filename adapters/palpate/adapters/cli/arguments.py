@@ -1,4 +1,4 @@
-"""Parse a command line into options and, for commands that run trials, into the configuration of the run.
+"""Parse a command line into options and, for commands that run trials, into the run's configuration.
 
 tyro parses a command's own options. The rest are settings such as ``--task.step-mm 0.5``. They are converted to a
 table, as in a TOML file, and checked in the same way.
@@ -40,7 +40,7 @@ from palpate.core.ports import kinds_of, optional_of, parts_of
 
 
 def _flags() -> dict[str, tuple[Described, bool]]:
-    """Map each flag to its setting and the value that it gives a switch; other settings ignore that value."""
+    """Map each flag to its setting and to the value that it gives the setting if the setting is a switch."""
     found: dict[str, tuple[Described, bool]] = {}
     for setting in described(RunConfig):
         table, _, last = setting.name.replace("_", "-").rpartition(".")
@@ -57,7 +57,7 @@ _ANY_CASE: Final = {flag.lower(): flag for flag in SETTING_FLAGS}
 
 
 def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
-    """Return the settings on the command line as nested tables, and the first other argument, or "" if none.
+    """Return the settings on the command line as nested tables, and the first argument that is not one, or "".
 
     Raises:
         UsageError: A setting has no value.
@@ -78,7 +78,7 @@ def settings_in(words: Sequence[str]) -> tuple[dict[str, Any], str]:
 
 
 def _value(flag: str, kind: Any, values: Sequence[str], switch: bool) -> tuple[Any, int]:
-    """Return the value in TOML form and the number of arguments that it takes. The value is checked later."""
+    """Return the value in TOML form and the number of arguments used. The value is checked later."""
     base = parts_of(kind)[0]
     if base is bool:
         return switch, 0
@@ -112,7 +112,7 @@ def _plain(word: str, kind: Any) -> Any:
 T = TypeVar("T")
 
 _EARNED: Final = ("reinforcement", "effort_per_N_s")
-"""Reinforcement settings, which also affect the tables of a run without learning."""
+"""Reinforcement settings, which also affect the tables from a run without learning."""
 
 
 def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
@@ -138,7 +138,7 @@ def parse(kind: type[T], command: str, words: Sequence[str]) -> T:
     table = read_toml(Path(file)) if file else {}
     facts = run_facts(table, file)
     if facts.get("command") == command:
-        # A run.toml also contains the number of trials and the policy of its command.
+        # A run.toml also contains the command's policy and number of trials.
         given_flags = {word.partition("=")[0] for word in words}
         known = {name: facts[name] for name in ("trials", "policy") if name in facts}
         known = {name: tuple(value) if isinstance(value, list) else value for name, value in known.items()}
@@ -193,7 +193,7 @@ def _composed(own: RunSettings, table: dict[str, Any], is_record: bool, given: M
     config = configured(
         own.job or None, rig=rig, scenario=own.scenario,
         learner=own.learner or ("belief" if getattr(own, "from_logs", ()) else ""),
-        # The learner of the policy files, if they all have the same one.
+        # The learner in the policy files, if they all have the same one.
         policy=next(iter(policies.values())) if len(policies) == 1 else "", task=own.task, arm=own.arm,
         settings=table, flags={**given, **({} if own.seed < 0 else {"seed": own.seed})}, measured=not resumed,
     )  # fmt: skip
@@ -210,7 +210,7 @@ def _require_of_learner(learner: str, given: Iterable[str]) -> None:
 
 
 def _resumed(own: RunSettings) -> str:
-    """With ``--resume``, return the path of the settings with which the run in ``--out`` started."""
+    """With ``--resume``, return the path to the settings that the run in ``--out`` started with."""
     if not getattr(own, "resume", False):
         return ""
     path = Path(getattr(own, "out", "") or f"runs/{own.scenario or 'paper'}") / "run.toml"
@@ -235,7 +235,7 @@ def _one_line(boxed: str) -> str:
 
 
 def flags_of(kind: type) -> set[str]:
-    """Return every flag of a command, including those of its settings."""
+    """Return every flag for a command, including those for its settings."""
     found = set(SETTING_FLAGS) if issubclass(kind, RunSettings) else set()
     _, flags, rare = options_in(kind)
     for option in (*flags, *rare):

@@ -7,7 +7,7 @@ from importlib import import_module
 
 
 class Command:
-    """A command with its summary and the modules of its function and options. A group has only a summary."""
+    """A command with its summary and the modules that contain its function and options. A group has only a summary."""
 
     def __init__(self, text: str, module: str = "", options: str = "options") -> None:
         self.text, self.module, self.options = text, module, options
@@ -75,7 +75,7 @@ def function_of(name: str) -> Callable[..., object]:
 
 
 def options_of(name: str) -> type:
-    """Return the options class of a command."""
+    """Return a command's options class."""
     module = import_module(f"palpate.adapters.cli.{COMMANDS[name].options}")
     found: type = getattr(module, f"{name.split()[-1].title()}Options")
     return found

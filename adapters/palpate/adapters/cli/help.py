@@ -1,4 +1,4 @@
-"""Help text of a command, generated from its declared options."""
+"""Help text for a command, generated from its declared options."""
 
 import shutil
 import textwrap
@@ -51,7 +51,7 @@ def options_in(kind: type) -> tuple[list[Described], list[Described], list[Descr
 
 
 def flag_of(option: Described) -> str:
-    """Return the flag of an option; for a switch that is on by default, the flag turns it off."""
+    """Return an option's flag; for a switch that is on by default, the flag turns it off."""
     table, dot, last = option.name.replace("_", "-").rpartition(".")
     return f"--{table}{dot}{'no-' if option.default is True else ''}{last}"
 

@@ -71,17 +71,17 @@ class ImportOptions(Settings):
     """Convert JointState and WrenchStamped messages in a ROS 2 bag (MCAP or SQLite) to a log at the control rate."""
 
     bag: Annotated[str, tyro.conf.Positional]
-    """Folder of the bag."""
+    """Bag folder."""
     job: str = ""
     """Job file: part, tool, arm and place. Default: the paper's peg."""
     arm: str = ""
-    """Name of the arm. Default: the arm of the job."""
+    """Name of the arm. Default: the arm in the job."""
     joints: tuple[str, ...] = ()
     """Names of the joints in the messages, base first. Default: the names in the model."""
     joint_states: str = ""
-    """Topic of the joint angles. Default: the only topic of its type."""
+    """Topic with the joint angles. Default: the only topic of its type."""
     wrench: str = ""
-    """Topic of the wrenches. Default: the only topic of its type."""
+    """Topic with the wrenches. Default: the only topic of its type."""
     reverse_wrench: bool = False
     """Reverse the signs, if the bag contains the wrench that the tool exerts on its surroundings."""
     out: str = ""

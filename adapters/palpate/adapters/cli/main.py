@@ -1,4 +1,4 @@
-"""Entry point that selects the subcommand and reports each error in one line and by an exit code."""
+"""Entry point that selects the subcommand and reports each error in one line and with an exit code."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Interrupts:
 _LEFT_OUT: Final = ("torch", "pytest")
 """Packages that a slim installation lacks; they are imported only where needed."""
 _DEBUG: Final = "--debug"
-"""Option, common to all commands, that prints the traceback of an error."""
+"""Option for all commands that prints an error's traceback."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""Notices printed by commands that run trials, and prompts for the operator of a rig."""
+"""Notices printed by commands that run trials, and prompts for a rig's operator."""
 
 import importlib.util
 import shlex
@@ -61,7 +61,7 @@ def run_of(
 
 
 def ask_before_motion(options: RunOptions | TrainOptions) -> None:
-    """Print how the arm of a rig will move and, unless it is emulated, ask the operator to confirm.
+    """Print how a rig's arm will move and, unless it is emulated, ask the operator to confirm.
 
     Raises:
         UsageError: There is no terminal.

@@ -35,9 +35,9 @@ class RunSettings(Settings):
     arm: str = ""
     """Name of the arm, such as ur5e. To use your own arm, add an [arm] table to the job file."""
     learner: Annotated[str, OneOf("", *LEARNERS)] = ""
-    """Name of the learner. Default: the learner of the policy file, else q-learning."""
+    """Name of the learner. Default: the policy file's learner, else q-learning."""
     seed: Annotated[int, Range(-1, 2**63 - 1, text=f"a whole number from 0 to {2**63 - 1}")] = -1
-    """Seed of all random streams. Default: 0."""
+    """Seed for all random streams. Default: 0."""
     config: str = ""
     """TOML file with settings, such as a run.toml. It overrides the job file; flags override both."""
     run: RunConfig = field(default_factory=RunConfig, init=False)
@@ -92,12 +92,12 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     out: str = ""
     """Folder for the results. It must not contain a run. Default: runs/SCENARIO."""
     policy: str = "q-learning"
-    """q-learning: train the learner of --learner from scratch. A policy file: continue its training, with the initial
-    exploration. package.module:Name or the name of an entry point: train a learner from a plug-in package."""
+    """q-learning: train the learner given by --learner from scratch. A policy file: continue its training, with the
+    initial exploration. package.module:Name or the name of an entry point: train a learner from a plug-in package."""
     resume: bool = False
     """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
-    """Fit the belief learner to recorded trials of any policy, without running trials. Takes logs, folders with logs,
+    """Fit the belief learner to recorded trials with any policy, without running trials. Takes logs, folders with logs,
     or patterns in quotes, with the newest last; uses the settings of the first log."""
 
 
@@ -121,7 +121,7 @@ class RunOptions(MotionSettings, LiveSettings, RunSettings):
     """Number of simulator processes; 0 uses one per core. With more than one, each block of 10 trials uses a new policy
     object."""
     learner: Annotated[str, OneOf("", *LEARNERS), RARE] = ""
-    """Learner whose presets apply. Default: the learner of the policy file, else q-learning."""
+    """Learner whose presets apply. Default: the policy file's learner, else q-learning."""
     view: bool = False
     """Show the simulation in MuJoCo's viewer in real time. Closing the window ends the run."""
 
@@ -155,13 +155,13 @@ class PlanOptions(Settings):
     task: Annotated[str, OneOf("", "insertion", "insertion-6dof")] = ""
     """Task: insertion or insertion-6dof. Default: the more suitable one."""
     arm: str = ""
-    """Name of an arm that replaces the arm of the job."""
+    """Name of an arm to use instead of the job's arm."""
     trials: Annotated[int, Range(0, 1_000_000)] = 0
     """Number of simulated trials; 0 disables the simulation."""
     jobs: Jobs = 1
     """Number of processes; 0 uses one per core. The result does not depend on it."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
-    """Seed of all random streams of the simulated trials."""
+    """Seed for all random streams in the simulated trials."""
     out: str = ""
     """New .png, .svg or .pdf file for a figure of the trials. Default: JOB-plan.png."""
 
@@ -187,7 +187,7 @@ class ReplayOptions(Settings):
     out: str = ""
     """New folder for the logs of a what-if."""
     strict: bool = False
-    """Fail if the least significant bits differ from those of a log recorded on another processor."""
+    """Fail if even the least significant bits differ from a log recorded on a different processor."""
     jobs: Jobs = 0
     """Number of processes; 0 uses one per thirty logs, at most one per core."""
     verbose: bool = False
@@ -196,7 +196,7 @@ class ReplayOptions(Settings):
 
 @dataclass(frozen=True)
 class CheckOptions(Settings):
-    """Test your own adapter against the contract of its port, clause by clause.
+    """Test your own adapter against its port's contract, clause by clause.
 
     Exit code 0: every applicable clause holds; 1: a clause is violated; 2: the name is not a contract suite.
     """
@@ -219,13 +219,13 @@ class DoctorOptions(AcknowledgeSettings):
     rig: str = ""
     """Rig file with the devices."""
     seconds: Annotated[float, Range(0.2, 600.0)] = 3.0
-    """Duration of the measurement of each device."""
+    """Measurement time for each device."""
     push: bool = False
     """Ask you to push the tool, and check the signs of the wrench."""
     move: bool = False
     """Switch on the arm, move each joint by 0.001 rad and back, starting with the last, and check that it follows."""
     arm: str = ""
-    """Name of an arm whose kinematic model replaces that of the rig file."""
+    """Name of an arm whose kinematic model replaces the one in the rig file."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class CalibrateOptions(AcknowledgeSettings, RunSettings):
 
 @dataclass(frozen=True)
 class EmulateOptions(EmulationConfig, RunSettings):
-    """Emulate the devices of a job's work cell until Ctrl-C.
+    """Emulate the devices in a job's work cell until Ctrl-C.
 
     MuJoCo simulates the arm. Serial and CAN devices are on pseudo-terminals; a Net F/T and a Universal Robots
     controller are on local sockets. The cell is the same as in the first trial.
@@ -263,13 +263,13 @@ class EmulateOptions(EmulationConfig, RunSettings):
     """Fault to trigger: 12s:NAME (12 s after the arm first moves) or start+12s:NAME (12 s after the start). Names:
     protective-stop, emergency-stop, program-end, cable-pulled (arm), sensor-silent, sensor-cable. May be repeated."""
     priority: Annotated[int, Range(0, 99), RARE] = 0
-    """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99, so that other programs do not delay them. 0
+    """Real-time priority (SCHED_FIFO) for the emulated devices, 1 to 99, so that other programs do not delay them. 0
     requests none. A denied request is reported."""
 
 
 @dataclass(frozen=True)
 class StudyOptions(Settings):
-    """Run every combination of settings, policies and seeds of a TOML file, each in a separate folder.
+    """Run every combination of settings, policies and seeds in a TOML file, each in a separate folder.
 
     The file:
 
@@ -279,7 +279,7 @@ class StudyOptions(Settings):
       policies = ["q-learning", "torque"]    # learners are trained; baselines and policy files run as they are
       job = "my-part.toml"                   # job file, relative to this file; default: the paper's peg
 
-      [base]                                 # settings of all conditions, as in a run.toml
+      [base]                                 # settings for all conditions, as in a run.toml
       scenario = "paper"
 
       [grid]                                 # a list of values for each setting: all combinations
@@ -318,7 +318,7 @@ class ExploreOptions(Settings):
     size: int = 7
     """Side length in cells; must be odd. A text file defines its own size."""
     state: str = "symbols"
-    """State of the learner: symbols (the last symbol), last-2 or last-3 (the last two or three), or an automaton file
+    """Learner state: symbols (the last symbol), last-2 or last-3 (the last two or three), or an automaton file
     (.json)."""
     learning: Annotated[GridLearning, tyro.conf.arg(name="")] = field(default_factory=GridLearning)
     trials: Trials = TRIALS
@@ -326,14 +326,14 @@ class ExploreOptions(Settings):
     seeds: Annotated[int, Range(1, 100_000)] = 3
     """Number of independent runs."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
-    """Seed of the first run; it increases by one with each run."""
+    """Seed for the first run; it increases by one with each run."""
     out: str = ""
     """New or empty folder for the trials, policies, summary and learning curve."""
     figure: str = ""
     """Draw the paper's figure 3 instead, for both scenarios with symbols and with an automaton inferred from random
     walks. Takes a new .svg, .png or .pdf file."""
     strings: str = ""
-    """Write the symbols of random walks to this file instead, one walk per line."""
+    """Write the symbols from random walks to this file instead, one walk per line."""
     walks: int = 1000
     """Number of random walks, for --strings and for inference."""
     longest: int = 30

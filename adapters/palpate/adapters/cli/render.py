@@ -45,9 +45,9 @@ class RenderOptions(Settings):
     speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
     """Speed of the video: 0.5 shows the trial at half speed."""
     begin_s: float | None = None
-    """Start of the video, in seconds of the trial. Default: start of the trial."""
+    """Start of the video, in seconds of trial time. Default: start of the trial."""
     end_s: float | None = None
-    """End of the video, in seconds of the trial. Default: end of the trial."""
+    """End of the video, in seconds of trial time. Default: end of the trial."""
 
 
 def render(options: RenderOptions) -> int:

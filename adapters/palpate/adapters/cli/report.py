@@ -19,13 +19,13 @@ class ReportOptions(Settings):
     """Create a self-contained HTML page about a run or a study, FOLDER/report.html. An older report is replaced."""
 
     folder: Annotated[str, tyro.conf.Positional]
-    """Folder of a run or a study."""
+    """Run or study folder."""
     logs: bool = True
-    """Read the logs of a run to show the forces of individual trials."""
+    """Read a run's logs to show the forces in individual trials."""
 
 
 def report(options: ReportOptions) -> int:
-    """Create the page of a folder, and return the exit code."""
+    """Create the page for a folder, and return the exit code."""
     folder = Path(options.folder)
     study, run = os.path.exists(folder / "study.toml"), os.path.exists(folder / "run.toml")
     if not study and not (run and os.path.exists(folder / "trials.csv")):

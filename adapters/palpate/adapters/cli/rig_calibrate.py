@@ -92,7 +92,7 @@ def _do(step: str, options: CalibrateOptions, path: Path, latch: FaultFile) -> N
 
 
 def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) -> tuple[dict[str, Any], str]:
-    """Return the result of a step: the values for the rig file, and a description."""
+    """Return a step's result: the values for the rig file, and a description."""
     if step == "payload":
         load = commissioning.payload()
         centre = "; ".join(
@@ -128,7 +128,7 @@ def _confirmed(step: str, *, yes: bool) -> bool:
 
 
 def _require_turn(file: RigFile) -> None:
-    """Require the mounting angle of the sensor, because the torque guides the tool to the hole."""
+    """Require the sensor's mounting angle, because the torque guides the tool to the hole."""
     if file.calibration.mounting_deg is None:
         raise ConfigurationError(f"{_TABLE}.mounting_deg", None, "a number, by the step payload")
 

@@ -24,7 +24,7 @@ class Test{name}({name}):
 
 def check(options: CheckOptions) -> int:
     """Run the clauses of the suite with pytest; return 0 if all applicable clauses hold, else 1."""
-    # As with python -m, modules in the current folder can be named.
+    # As with python -m, modules in the current folder can be imported.
     with from_here(), TemporaryDirectory() as folder:
         suite = _suite(options.suite)
         module, _, name = options.suite.partition(":")

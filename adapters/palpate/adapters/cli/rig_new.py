@@ -32,13 +32,13 @@ class NewOptions(Settings):
     """
 
     arm: Annotated[str, OneOf("", *adapter_names("arm"))] = ""
-    """Adapter of the arm."""
+    """Adapter for the arm."""
     force: Annotated[str, OneOf("", *adapter_names("force"))] = ""
-    """Adapter of the force sensor."""
+    """Adapter for the force sensor."""
     model: str = ""
-    """Name of the kinematic model of the arm, such as ur5e."""
+    """Name of the arm's kinematic model, such as ur5e."""
     job: bool = False
-    """Print a job file instead, with the part, tool, place and limits of the paper's peg."""
+    """Print a job file instead, with the part, tool, place and limits for the paper's peg."""
 
 
 def new(options: NewOptions) -> None:
@@ -53,7 +53,7 @@ def new(options: NewOptions) -> None:
 
 
 def rig_text(arm: str, force: str, model: str = "") -> str:
-    """Return the text of a rig file with the defaults of these adapters."""
+    """Return the text of a rig file with these adapters' defaults."""
     rig = {"job": "job.toml", "approach_rad_s": 0.1, "name": f"{arm} with {force}"}
     facts = "What the sensor does not report itself; palpate rig doctor measures the noise."
     tables: list[tuple[str, str, Iterator[str]]] = [
@@ -71,7 +71,7 @@ def rig_text(arm: str, force: str, model: str = "") -> str:
 
 
 def job_text() -> str:
-    """Return the text of a job file with the paper's peg; optional settings are comments."""
+    """Return the text of a job file for the paper's peg; optional settings are comments."""
     lines = ["# Lines that begin with # show the defaults."]
     for name in JOB_TABLES:
         table = getattr(Job(), name)

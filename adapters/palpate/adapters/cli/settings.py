@@ -43,7 +43,7 @@ def settings(options: SettingsOptions) -> None:
 
 
 def _groups() -> Iterator[tuple[str, tuple[str, list[config.Described]]]]:
-    """Return every group with its purpose and settings: those of a run, of a rig file, and of commands."""
+    """Return every group with its purpose and settings: those for runs, rig files and commands."""
     every = list(config.described(config.RunConfig))
     yield "presets", ("Presets, arm and seed.", [each for each in every if "." not in each.name])
     for field in fields(config.RunConfig):

@@ -18,7 +18,7 @@ class ShowOptions(Settings):
 
 
 def show(options: ShowOptions) -> int:
-    """Print the table of a policy file, and return the exit code."""
+    """Print the table in a policy file, and return the exit code."""
     from palpate.adapters.experiments import load_policy, render_table
 
     sys.stdout.write(render_table(load_policy(options.file)))

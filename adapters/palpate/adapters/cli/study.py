@@ -23,7 +23,7 @@ _MOST_LINES: Final = 20
 
 
 def study(options: StudyOptions) -> int:
-    """Run every unfinished condition of a study, and return the exit code."""
+    """Run every unfinished condition in a study, and return the exit code."""
     file = Path(options.file)
     requested, folder = Study.read(file), StudyFolder(Path(options.out or f"runs/{file.stem}"))
     conditions = list(requested.conditions())

@@ -97,7 +97,7 @@ def _fit_to_logs(options: TrainOptions) -> int:
 
 
 def _lately(rows: Sequence[experiments.TrialRow]) -> str:
-    """Return the mean time and the success rate of the last trials."""
+    """Return the mean time and the success rate over the last trials."""
     count, temperature = len(rows), rows[-1].temperature
     text = f"time {sum(row.exploration_time_s for row in rows) / count:.2f} s"
     text += f", success {sum(row.success for row in rows) / count:.0%}"

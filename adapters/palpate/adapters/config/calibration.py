@@ -1,4 +1,4 @@
-"""Measurements of a rig, and a function that writes them to the rig file without losing its other content."""
+"""Measurements from a rig, and a function that writes them to the rig file without losing its other contents."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -62,12 +62,12 @@ def compose(
 ) -> RunConfig:
     """Compose a configuration. Later layers override earlier ones.
 
-    The layers are derived settings, presets of the learner, scenario and task, the job, and the tables in order.
+    The layers are derived settings, presets for the learner, scenario and task, the job, and the tables in order.
     Settings are derived from the job's tables after all layers are merged.
 
     Args:
         name: Scenario; ``job`` for a job without a scenario.
-        sensor: Noise of a rig's force sensor; by default, that of the simulated cell.
+        sensor: Noise of a rig's force sensor; by default, the simulated sensor's noise.
 
     Raises:
         ConfigurationError: A preset or a field is unknown, or a value is rejected.
@@ -147,7 +147,7 @@ def _agreed(key: str, chosen: str, table: Mapping[str, Any], before: str = "") -
     if not isinstance(written, str):
         raise ConfigurationError(f"{before}{key}", written, "a name")
     if chosen and written not in ("", chosen):
-        # The settings would replace all values of the other preset.
+        # The settings would replace all values from the other preset.
         raise ConfigurationError(f"{before}{key}", chosen, f"{written!r}, as in the settings, or others without {key}")
     return chosen or written
 
@@ -168,7 +168,7 @@ def tables_of(settings: Tables) -> dict[str, Any]:
 
 
 def scenario(name: str, learner: str = "q-learning") -> RunConfig:
-    """Return the configuration of a scenario and a learner.
+    """Return the configuration for a scenario and a learner.
 
     Raises:
         ConfigurationError: The scenario or the learner is unknown.
@@ -185,7 +185,7 @@ def remeasured(config: RunConfig, measured: Mapping[str, Any], sensor: SensorFac
 
 
 def of_trial(config: RunConfig, trial: int, *, drawn: bool) -> RunConfig:
-    """Return the configuration of one trial, with the place and force limit of that trial.
+    """Return the configuration for one trial, with that trial's place and force limit.
 
     Args:
         drawn: Whether to draw a force limit for the trial if the job specifies a range.
@@ -225,7 +225,7 @@ def simulated_noise(config: RunConfig) -> SensorFacts:
 
 
 def depth_step_mm(config: RunConfig) -> float:
-    """Return the standard deviation of the tip position along the tool due to the encoder resolution."""
+    """Return the standard deviation of the tip position along the tool axis due to encoder resolution."""
     # Loading the kinematics is slow, and help and logs do not need them.
     from palpate.core.motion import Kinematics
 
@@ -233,7 +233,7 @@ def depth_step_mm(config: RunConfig) -> float:
 
 
 def verdict_on(config: RunConfig, task: str = "") -> Verdict:
-    """Return the verdict on a configuration's job with the simulated noise, for a given task or for the best one."""
+    """Return the verdict on a configuration's job, using the simulated noise, for a given task or for the best one."""
     return judge(job_of(config), simulated_noise(config), step_mm=depth_step_mm(config), task=task)
 
 

@@ -47,7 +47,7 @@ class Described:
 
 
 def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
-    """Yield every setting of a table and of the tables in it, in the order of their declaration."""
+    """Yield every setting in a table and its subtables, in the order of declaration."""
     texts = texts_of(table)  # type: ignore[arg-type]
     for field in fields(table):  # type: ignore[arg-type]
         if not field.init:
@@ -58,7 +58,7 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
             default = field.default_factory()
         name = f"{prefix}{field.name}"
         if isinstance(default, Settings) and table_or(kind) is None:
-            # With this mark, the command-line parser merges the fields of a table with those of the enclosing one.
+            # With this mark, the command-line parser merges a table's fields with those of the enclosing table.
             flat = any(getattr(mark, "name", None) == "" for mark in getattr(kind, "__metadata__", ()))
             yield from described(type(default), prefix if flat else f"{name}.")
         else:

@@ -1,4 +1,4 @@
-"""Settings of emulated devices."""
+"""Settings for emulated devices."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Self
@@ -21,7 +21,7 @@ class EmulationConfig(Settings):
     """Devices of an emulated rig, with settings that a rig file does not contain."""
 
     wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR, ROS2)] = ""
-    """Interface of the arm: zebra-nmc (the Zebra Zero's serial bus), cia402 (CAN drives), ur-rtde (a Universal
+    """Arm interface: zebra-nmc (the Zebra Zero's serial bus), cia402 (CAN drives), ur-rtde (a Universal
     Robots controller, at the first free address from 127.0.0.1 on) or ros2 (a free domain on loopback). Default: the
     arm's own interface, else cia402."""
     force: Annotated[str, OneOf("", JR3, ATI, UR, ROS2)] = ""
@@ -34,7 +34,7 @@ class EmulationConfig(Settings):
     divider: Annotated[int, Range(1, 14), RARE] = 2
     """Control ticks per bus cycle: 2 gives 70 Hz."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
-    """Simulated seconds per real second of devices, loop and physics; use less than 1 on a slow computer."""
+    """Simulated seconds per real second for devices, loop and physics; use less than 1 on a slow computer."""
     hide: bool = False
     """Draw the tool's weight, the sensor's mounting, the plate's height, the hole's position and the gripper's
     stiffness from the seed, so that they differ from the rig file. Use it to practise palpate rig calibrate."""

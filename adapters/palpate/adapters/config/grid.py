@@ -22,13 +22,13 @@ HMM: Final = "hmm"
 """Name of the learner with the displacement HMM."""
 LEARNERS: Final = (*RATES, HMM)
 INITIAL: Final = {"q": -4.0, "sarsa": 0.0}
-"""Initial Q of each learner. With -4, which is close to the cost of reaching the goal, Q-learning over
+"""Initial Q for each learner. With -4, which is close to the cost of reaching the goal, Q-learning over
 automaton states needs half as many trials as with 0."""
 
 
 @dataclass(frozen=True)
 class GridLearning(Settings):
-    """Settings of the learner. Each action costs 1, and exploration is Boltzmann, as in the insertion task."""
+    """Learner settings. Each action costs 1, and exploration is Boltzmann, as in the insertion task."""
 
     learner: Annotated[str, OneOf(*LEARNERS)] = "q"
     """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; hmm: a hidden Markov model over the displacement from
@@ -36,13 +36,13 @@ class GridLearning(Settings):
     alpha: Annotated[LearningRate | None, RARE] = None
     """Constant learning rate. Default: q 0.5, halved after 20 visits, down to 0.05; sarsa 0.1 throughout."""
     temperature: Annotated[Temperature, RARE] = 0.5
-    """Exploration temperature of the first trial."""
+    """Exploration temperature in the first trial."""
     temperature_decay: Annotated[TemperatureDecay, RARE] = 0.995
     """Factor applied to the exploration temperature after each trial."""
     temperature_floor: Annotated[Temperature, RARE] = 0.1
     """Minimum exploration temperature."""
     trace_decay: Annotated[float, Range(0.0, 1.0), RARE] = 0.8
-    """Trace decay lambda of sarsa."""
+    """Trace decay (lambda) for sarsa."""
     step_limit: Annotated[int, Range(1, 1_000_000), RARE] = STEP_LIMIT
     """Maximum number of steps in a trial."""
     reach: Annotated[int, Range(1, 200), RARE] = 10
@@ -55,7 +55,7 @@ class GridLearning(Settings):
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
 
     def parameters(self) -> QParameters:
-        """Return the parameters of a tabular learner."""
+        """Return the parameters for a tabular learner."""
         alpha, visits, floor = RATES[self.learner] if self.alpha is None else (self.alpha, 0.0, 0.0)
         common: dict[str, Any] = {
             "alpha": alpha, "alpha_visits": visits, "alpha_floor": floor, "gamma": 1.0,
@@ -67,5 +67,5 @@ class GridLearning(Settings):
         return QParameters(**common)
 
     def hmm(self) -> HmmParameters:
-        """Return the parameters of the learner with a hidden Markov model."""
+        """Return the parameters for the learner with a hidden Markov model."""
         return HmmParameters(reach=self.reach)

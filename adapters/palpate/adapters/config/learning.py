@@ -52,7 +52,7 @@ def learner_in(path: str) -> str:
 
 @dataclass(frozen=True)
 class LearningConfig(Settings):
-    """Settings of the learner, its reinforcement and programmed states."""
+    """Settings for the learner, its reinforcement and the programmed states."""
 
     TABLE: ClassVar[str] = "learning"
 
@@ -70,15 +70,15 @@ class LearningConfig(Settings):
     optimistic_prior: Annotated[float, Range(0.0, 1e6)] = 0.0
     """Optimistic prior in Q for the options that the task's rule would choose; with 0, all options start equal."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
-    """Boltzmann temperature of the first trial."""
+    """Boltzmann temperature in the first trial."""
     temperature_decay: TemperatureDecay = 0.95
     """Factor applied to the temperature after each trial."""
     temperature_floor: Temperature = 0.2
     """Minimum temperature during training, because states are aliased and a greedy policy could loop."""
     temperature_in_use: Temperature = 0.1
-    """Temperature of the policy without learning, if lower than the minimum during training."""
+    """Policy temperature when not learning, if lower than the minimum during training."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
-    """Trace decay lambda of sarsa and options."""
+    """Trace decay (lambda) for sarsa and options."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"
     """action-penalty: -1 per action; effort: also penalises force beyond the pressing force; time: -10 per second."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
@@ -88,7 +88,7 @@ class LearningConfig(Settings):
     programmed: dict[str, str] = field(default_factory=dict)
     """Programmed states, which are not learned, as a table from state name to action name."""
     examples: str = ""
-    """CSV file with columns state and action, such as decisions.csv of a run; it sets the actions of its states."""
+    """CSV file with columns state and action, such as a run's decisions.csv; it sets the actions for its states."""
 
     @override
     def check(self) -> None:

@@ -37,9 +37,9 @@ class SensorFactsTable(Settings):
     TABLE: ClassVar[str] = "force_sensor.facts"
 
     noise_N: _Noise | None = None
-    """Standard deviation of one force channel of a stationary sensor; ``palpate rig doctor`` measures it."""
+    """Standard deviation of one force channel while the sensor is stationary; ``palpate rig doctor`` measures it."""
     noise_Nm: _Noise | None = None
-    """Standard deviation of one torque channel of a stationary sensor."""
+    """Standard deviation of one torque channel while the sensor is stationary."""
     range_N: _Ranges | None = None
     """Maximum force along each axis."""
     range_Nm: _Ranges | None = None
@@ -93,7 +93,7 @@ class RigFile(Settings):
     TABLE: ClassVar[str] = "rig"
 
     name: Annotated[str, Holds(bool, "a name")]
-    """Name of the rig in logs. Default: the name of the file."""
+    """Name of the rig in logs. Default: the file name."""
     arm: DeviceEntry
     """The arm."""
     force_sensor: DeviceEntry
@@ -105,21 +105,21 @@ class RigFile(Settings):
     operator: OperatorTable = OperatorTable()
     """Operator stop."""
     watchdog: WatchdogTable = WatchdogTable()
-    """Watchdog of the control loop."""
+    """Watchdog for the control loop."""
     facts: SensorFactsTable = SensorFactsTable()
     """Specified properties of the force sensor."""
     calibration: CalibrationTable = field(default_factory=CalibrationTable)
-    """Results of the calibration."""
+    """Calibration results."""
     job: str = ""
-    """Job file of the rig, for commands without --job."""
+    """Job file for the rig, used by commands without --job."""
     emulated: bool = False
     """True if all devices are emulated, so that no real device moves; set by `palpate emulate`."""
     real_time_factor: Annotated[float, Range(0.01, 1.0)] = 1.0
     """Speed of the emulated devices relative to real time, or 1 for real devices."""
     accept_kinematics: bool = False
-    """True if a person accepts the arm's nominal model for this run; not a key of the file."""
+    """True if a person accepts the arm's nominal model for this run; not a key in the file."""
     model: str | ArmDescription = ""
-    """Model of the arm: a name, or the ``[arm]`` table with a URDF; empty if the file has none."""
+    """Arm model: a name, or the ``[arm]`` table with a URDF; empty if the file has none."""
 
     @override
     def check(self) -> None:
@@ -167,7 +167,7 @@ class RigFile(Settings):
         """Return the settings and the job, with this rig's arm and measurements and without a simulated cell.
 
         Raises:
-            ConfigurationError: There is no model of the arm.
+            ConfigurationError: There is no model for the arm.
             UsageError: Neither the settings nor the job specifies the part and tool.
         """
         if job is None and not {"part", "tool"} <= set(table):

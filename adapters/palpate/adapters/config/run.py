@@ -1,4 +1,4 @@
-"""Configuration of a run, as a tree of frozen dataclasses for TOML files, flags and ``run.toml``."""
+"""Run configuration, as a tree of frozen dataclasses for TOML files, flags and ``run.toml``."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final, TypeAlias
@@ -59,9 +59,9 @@ class PerceptionConfig(Settings):
     symbol_count: Annotated[int, Range(2, 1000)] = 17
     """Number of symbols for random and clusters."""
     fit_trials: Annotated[int, Range(1, 1000)] = 10
-    """Number of random-walk trials to fit pca, som, clusters and the bounds of random."""
+    """Number of random-walk trials for fitting pca, som, clusters and the bounds for random."""
     memory: str = "none"
-    """none: a state is a symbol; last-action: the last symbol and the kind of the action before it; last-2, last-3: the
+    """none: a state is a symbol; last-action: the last symbol and the kind of action before it; last-2, last-3: the
     last 2 or 3 symbols; an automaton file (.json): its states."""
 
     @override
@@ -75,7 +75,7 @@ class PerceptionConfig(Settings):
 
 @dataclass(frozen=True)
 class RecordingConfig(Settings):
-    """Settings of the flight recorder. Recording does not affect learning or measurements."""
+    """Settings for the flight recorder. Recording does not affect learning or measurements."""
 
     TABLE: ClassVar[str] = "recording"
 
@@ -96,16 +96,16 @@ class AcceptanceConfig(Settings):
     max_late_share: Annotated[float, Range(0.0, 1.0)] = 0.05
     """Maximum share of ticks that begin more than a millisecond late."""
     max_skipped_share: Annotated[float, Range(0.0, 1.0)] = 0.02
-    """Maximum share of slots in the schedule without a tick."""
+    """Maximum share of schedule slots without a tick."""
     max_repeated_share: Annotated[float, Range(0.0, 1.0)] = 0.9
-    """Maximum share of ticks without a new sample; an arm on a bus with half the rate has a share of 0.5."""
+    """Maximum share of ticks without a new sample; an arm on a bus at half the rate has a share of 0.5."""
     learn_from_flagged: bool = False
     """Also learn from flagged trials."""
 
 
 @dataclass(frozen=True)
 class RealTimeConfig(Settings):
-    """Real-time settings of the control loop. A setting that the system rejects is reported, and the run continues."""
+    """Real-time settings for the control loop. A setting that the system rejects is reported, and the run continues."""
 
     TABLE: ClassVar[str] = "real_time"
 
@@ -114,9 +114,9 @@ class RealTimeConfig(Settings):
     priority: Annotated[int, Range(1, 99)] = 50
     """Real-time priority, 1 to 99."""
     lock_memory: bool = False
-    """Lock the memory of the process, so that it is not paged out."""
+    """Lock the process's memory, so that it is not paged out."""
     cpu: Annotated[int, Range(-1, 4096)] = -1
-    """CPU of the loop while a trial runs; -1 lets the system choose."""
+    """CPU for the loop while a trial runs; -1 lets the system choose."""
     freeze_objects: bool = False
     """Exempt the objects that exist at the start from garbage collection."""
 
@@ -137,7 +137,7 @@ class RunConfig(Settings):
     """Arm: zebra-zero, ur3, ur5, ur10, ur3e, ur5e, ur10e, ur16e, ur20, panda, z1, xarm7, or one from another package;
     in TOML, also an [arm] table with the urdf, flange and posture_rad of your own arm."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
-    """Seed of all random streams."""
+    """Seed for all random streams."""
     part: PartConfig = field(default_factory=PartConfig)
     tool: ToolConfig = field(default_factory=ToolConfig)
     place: PlaceConfig = field(default_factory=lambda: PlaceConfig(start_uncertainty_mm=3.0))

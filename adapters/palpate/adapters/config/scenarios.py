@@ -1,4 +1,4 @@
-"""Presets of settings: ``paper``, ``blind``, and ``blind`` with one further condition.
+"""Settings presets: ``paper``, ``blind``, and ``blind`` with one further condition.
 
 ``docs/how-to/choose-conditions.md`` lists them.
 """
@@ -26,7 +26,7 @@ _CORNER: Final = {"x_mm": 283.0, "y_mm": 283.0}
 JOB: Final = "job"
 """Name of the scenario that leaves a job unchanged."""
 BLIND: Final[Table] = {"place": {"position_uncertainty_mm": 3.0, "start_uncertainty_mm": 3.0}}
-"""Base of all scenarios but ``paper`` and ``job``: the hole lies anywhere within 3 mm of the nominal goal."""
+"""Base for all scenarios except ``paper`` and ``job``: the hole lies anywhere within 3 mm of the nominal goal."""
 
 SCENARIOS: Final[Mapping[str, Table]] = {
     "paper": {},
@@ -78,4 +78,4 @@ LEARNERS: Final[Mapping[str, Table]] = {
         },
     },
 }  # fmt: skip
-"""Preset of each learner: suitable action time, filter, states and rates."""
+"""Preset for each learner: suitable action time, filter, states and rates."""

@@ -56,7 +56,7 @@ def task_kind(name: str) -> TaskKind:
 
 
 def with_options(config: RunConfig) -> RunConfig:
-    """Return the settings with all options of the task, so that a record does not depend on defaults."""
+    """Return the settings with all of the task's options, so that a record does not depend on defaults."""
     if config.task.name == INSERTION:
         return config
     from palpate.core.trial import options_of

@@ -14,11 +14,11 @@ from palpate.core.ports import Settings, fitted, kinds_of, table_or
 
 T = TypeVar("T", bound=Settings)
 RUN_FORMAT: Final = "palpate.run/2"
-"""Format of a run folder."""
+"""Run folder format."""
 
 
 def read_toml(path: str | Path, field: str = "config") -> dict[str, Any]:
-    """Return the table in a TOML file. Paths of the arm's URDF and calibration are relative to the file's folder.
+    """Return the table in a TOML file. Paths to the arm's URDF and calibration are relative to the file's folder.
 
     Raises:
         ConfigurationError: The file does not exist or is not TOML.
@@ -94,7 +94,7 @@ def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def field_value(base: Settings, name: str, value: Any) -> Any:
-    """Convert a TOML value to the type of a field of ``base``, given by its dotted name; other fields are not checked.
+    """Convert a TOML value to the type of a field in ``base``, given by its dotted name; other fields are not checked.
 
     Raises:
         ConfigurationError: The field is unknown or is a table of fields, or the value is rejected.
