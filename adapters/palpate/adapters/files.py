@@ -25,7 +25,7 @@ def whole_text(path: str | Path, newline: str | None = None) -> io.TextIOWrapper
 
 
 def read_text(path: str | Path, field: str, accepted: str = "", newline: str | None = None) -> str:
-    """Return the content of a text file; the error lists the ``accepted`` values of the field, if given.
+    """Return the contents of a text file; the error lists the ``accepted`` values of the field, if given.
 
     Raises:
         ConfigurationError: The file cannot be read or is not UTF-8 text.
@@ -41,11 +41,11 @@ def read_text(path: str | Path, field: str, accepted: str = "", newline: str | N
 
 
 def json_of_file(path: str | Path) -> Any:
-    """Return the content of a JSON file.
+    """Return the contents of a JSON file.
 
     Raises:
         OSError: The file cannot be read.
-        ValueError: The content is not UTF-8 JSON.
+        ValueError: The contents are not UTF-8 JSON.
     """
     text = whole_text(path).read()
     try:
@@ -99,7 +99,7 @@ def write_whole(path: Path, content: str | bytes, *, durable: bool = True) -> No
     """Write or replace a file; an old file stays intact until the new one is complete.
 
     Args:
-        content: The complete content; text is written as UTF-8 with unchanged line endings.
+        content: The complete contents; text is written as UTF-8 with unchanged line endings.
         durable: True if the file must survive a power failure after this function returns, which takes milliseconds;
             otherwise, the old file may remain. A killed process never leaves a partial file.
     """
@@ -141,7 +141,7 @@ def _renamed(path: Path, *, durable: bool = True) -> Iterator[Path]:
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder, which is renamed to ``path`` on success and removed with its content on an error.
+    """Yield an empty folder, which is renamed to ``path`` on success and removed with its contents on an error.
 
     Missing parent folders are created, and removed again on an error.
 

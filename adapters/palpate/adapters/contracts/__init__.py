@@ -1,4 +1,4 @@
-"""The contracts of the four ports, of policies and of learners, as test suites that ship with the package.
+"""Contracts for the four ports, policies and learners, as test suites that ship with the package.
 
 The suites check, clause by clause, what types cannot express about a port. They apply to built-in adapters, simulators
 and third-party drivers. A suite needs a *rig*: the adapter and the controls that a test uses to act on its world::

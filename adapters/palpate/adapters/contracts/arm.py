@@ -1,4 +1,4 @@
-"""The contract of the :class:`palpate.core.ports.devices.ArmCommand` port."""
+"""The contract for the :class:`palpate.core.ports.devices.ArmCommand` port."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -200,7 +200,7 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 _require_at("newest command", _where(rig), applied.position_rad, rig.tolerance_rad)
 
     def test_stop_works_in_every_state(self) -> None:
-        """In any state, even with the cable cut, repeated ``stop`` calls open nothing, raise nothing and never hang."""
+        """In any state, even while disconnected, repeated ``stop`` calls open nothing, raise nothing and never hang."""
         for life, cut in (*((life, False) for life in Life), (Life.ACTIVE, True)):
             with self.rig(Life.CONSTRUCTED) as rig:
                 if (life is Life.FAULTED and rig.provoke_fault is None) or (cut and rig.disconnect is None):

@@ -44,14 +44,14 @@ class ClauseNotApplicable(SkipTest):
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceRig(Generic[DeviceT]):
-    """Common part of the rigs for the three device ports.
+    """Common base of the rigs for the three device ports.
 
     Attributes:
         advance: Function that advances world and time by a number of control ticks, in every adapter state.
         is_open: Function that returns True if the adapter holds a connection or another resource.
         provoke_fault: Function that makes the active device fail and returns once the adapter has latched the fault.
-        disconnect: Function that cuts the cable, in any state of the adapter.
-        reconnect: Function that restores the connection that ``disconnect`` cut.
+        disconnect: Function that disconnects the cable, whatever the state of the adapter.
+        reconnect: Function that reconnects the cable after ``disconnect``.
         dispose: Function that releases the rig's own resources after the adapter has been closed.
         call_budget_ns: Maximum duration of a reading or a command.
         runs_by_itself: True if the world keeps running between calls, as with real hardware.
@@ -94,7 +94,7 @@ class DeviceRig(Generic[DeviceT]):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorRig(DeviceRig[DeviceT]):
-    """Common part of the rigs for the two sensor ports.
+    """Common base of the rigs for the two sensor ports.
 
     Attributes:
         max_age_ns: Maximum age of a ``VALID`` sample.
@@ -142,12 +142,12 @@ class ForceSensorRig(SensorRig[ForceSensor]):
 
 @dataclass(frozen=True, kw_only=True)
 class MovingRig(DeviceRig[DeviceT]):
-    """Common part of the rigs for the two ports of an arm.
+    """Common base of the rigs for an arm's two ports.
 
     Attributes:
         step_rad: Motion per tick that is permitted for every joint in both directions.
-        tolerance_rad: Maximum distance of a stationary arm from its command, or of an encoder from the joint; less than
-            half of ``step_rad``.
+        tolerance_rad: Maximum difference between a stationary arm and its command, or between an encoder and its joint;
+            less than half of ``step_rad``.
     """
 
     step_rad: float = 1e-3
@@ -201,7 +201,7 @@ class ArmCommandRig(MovingRig[ArmCommand]):
 
 
 def parameter(value: T | None, name: str) -> T:
-    """Return an optional control of the rig.
+    """Return one of the rig's optional controls.
 
     Raises:
         ClauseNotApplicable: The rig has no such control.
@@ -212,7 +212,7 @@ def parameter(value: T | None, name: str) -> T:
 
 
 def _described(name: str) -> str:
-    """Return the description of a control from the docstring of its rig, on one line."""
+    """Return a control's description from the rig class's docstring, on one line."""
     texts = "\n".join(
         kind.__doc__ or "" for kind in (DeviceRig, SensorRig, ForceSensorRig, JointEncoderRig, ArmCommandRig)
     )

@@ -1,4 +1,4 @@
-"""The contract of the :class:`palpate.core.ports.devices.Clock` port, and a clock for tests in virtual time."""
+"""The contract for the :class:`palpate.core.ports.devices.Clock` port, and a clock for tests in virtual time."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from palpate.adapters.contracts.bench import require
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 
 TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
-"""Period of the control loop in ns."""
+"""Control loop period in ns."""
 
 _READS: Final = 5000
 

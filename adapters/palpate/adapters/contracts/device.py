@@ -25,7 +25,7 @@ _THREAD_S: Final = 1.0
 
 
 class DeviceContract(ABC, Generic[RigT]):
-    """Clauses for the life cycle of a device; the suite of each port adds further clauses."""
+    """Clauses for a device's life cycle; each port's suite adds further clauses."""
 
     may_command: bool = True
     """True if commands, including commands that are too fast, may be sent to the arm; False for a real arm."""
@@ -98,7 +98,7 @@ class DeviceContract(ABC, Generic[RigT]):
         try_lives(self, 5 if live else 12)
 
     def test_lost_device_raises(self) -> None:
-        """With the cable cut, each use raises DeviceError, even after reactivation, and ``close`` still works."""
+        """With no cable connected, each use raises DeviceError, even after reactivation, and ``close`` still works."""
         with self.rig(Life.ACTIVE) as rig:
             clause, device = "lost device", rig.device
             cut = parameter(rig.disconnect, "disconnect")

@@ -1,4 +1,4 @@
-"""The contracts of policies and learners, as test suites that ship with the package.
+"""Contracts for policies and learners, as test suites that ship with the package.
 
 Three lines test your own policy; :func:`third_party` wraps it as ``palpate train --policy`` does::
 
@@ -34,7 +34,7 @@ from palpate.core.policy import (
 from palpate.core.ports import Vector3
 
 CONTEXT: Final = PolicyContext(("a", "b", "c", "d"), compass_actions(0.7e-3), TaskBounds(3.5e-3, 0.05))
-"""Task of the practice trials: four states, defined by the direction of the torque, and eight compass steps."""
+"""Task for the practice trials: four states, defined by the direction of the torque, and eight compass steps."""
 _ACTIONS: Final = 12
 """Maximum number of actions in a practice trial, after which it ends in the hole."""
 _FOUND_M: Final = 0.4e-3
@@ -44,7 +44,7 @@ _PRESS: Final[Vector3] = (0.0, 0.0, -4.9)
 
 
 def third_party(policy: Any, context: PolicyContext = CONTEXT, *, frozen: bool = False) -> ThirdPartyPolicy:
-    """Wrap a policy that does not derive from a class of palpate."""
+    """Wrap a policy that does not derive from a palpate class."""
     kind = type(policy)
     return ThirdPartyPolicy(
         policy, ThirdPartyEntry(f"{kind.__module__}:{kind.__name__}", "", "", "", 0), context, frozen=frozen
@@ -133,7 +133,7 @@ class PolicyContract(ABC):
 
 
 class LearnerContract(PolicyContract):
-    """Clauses for every learner, in addition to those of a policy; a subclass supplies the learner."""
+    """Clauses for every learner, in addition to those for policies; a subclass supplies the learner."""
 
     @abstractmethod
     def make(self, *, frozen: bool = False) -> Learner:

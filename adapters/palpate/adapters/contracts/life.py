@@ -100,7 +100,7 @@ class _Living:
         self._require(bool(self._cause), "a fault without a cause", "the cause of the fault in words")
 
     def _replug(self) -> None:
-        """Cut the cable and reconnect it; the only permitted effect is a fault."""
+        """Disconnect and reconnect the cable; the only permitted effect is a fault."""
         rig = self._rig
         self._try("cut", rig.disconnect)
         rig.pass_time(rig.timeout_ns)

@@ -1,4 +1,4 @@
-"""The contracts of the :class:`ForceSensor` and :class:`JointEncoder` ports of :mod:`palpate.core.ports.devices`."""
+"""The contracts for the :class:`ForceSensor` and :class:`JointEncoder` ports of :mod:`palpate.core.ports.devices`."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -31,7 +31,7 @@ _PLAUSIBLE_RAD: Final = 4.0 * pi
 """Maximum plausible joint angle; angles in degrees quickly exceed it."""
 _NOTHING: Final = (0.0, 0.0, 0.0)
 _SHARES: Final = (0.5, -0.7, -0.9)
-"""Components of the load as fractions, chosen to distinguish every axis and sign."""
+"""Load components as fractions, chosen to distinguish every axis and sign."""
 
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
@@ -73,7 +73,7 @@ class SampleContract(DeviceContract[SensorRigT]):
 
     @abstractmethod
     def _vectors(self, rig: SensorRigT) -> tuple[_Vector, ...]:
-        """Return the vectors of a sample."""
+        """Return the vectors in a sample."""
 
     def _require_same(self, clause: str, rig: SensorRigT, one: Any, other: Any) -> None:
         for name, _, _, tolerance in self._vectors(rig):
