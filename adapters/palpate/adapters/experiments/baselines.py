@@ -19,7 +19,7 @@ _SAME: Final = 1e-3
 
 
 class Baseline(FixedPolicy):
-    """Base class of strategies without memory of past trials."""
+    """Base class for strategies without memory of past trials."""
 
     def __init__(self, name: str, actions: Sequence[Action]) -> None:
         super().__init__()
@@ -52,8 +52,8 @@ class OraclePose(Baseline):
     """Strategy that moves above the true hole and into its true orientation, as fast as allowed, and then inserts.
 
     Args:
-        pose: Function that returns the true hole of the current trial, (x, y, z), m, task frame; then the rotation
-            vector from the task's axes to the hole's, (3,), rad, and, if drawn, ``heading_deg``.
+        pose: Function that returns the current trial's true hole, (x, y, z) in m in the task frame; the rotation
+            vector (3,) in rad from the task's axes to the hole's; and, if drawn, ``heading_deg``.
         tilt_rad: Tilt of the peg in the grip.
         heading_deg: Heading of that tilt, unless it was drawn.
         step_m: Maximum step per action.
@@ -110,7 +110,7 @@ class TorqueFollowing(Baseline):
         self._threshold_Nm = threshold_Nm
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the compass step closest to the heading of the torque."""
+        """Return the compass step closest to the heading that the torque indicates."""
         tx, ty, _ = observation.torque_Nm
         if hypot(tx, ty) >= self._threshold_Nm or self._rng is None:
             return self._compass(atan2(tx, -ty))

@@ -158,14 +158,14 @@ def ready_pose(config: RunConfig) -> ReadyPose:
 
 
 def clearances_mm(config: RunConfig) -> tuple[float, float]:
-    """Return the play of the peg in the hole, and the additional play at its mouth; by default, from the drawing."""
+    """Return the peg's play in the hole, and the additional play at its mouth; by default, from the drawing."""
     peg, task = config.cell.peg, config.task
     play_mm = task.play_mm or peg.play_mm(config.cell.worn_clearance_mm)
     return play_mm, task.chamfer_mm or max(peg.chamfer_mm, _EDGE_MM)
 
 
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
-    """Return the task of the core, ready to run on any ports."""
+    """Return the core's task, ready to run on any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
         CONTROL_RATE_HZ,
@@ -188,7 +188,7 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(
     config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
 ) -> Supervisor:
-    """Return the supervisor between the task and the arm; by default, with a new latch that no trip has set."""
+    """Return the supervisor between the task and the arm; by default, with a new latch that is not set."""
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration
@@ -196,7 +196,7 @@ def build_supervisor(
 
 
 def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
-    """Return the supervisor of an open rig, with the rig's sensor properties, its latch, and suitable limits.
+    """Return the supervisor for an open rig, with the rig's sensor properties, its latch, and suitable limits.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
@@ -210,7 +210,7 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
     """Build a task once before any folder is created, because some settings are rejected only by building it.
 
-    The sensor of a rig must be read before :func:`require_limits` can be called.
+    A rig's sensor must be read before :func:`require_limits` can be called.
 
     Raises:
         ConfigurationError: A setting is rejected.
@@ -239,8 +239,8 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
     """Check the limits of the task and the supervisor against the arm and the force sensor.
 
     Raises:
-        ConfigurationError: The sensor's noise exceeds the signals of the task, a limit can never trip or would always
-            trip, or the sensor's frame is not that of the task.
+        ConfigurationError: The sensor's noise exceeds the task's signals, a limit can never trip or would always
+            trip, or the sensor's frame is not the task's.
     """
     _require_quiet(config, sensor)
     step_mm, press_N = depth_step_mm(config), config.task.press_kgf * N_PER_KGF
@@ -251,7 +251,7 @@ def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> 
 
 
 def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
-    """Check the noise of the unfiltered force, and of the torque after the low-pass filter, which reduces it."""
+    """Check the noise in the unfiltered force, and in the torque after the low-pass filter, which reduces it."""
     band = config.perception.cutoff_Hz / (CONTROL_RATE_HZ / 2.0)
     passed = sqrt(NOISE_BAND * band)
     contact_N = config.task.contact_kgf * N_PER_KGF
@@ -273,11 +273,11 @@ def open_rig(
     """Return the rig for trials, not yet entered: the simulator, or the devices of a rig file.
 
     Args:
-        acknowledge: Acknowledgement of the rig's open fault by a person, in the form ``NUMBER NAME: why``.
+        acknowledge: A person's acknowledgement of the rig's open fault, in the form ``NUMBER NAME: why``.
 
     Raises:
         ConfigurationError: The rig file or a setting in it cannot be used, or there is no fault to acknowledge.
-        FaultLatchedError: A fault of the rig has not been acknowledged.
+        FaultLatchedError: A rig fault has not been acknowledged.
     """
     if not rig_file:
         if acknowledge:

@@ -55,7 +55,7 @@ Shown = Callable[[str], AbstractContextManager[Any]]
 
 
 def compare(run: Run, policies: Sequence[str], trials: int, folder: RunFolder, shown: Shown) -> Comparison:
-    """Run policies and all baselines of the task on the same trials, and record them; Ctrl-C ends the comparison early.
+    """Run policies and the task's baselines on the same trials, and record them; Ctrl-C ends the comparison early.
 
     Raises:
         ConfigurationError: A setting or a policy is rejected.

@@ -21,7 +21,7 @@ def load_policy(path: str | Path) -> PolicyDocument:
     """Read a policy file.
 
     Raises:
-        ConfigurationError: The file cannot be read, or its content is rejected.
+        ConfigurationError: The file cannot be read, or its contents are rejected.
     """
     return _loaded(path, PolicyDocument.TABLE, PolicyDocument.from_json_text)
 
@@ -39,7 +39,7 @@ def load_automaton(path: str | Path) -> Machine:
     """Read an automaton file.
 
     Raises:
-        ConfigurationError: The file cannot be read, or its content is rejected.
+        ConfigurationError: The file cannot be read, or its contents are rejected.
     """
     return _loaded(path, "automaton file", from_json_text)
 
@@ -55,7 +55,7 @@ def _loaded(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
 def load_examples(
     path: str | Path, states: Sequence[str] | None = None, actions: Sequence[Action] | None = None
 ) -> tuple[tuple[str, str], ...]:
-    """Return pairs of state and action names from a CSV file, such as the ``decisions.csv`` of a run, in file order.
+    """Return pairs of state and action names from a CSV file, such as a run's ``decisions.csv``, in file order.
 
     Other columns are ignored. Names are checked if ``states`` and ``actions`` are given.
 

@@ -1,4 +1,4 @@
-"""Plots of the trials in a run."""
+"""Plots of a run's trials."""
 
 from collections.abc import Sequence
 from typing import Any, Final

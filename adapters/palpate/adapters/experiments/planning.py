@@ -38,7 +38,7 @@ def run_blocks(
     A policy without memory of past trials produces the same trials and files as in one process.
 
     Raises:
-        PalpateError: A trial failed. The message is that of the trial's error.
+        PalpateError: A trial failed. The message is the trial's error message.
     """
     rows, losses = list[TrialRow](), list[str]()
     # Workers that are already running keep the working folder in which they started.
@@ -90,7 +90,7 @@ _SPRINGS: Final = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "tor
 
 
 def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> RunConfig:
-    """Draw the cell of a trial: plate, tilt, friction, noise and stiffness, each uniformly within its range.
+    """Draw the cell for a trial: plate, tilt, friction, noise and stiffness, each uniformly within its range.
 
     The cell itself draws the hole and the headings.
 

@@ -48,7 +48,7 @@ Hole = Callable[[], Sequence[float]]
 
 
 def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[str, float]) -> tuple[float, ...]:
-    """Return the true hole, (x, y, z), its rotation vector, (3,), and the heading of the tilt in the grip if drawn."""
+    """Return the true hole (x, y, z), its rotation vector (3,) and, if drawn, the heading of the tilt in the grip."""
     heading = (drawn["tilt_heading_deg"],) if "tilt_heading_deg" in drawn else ()
     return *hole_m, *turn_rad, *heading
 
@@ -60,7 +60,7 @@ BASELINES: Final = ("oracle", "torque", "spiral-10", "spiral-5", "random", "corn
 
 
 def baselines_of(config: RunConfig) -> list[str]:
-    """Return the baselines of the task."""
+    """Return the baselines for the task."""
     found = []
     for name in BASELINES:
         with suppress(ConfigurationError):
@@ -121,7 +121,7 @@ def baseline(name: str, config: RunConfig, hole_m: Hole) -> Policy:
 
 
 def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialOptions:
-    """Return the options of an insertion in six degrees of freedom.
+    """Return the options for an insertion in six degrees of freedom.
 
     Raises:
         ConfigurationError: The task is of a different kind.
@@ -132,7 +132,7 @@ def spatial_options(config: RunConfig, policy: str = "corner-first") -> SpatialO
 
 
 def learning_parameters(config: RunConfig) -> Settings:
-    """Return the parameters of the learner."""
+    """Return the learner's parameters."""
     learning = config.learning
     if config.learner in ("belief", "hmm"):
         return learning.belief if config.learner == "belief" else learning.hmm
@@ -194,7 +194,7 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
 
 
 def accepted_policies() -> str:
-    """Return the accepted names of policies, for a message."""
+    """Return the accepted policy names, for a message."""
     return f"a policy file, or one of {', '.join((*BASELINES, *sorted(entries(GROUP))))}, or package.module:Name"
 
 
@@ -216,7 +216,7 @@ def policy_named(name: str, accepted: str = "") -> tuple[PolicyDocument | None, 
 
 
 def third_party_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:
-    """Return the policy file of a new third-party policy.
+    """Return the policy file for a new third-party policy.
 
     Raises:
         ConfigurationError: The code cannot be loaded, or creates no policy.
@@ -306,7 +306,7 @@ def tool_of(config: RunConfig) -> dict[str, Any]:
 
 
 def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
-    """Return the tool of a policy file's contact model; None if it has no contact model or comes from a log."""
+    """Return the tool for a policy file's contact model, or None if it has no such model or comes from a log."""
     tool = _signal_in(document).get("tool")
     if tool is None or document.learner is None or document.learner.kind != "belief":
         return None
@@ -314,7 +314,7 @@ def tool_in(document: PolicyDocument) -> dict[str, Any] | None:
 
 
 def _require_same_tool(document: PolicyDocument, config: RunConfig) -> None:
-    """Reject a contact model of a different tool, unless it is requested as a starting point."""
+    """Reject a contact model for a different tool, unless it is requested as a starting point."""
     learned = tool_in(document)
     if learned is None or config.learning.belief.other_tool:
         return

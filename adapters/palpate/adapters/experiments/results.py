@@ -1,4 +1,4 @@
-"""Folder of a run. Files are replaced atomically, so that no content is lost if an error occurs.
+"""A run's folder. Files are replaced atomically, so that nothing is lost if an error occurs.
 
 It contains ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json`` and ``learning_curve.png``. ``--resume`` continues from ``checkpoint.json``. ``logs`` contains the
@@ -75,13 +75,13 @@ RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
     "trials.png", "compare.csv", "compare.txt", "examples.csv",
 )  # fmt: skip
-"""Files of a run other than its logs."""
+"""Files in a run folder other than the logs."""
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
 
 @dataclasses.dataclass(frozen=True)
 class TrialRow:
-    """A line of ``trials.csv``. If the hole is unknown, its columns are empty.
+    """A line in ``trials.csv``. If the hole is unknown, its columns are empty.
 
     Attributes:
         trip: Name and text of the reason for a trip; empty without a trip.
@@ -108,7 +108,7 @@ class TrialRow:
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
-        """Return the line of a trial, with the true force and depth if known, and the force measured by the core."""
+        """Return the line for a trial, with the true force and depth if known, and the force measured by the core."""
         report, truth = scored.report, scored.truth
         known = report if truth is None else truth
         return cls(
@@ -132,7 +132,7 @@ class TrialRow:
         )
 
     def cells(self) -> dict[str, Any]:
-        """Return the content of each column."""
+        """Return the contents of each column."""
         own = {f.name: getattr(self, f.name) for f in _COLUMNS}
         return own | dict(self.drawn)
 
@@ -158,7 +158,7 @@ class RunResult:
     """Results of finished trials.
 
     Attributes:
-        rows: Lines of ``trials.csv``.
+        rows: Lines in ``trials.csv``.
         summary: Statistics of all trials, as in ``summary.json``.
         finished: True if all requested trials are finished.
         folder: Folder of the run, or None if nothing was saved.
@@ -180,7 +180,7 @@ class RunResult:
 
     @property
     def logs(self) -> list[Path]:
-        """Logs of the trials, in order."""
+        """Trial logs, in order."""
         return sorted(self._path(LOG_FOLDER).glob("*.mcap"))
 
     def _path(self, name: str) -> Path:
@@ -196,12 +196,12 @@ def folder_named(out: str | os.PathLike[str], stem: str) -> RunFolder:
 
 
 def _holds(path: Path) -> bool:
-    """Return True if a folder has content; a run killed before writing a file leaves an empty log folder."""
+    """Return True if a folder is not empty; a run killed before writing a file leaves an empty log folder."""
     return bool(os.listdir(path)) if os.path.isdir(path) else os.path.exists(path)
 
 
 class RunFolder:
-    """The output folder of one run."""
+    """The output folder for one run."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -249,7 +249,7 @@ class RunFolder:
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
-        """Return a recorder of trials in the ``logs`` folder until ``opened`` closes, or None without recording."""
+        """Return a recorder that writes to the ``logs`` folder until ``opened`` closes, or None without recording."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
         return None if recorder is None else opened.enter_context(recorder)
 

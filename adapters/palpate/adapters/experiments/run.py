@@ -53,7 +53,7 @@ class Run:
         job: Job file, its tables, or a complete configuration; None uses the rig's job, or else the paper's.
         rig: Rig file; if empty, the simulator is used.
         policy: Policy for :meth:`evaluate`: a baseline, a policy file, ``package.module:Name``, or an object.
-        acknowledge: Acknowledgement of the rig's open fault by a person, in the form ``NUMBER NAME: why``.
+        acknowledge: A person's acknowledgement of the rig's open fault, in the form ``NUMBER NAME: why``.
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
         live: Live view of the trials.
         notify: Function that receives messages for the user; by default they are printed to the error stream on a rig,
@@ -128,7 +128,7 @@ class Run:
         """Check a policy, by default the run's own, before any rig is opened.
 
         Raises:
-            ConfigurationError: The policy is unknown or does not fit the configuration, or a setting of the trials is
+            ConfigurationError: The policy is unknown or does not fit the configuration, or a setting for the trials is
                 rejected.
         """
         chosen = ChosenPolicy(policy or self.policy, self.config)
@@ -138,7 +138,7 @@ class Run:
         return chosen
 
     def trials(self, chosen: ChosenPolicy, recording: Recording = NOT_RECORDED, **recorded: str) -> Trials:
-        """Return trials of a policy on the rig, without training; for ``recorded``, see :class:`Trials`."""
+        """Return trials with a policy on the rig, without training; for ``recorded``, see :class:`Trials`."""
         return Trials(
             self.config, self.ready, self.rig, chosen.perception, chosen.on(self.rig), recording,
             name=chosen.baseline, first=FIRST_EVALUATION_TRIAL, **recorded,
@@ -213,10 +213,10 @@ class Run:
         on_trial: Callable[[int], object] = ignore,
         **recorded: str,
     ) -> list[TrialRow]:
-        """Run the trials of a policy object on the open rig until all are finished or Ctrl-C ends them.
+        """Run trials with a policy object on the open rig until all are finished or Ctrl-C ends them.
 
         Args:
-            folder: Folder that receives a line of ``trials.csv`` for each trial.
+            folder: Folder whose ``trials.csv`` gets one line per trial.
             recorded: ``command`` and ``subfolder``, as for :class:`Trials`.
         """
         rows: list[TrialRow] = []

@@ -28,7 +28,7 @@ WINDOW: Final = 25
 
 
 def window_of(trials: int) -> int:
-    """Return the window of a plotted average; below twice the paper's 25 trials, it is 1, to show the first trials."""
+    """Return the window size for a plotted average; 1 below twice the paper's 25 trials, to show the first trials."""
     return WINDOW if trials >= 2 * WINDOW else 1
 
 
@@ -125,7 +125,7 @@ def shown_interval(value: float, low: float | None, high: float | None) -> str:
 
 
 def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Return statistics of a run's trials, including failures; interval ends that cannot be computed are None."""
+    """Return statistics for a run's trials, including failures; interval ends that cannot be computed are None."""
     times = [row.exploration_time_s for row in rows]
     successes = sum(row.success for row in rows)
     return {
@@ -161,7 +161,7 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def run_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int, **facts: Any) -> dict[str, Any]:
-    """Return the statistics of a run with this number of requested trials, preceded by data about the run."""
+    """Return the statistics for a run with this number of requested trials, preceded by data about the run."""
     named = {"scenario": config.scenario, "arm": str(config.arm), "seed": config.seed, "finished": len(rows) >= trials}
     return {**facts, **named, **summary_of(rows)}
 

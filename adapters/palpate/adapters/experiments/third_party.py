@@ -78,7 +78,7 @@ def _maker(code: str) -> Callable[..., Any]:
 
 @cache
 def _distributions(path: tuple[str, ...]) -> Mapping[str, list[str]]:
-    """Return the distributions of each package on the path. They are cached because the search takes half a second."""
+    """Return the distributions for each package on the path. They are cached because the search takes half a second."""
     return importlib.metadata.packages_distributions()
 
 

@@ -235,7 +235,7 @@ class Trainer(Trials):
         return scored
 
     def _learn_from_trip(self, scored: ScoredTrial, before: dict[str, Any]) -> None:
-        """Learn the consequences of actions in a tripped trial, which is an unfinished episode.
+        """Learn from the actions in a tripped trial, which is an unfinished episode.
 
         If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
         exceeded limit is a consequence of the last action. A Q table charges the rest of the time limit to that

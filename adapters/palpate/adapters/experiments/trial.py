@@ -26,11 +26,11 @@ class ScoredTrial:
     """A trial with the core's report and the ground truth.
 
     Attributes:
-        report: Report of the core, from port data.
+        report: The core's report, from port data.
         truth: Ground truth, or None if unknown.
         success: Success as defined by the task, from the report and the ground truth, or from the report alone. False
             for a trial that ended in a trip.
-        exploration_time_s: Exploration time of the report; the time limit for a trial that ended in a trip.
+        exploration_time_s: Exploration time in the report; the time limit for a trial that ended in a trip.
         flagged: Reason why the trial's timing was not accepted; empty for an accepted trial.
         stopped_by: Cause of a stop outside the core and the supervisor; otherwise empty.
         trip_source: Device whose samples or delay ended the trial; empty if there is none.
@@ -89,7 +89,7 @@ _OF_THE_ARM: Final = (
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
-    """Return the setup of a trial, which depends only on the run's seed and the trial's index."""
+    """Return the setup for a trial, which depends only on the run's seed and the trial's index."""
     return task_kind(config.task.name).setup(config.task, config.seed, trial)
 
 

@@ -1,4 +1,4 @@
-"""Trials of a policy on the ports of an open rig."""
+"""Trials with a policy on an open rig's ports."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class TrialsObserver(LoopObserver):
 
 @dataclass(frozen=True)
 class Recording:
-    """Recorder, loop timing (on a rig) and live view of a run; each is None if absent."""
+    """Recorder, loop timing (on a rig) and live view for a run; each is None if absent."""
 
     recorder: TrialRecorder | None = None
     session: RealTimeSession | None = None
@@ -47,7 +47,7 @@ class Recording:
 
     @property
     def timing(self) -> str:
-        """Timing of the loop, or an empty string in the simulator."""
+        """Loop timing, or an empty string in the simulator."""
         return "" if self.session is None else self.session.report()
 
 

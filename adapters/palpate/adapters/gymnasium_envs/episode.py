@@ -1,6 +1,6 @@
 """Trials of the insertion task, decision by decision, with externally chosen actions.
 
-The core does everything except the choice of actions, as in any other run: control loop, perception, controllers,
+The core does everything except choose the actions, as in any other run: control loop, perception, controllers,
 supervisor and reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the
 error classes depend on Gymnasium.
 """
@@ -112,7 +112,7 @@ class Episodes:
 
     @property
     def task(self) -> InsertionTask:
-        """Return the task of the trial; each place of the job has its own task."""
+        """Return the trial's task; each place in the job has its own task."""
         return _insertion(self._trials)
 
     @property
@@ -177,7 +177,7 @@ class Episodes:
         return earned
 
     def seen(self) -> tuple[Any, dict[str, Any]]:
-        """Return the observation and the information about the trial at the latest decision or at its end."""
+        """Return the observation and the information about the trial at the latest decision or at the trial's end."""
         return self._moment
 
     def close(self) -> None:
@@ -202,7 +202,7 @@ class Episodes:
             self._thread.join()
 
     def _leave(self) -> None:
-        """End the running trial in any state of its loop; preparing the next trial releases the stopped arm."""
+        """End the running trial, whatever the state of its loop; preparing the next trial releases the stopped arm."""
         self.running = False
         self._agent.leave()
         deadline_s = time.monotonic() + _TIMEOUT_S

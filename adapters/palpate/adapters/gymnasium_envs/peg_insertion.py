@@ -64,7 +64,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             termination; ``continuous``: any step in the plane, (2,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`, or any motion of a tool that turns, (6,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.Twists`.
-        observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), or with the orientation of a
+        observations: ``symbolic``: the state's number; ``raw``: tip and wrench, (9,), or with the orientation of a
             tool that turns, (12,), see :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: port
             data, see :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
         failure_penalty: Penalty subtracted from the last reward of a failed episode. None uses the cost of the
@@ -161,7 +161,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Run the next trial to its first decision.
 
         Args:
-            seed: Seed of this and the following trials; None keeps the current seed.
+            seed: Seed for this and the following trials; None keeps the current seed.
             options: ``{"trial": k}`` selects a trial; anything else is rejected.
 
         Raises:

@@ -26,7 +26,7 @@ _TURN_RAD_S: Final = radians(11.0)
 
 
 def spatial_of(config: RunConfig) -> SpatialOptions | None:
-    """Return the options of a task that turns the tool, or None for any other task."""
+    """Return the options for a task that turns the tool, or None for any other task."""
     own = task_kind(config.task.name).options is SpatialOptions
     return options_of(SpatialOptions, config.task) if own else None
 
@@ -45,7 +45,7 @@ class StateIndex:
 class TipWrench:
     """Tip and wrench, (9,), task frame: x y z in m from the nominal goal, force in N, torque about the tip in N m.
 
-    For a tool that turns, (12,): also its commanded orientation, tilt about x and y and yaw about z, in rad.
+    For a tool that turns, (12,): also its commanded orientation (tilt about x and y, yaw about z) in rad.
 
     The core derives its symbols from the same values: tip position from the encoders, z into the hole; the wrench
     tared, filtered and moved to the tip. Values are clipped to the bounds: the exploration area plus 2 mm; from above
@@ -55,7 +55,7 @@ class TipWrench:
 
     def __init__(self, config: RunConfig) -> None:
         task = config.task
-        # The start may lie off the centre of the area, but never farther out than its corner.
+        # The start may be off-centre in the area, but never farther out than its corner.
         across = wander_m(config.task) + _MARGIN_M
         up, down = task.ready_height_mm * 1e-3 + _MARGIN_M, task.insertion_depth_mm * 1e-3 + _SEARCH_M
         force, torque = task.max_force_N, task.max_force_N * config.cell.peg.diameter_mm * 0.5e-3
@@ -78,10 +78,10 @@ WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "to
 
 
 class PortReadings:
-    """Unfiltered port data of the latest tick for recording, float64, in the order of ``names``.
+    """Unfiltered port data from the latest tick for recording, float64, in the order of ``names``.
 
     They are the joint angles and wrench as measured (untared, sensor frame), run-clock times of the tick and of both
-    measurements, and the applied command of the previous tick, all unbounded.
+    measurements, and the command applied in the previous tick, all unbounded.
     """
 
     def __init__(self, joints: int) -> None:

@@ -47,7 +47,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Payload:
-    """Load of a force sensor: weight, centre of mass in the tool frame, and angle of the sensor about the tool axis."""
+    """Load on a force sensor: weight, centre of mass in the tool frame, and sensor angle about the tool axis."""
 
     weight_N: Estimate
     centre_of_mass_m: tuple[Estimate, Estimate, Estimate]

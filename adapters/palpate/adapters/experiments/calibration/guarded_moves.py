@@ -21,11 +21,11 @@ FORCE_N: Final = 10.0
 _TURN_RAD_S: Final = 0.1
 _SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
 _LEGS: Final = 4
-"""Number of segments of a motion, each with a new reference force, because turning the tool changes the force."""
+"""Number of segments in a motion, each with a new reference force, because turning the tool changes the force."""
 
 
 class Sample(NamedTuple):
-    """A tick of a motion: joint angles, (n,) rad, and the wrench as measured, (6,) N and N m."""
+    """One tick of a motion: joint angles, (n,) rad, and the wrench as measured, (6,) N and N m."""
 
     fresh: bool
     q_rad: JointVector
@@ -75,7 +75,7 @@ class GuardedMoves:
         return self._requested
 
     def joint_line(self, target_rad: JointVector | Array) -> None:
-        """Move along a line in joint space within the speed limit of the tool, and wait until the arm has settled."""
+        """Move along a line in joint space within the tool's speed limit, and wait until the arm has settled."""
         begin, target = np.array(self._requested), np.asarray(target_rad)
         ticks = ceil(self._duration_s(begin, target) * CONTROL_RATE_HZ)
         for tick in range(1, ticks + 1):

@@ -23,7 +23,7 @@ from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
 
 _TILTS_DEG: Final = (25.0, 20.0, 15.0)
-"""Tilts of the tool. Larger tilts give better estimates, but an arm near its limits reaches few of them."""
+"""Tool tilts. Larger tilts give better estimates, but an arm near its limits reaches few of them."""
 _HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
 _LEAST_TILTED: Final = 3
 _NEAR_RAD: Final = 1.5
@@ -46,7 +46,7 @@ _CAREFUL: Final = {
     "start_uncertainty_mm": 1.5, "travel_speed_mm_s": 5.0, "press_kgf": 0.3, "step_mm": 0.5, "max_force_N": 10.0,
     "time_limit_s": 60.0,
 }  # fmt: skip
-"""Task settings of insertions during commissioning: ten steps per second give 5 mm/s."""
+"""Task settings for insertions during commissioning: ten steps per second give 5 mm/s."""
 
 
 class Commissioning:

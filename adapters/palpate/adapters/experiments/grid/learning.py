@@ -35,7 +35,7 @@ def grid_named(name: str, size: int) -> GridMap:
 
     Args:
         name: A scenario (1, 2 or twin), eight regions such as ``ABC/C.E/BDF``, or a text file with rows of letters.
-        size: Length of a side in cells for a map of regions; a file has its own size.
+        size: Side length in cells for a map of regions; a file has its own size.
 
     Raises:
         ConfigurationError: The map is unknown or invalid.
@@ -57,7 +57,7 @@ class Bounds:
 
 @lru_cache(maxsize=16)
 def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
-    """Return the bounds of a map."""
+    """Return the bounds for a map."""
     try:
         belief = float(belief_optimum(grid))
     except ConfigurationError:
@@ -66,7 +66,7 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
 
 
 def states_named(name: str, grid: GridMap) -> StateIdentifier:
-    """Return the state identification of a map: ``symbols``, ``last-2``, ``last-3``, ..., or an automaton file.
+    """Return the state identification for a map: ``symbols``, ``last-2``, ``last-3``, ..., or an automaton file.
 
     Raises:
         ConfigurationError: The name is unknown, there are too many states to learn, or the file is not an automaton
@@ -75,7 +75,7 @@ def states_named(name: str, grid: GridMap) -> StateIdentifier:
     try:
         return identifier(NONE if name == "symbols" else name, grid.symbols)
     except ConfigurationError as error:
-        # In a grid, the state without memory has a different name from that in the configuration of the insertion task,
+        # In a grid, the state without memory has a different name from that in the insertion task's configuration,
         # and the state does not depend on the last action.
         accepted = error.accepted.replace(f"{NONE}, last-action,", "symbols,")
         raise ConfigurationError("state", name, accepted) from error

@@ -1,4 +1,4 @@
-"""Workers of a Dask scheduler, on this computer or on others that share the study's folder."""
+"""Workers managed by a Dask scheduler, on this computer or on others that share the study's folder."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _START: Final = "start them: dask scheduler --host HOST, dask worker ADDRESS --n
 
 
 class DaskWorkers(Workers):
-    """Workers of a Dask scheduler, which repeats a call on another worker if its worker dies.
+    """Workers managed by a Dask scheduler, which repeats a call on another worker if its worker dies.
 
     Args:
-        address: Address of the scheduler: ``tcp://`` on loopback, or ``tls://`` with certificates in Dask's
+        address: Scheduler address: ``tcp://`` on loopback, or ``tls://`` with certificates in Dask's
             configuration. ``local`` starts a cluster on loopback.
-        jobs: Number of processes of a local cluster.
+        jobs: Number of processes in a local cluster.
 
     Raises:
         ConfigurationError: The address is not safe.
@@ -72,7 +72,7 @@ class DaskWorkers(Workers):
 
     @property
     def dashboard(self) -> str:
-        """Address of the dashboard."""
+        """Dashboard address."""
         return str(self._client.dashboard_link)
 
     @override

@@ -1,4 +1,4 @@
-"""Conditions of a study, read from a TOML file."""
+"""Study conditions, read from a TOML file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SUMMARY: Final = "summary.json"
 
 @dataclass(frozen=True)
 class Condition:
-    """A run of a study, with the varied settings and the absolute path of a policy file (empty if none)."""
+    """A run in a study, with the varied settings and the absolute path of a policy file (empty if none)."""
 
     name: str
     fields: Mapping[str, Any]
@@ -157,8 +157,8 @@ class Study:
     """Every combination of settings, policies and seeds.
 
     Attributes:
-        base: Settings of all conditions, by dotted name. Paths are relative to the working folder.
-        grids: Values of the varied settings; the study has all combinations of each grid.
+        base: Settings for all conditions, by dotted name. Paths are relative to the working folder.
+        grids: Values for the varied settings; the study has all combinations in each grid.
         job: Absolute path of the job file; empty for the paper's job.
     """
 
@@ -248,7 +248,7 @@ class Study:
                 yield Condition(name, fields, policy, own, self.trials, policy_file(policy))
 
     def _config(self, fields: Mapping[str, Any], policy: str) -> RunConfig:
-        """Return the configuration of a condition; trials are recorded only if the file enables it."""
+        """Return the configuration for a condition; trials are recorded only if the file enables it."""
         table = nested({"recording.enabled": False, **self.base, **fields})
         learner = policy if policy in LEARNERS else ""
         config = configured(self.job or None, learner=learner, policy=policy, settings=table)
@@ -276,7 +276,7 @@ def _settings(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str,
 
 
 def _values(name: str, values: Any) -> tuple[Any, ...]:
-    """Return the values of a grid's setting in a canonical form: 1 becomes 1.0 for a float."""
+    """Return a grid setting's values in a canonical form: 1 becomes 1.0 for a float."""
     if not isinstance(values, list) or not values:
         raise ConfigurationError(f"grid.{name}", values, "a list of at least one value")
     return tuple(_plain(field_value(RunConfig(), name, value)) for value in values)

@@ -1,4 +1,4 @@
-"""Folder of a study: the study file, a folder for every finished condition, and ``summary.csv``."""
+"""A study's folder: the study file, a folder for every finished condition, and ``summary.csv``."""
 
 import json
 import os
@@ -25,7 +25,7 @@ _COUNTS: Final = ("outcomes", "trips", "flagged_reasons")
 
 
 class StudyFolder:
-    """The folder of a study."""
+    """A study's folder."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.conditions = path, path.absolute() / "conditions"
