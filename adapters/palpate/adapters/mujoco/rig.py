@@ -52,7 +52,7 @@ class SimulatedRig(Rig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        """Noise of the force sensor, as configured."""
+        """Force sensor noise, as configured."""
         return self._facts
 
     @override

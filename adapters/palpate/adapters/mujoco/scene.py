@@ -49,7 +49,7 @@ _PEG: Final = (0.90, 0.72, 0.38, 1.0)
 _WRIST_M: Final = 0.024
 """Radius of the link to the sensor, which the physical model lacks."""
 _TURNED_DEG: Final = 25.0
-# Angle of the camera about pegs with corners.
+# Camera angle about pegs with corners.
 _SPRINGS: Final = ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")
 _MOST_BENT: Final = np.array([0.02, 0.02, 0.02, 0.2, 0.2, 0.2])
 _MOST_GEOMS: Final = 2000

@@ -58,7 +58,7 @@ def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View
     Args:
         mouth_m: Centre of the hole's mouth, (3,), base frame.
         diameter_m: Width of the peg.
-        turned_deg: Angle of the camera about the hole axis, chosen so that a polygonal peg shows a corner.
+        turned_deg: Camera angle about the hole axis, chosen so that a polygonal peg shows a corner.
     """
     high = _PEGS_HIGH * diameter_m
     x, y, z = mouth_m.tolist()

@@ -35,18 +35,18 @@ _OF_THE_RECORDING: Final = {
     "schema", "command", "config_toml", "model_sha256", "core_sha256", "world", "world_json", "versions_json",
     "processor_json", "derived_from", "stopped_by", "timing_json",
 }  # fmt: skip
-"""Fields of the start and end records that the core neither produces nor can contradict."""
+"""Fields in the start and end records that the core neither produces nor can contradict."""
 _OF_THE_POLICY: Final = {"policy", "policy_json", "learner_json", "policy_sha256"}
 _ROUNDED: Final = {"detail", "text"}
-"""Strings with rounded numbers, which may be rounded differently on another processor."""
+"""Strings with rounded numbers, which may be rounded differently on a different processor."""
 
 
 def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None:
     """Compare the records of the log with those of the replay, except for ticks, which the ports compare.
 
     Args:
-        whole: Whether the log extends to the end of the trial. If not, it may lack the reward of the last decision and
-            the results of the last tick, which are written after the tick.
+        whole: Whether the log extends to the end of the trial. If not, it may lack the reward for the last decision and
+            the results from the last tick, which are written after the tick.
         what_if: Whether the settings or the policy are changed, which makes the start and the learner differ.
     """
     log, differences, made = trial.tape.log, trial.tape.differences, trial.made
@@ -110,7 +110,7 @@ def _compare_end(trial: ReplayedTrial, end: EndRecord, *, what_if: bool) -> None
         tape.differences.compare(tape.tick, "/end", "error", end.error, now.error)
     _compare_fields(tape.differences, tape.tick, "/end", end, now, skipped | {"error"})
     if rebuilt.recorded_decisions and end.policy_sha256:
-        # Without the code of the policy, only this digest can contradict the log.
+        # Without the policy's code, only this digest can contradict the log.
         digest = policy_digest(made.of[DecisionEntry], tape.log.start.learner_json, end.learner_json)
         tape.differences.compare(tape.tick, "/end", "policy_sha256", end.policy_sha256, digest)
 
@@ -150,7 +150,7 @@ def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
     """Compare the cause of the latch with the recorded trip or the device's error."""
     trips = (event.detail for event in tape.log.events if event.name == "trip")
     recorded = next(trips, str(error) if isinstance(error, DeviceError) else "")
-    # The text of a trip contains rounded numbers.
+    # A trip's text contains rounded numbers.
     gross = bool(recorded) is not bool(cause)
     tape.differences.compare(tape.tick, "/end", "latch", recorded, cause, gross=gross)
 

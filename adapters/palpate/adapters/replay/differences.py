@@ -60,7 +60,7 @@ class Differences:
 
 
 RELATIVE: Final = 1e-9
-"""Relative difference that another processor may cause in the least significant bits of a number."""
+"""Relative difference that a different processor may cause in the least significant bits of a number."""
 _ABSOLUTE: Final = 1e-12
 
 

@@ -1,4 +1,4 @@
-"""Replay of a log, which runs the unmodified core on the recorded inputs and compares every output."""
+"""Replay a log: run the unmodified core on the recorded inputs and compare every output."""
 
 import enum
 import json

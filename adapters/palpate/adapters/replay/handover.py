@@ -1,7 +1,7 @@
 """What-ifs that continue in the simulator from the first command that differs from the recording.
 
-The log does not contain the simulator's state at that tick. To restore it, the recorded commands, which match those of
-the core until then, are executed from the start of the trial. MuJoCo is deterministic, so this restores the complete
+The log does not contain the simulator's state at that tick. The recorded commands, which match the core's until then,
+are therefore executed from the start of the trial. MuJoCo is deterministic, so this restores the complete
 state (integration state, sensor history, noise, contacts), and every tick until then is compared with the recording.
 """
 

@@ -24,7 +24,7 @@ class ReplayClock(Clock):
         self._tape = tape
 
     def now_ns(self) -> int:
-        """Return the recorded reading of this call."""
+        """Return the recorded reading for this call."""
         return self._tape.clock.next()
 
     def sleep_until(self, deadline_ns: int) -> None:
@@ -41,7 +41,7 @@ class ReplaySensor(ManagedDevice, Generic[T]):
         self._track = track
 
     def read(self) -> T:
-        """Return the recorded sample of this call."""
+        """Return the recorded sample for this call."""
         if self._life is not Life.ACTIVE:
             self._track.pass_refused()
             self._require_active("read()")

@@ -42,7 +42,7 @@ from palpate.core.supervision import SupervisionConfig, Supervisor, weaker_setti
 from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
-"""Settings of the world and the recorder, which do not affect a replay."""
+"""Settings for the world and the recorder, which do not affect a replay."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def parse_setting(setting: str) -> dict[str, Any]:
 
 
 class RecordedDecisions(FixedPolicy):
-    """Policy that repeats recorded decisions. The first ``observed`` grounds of a decision are not the policy's."""
+    """Policy that repeats recorded decisions. The first ``observed`` grounds for a decision are not the policy's."""
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()
@@ -145,7 +145,7 @@ class RecordedDecisions(FixedPolicy):
 
 
 class Rebuilder:
-    """Builder of the core for a series of logs; it reuses shared parts. ``around`` wraps the policy for the task."""
+    """Builder that reconstructs the core for a series of logs. ``around`` wraps the policy for the task."""
 
     def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
         self._changes, self._around = changes or Changes(), around

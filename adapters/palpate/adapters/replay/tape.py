@@ -37,7 +37,7 @@ class Raised:
 
 
 class Track(Generic[T]):
-    """Recorded results of one port, in call order."""
+    """Recorded results from one port, in call order."""
 
     def __init__(self, port: str, load: Callable[[], bool]) -> None:
         self._port, self._load = port, load

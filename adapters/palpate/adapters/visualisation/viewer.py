@@ -45,7 +45,7 @@ class _ViewedClock(Clock):
             signal.raise_signal(signal.SIGINT)
             return
         if self._cell.data is not self._data:
-            # The cell has another model by now; the window keeps the one with which it was opened.
+            # The cell has another model by now; the window keeps the one it was opened with.
             self._cell.pose(self._model, self._data)
         self._window.sync()
 

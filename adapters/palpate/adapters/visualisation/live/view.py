@@ -121,7 +121,7 @@ class LiveView(TrialsObserver):
         self._stream.disconnect()
 
     def _check_server(self) -> None:
-        """End a server that takes no data, until the view is over: the rest is then discarded without waiting."""
+        """Until the view ends, kill the server if it takes no data; the remaining data are then discarded at once."""
         is_over = False
         while not is_over:
             is_over = self._over.wait(_FLUSH_S)
@@ -273,8 +273,8 @@ class CellShapes:
         """Return the frames, the force arrow and the tip at a given moment.
 
         Returns:
-            Position (3,) in m and quaternion (w, x, y, z) of each frame, base frame; origin and vector of the force's
-            arrow, base frame, m; and the tip from the encoders, task frame, (3,) in mm.
+            Position (3,) in m and quaternion (w, x, y, z) of each frame, and origin and vector of the force arrow in m,
+            all in the base frame; and the tip from the encoders, (3,) in mm in the task frame.
         """
         cell = self._cell
         # From the encoders, which do not measure the gripper's deflection.
@@ -314,7 +314,7 @@ def _shape(model: mujoco.MjModel, geom: int) -> Any:
 
 
 def _layout() -> blueprint.Blueprint:
-    """Return the layout of the viewer."""
+    """Return the viewer's layout."""
     return blueprint.Blueprint(
         blueprint.Horizontal(
             blueprint.Vertical(

@@ -19,7 +19,7 @@ _STYLE: Final = {
     "text.usetex": False, "text.parse_math": False,
 }  # fmt: skip
 Runs = Sequence[Sequence[experiments.TrialRow]]
-"""Trials of runs that differ only in the seed."""
+"""Trials from runs that differ only in the seed."""
 
 
 def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManager[Canvas]:

@@ -26,7 +26,7 @@ _LATE: Final = 25
 
 @dataclass(frozen=True)
 class RunSource:
-    """Folder of a run: trials, configuration, command data, and ``summary.json`` (empty until the run ends)."""
+    """A run's folder: trials, configuration, command data, and ``summary.json`` (empty until the run ends)."""
 
     path: Path
     rows: tuple[experiments.TrialRow, ...]
@@ -36,7 +36,7 @@ class RunSource:
 
     @classmethod
     def read(cls, path: Path) -> RunSource:
-        """Read the folder of a run."""
+        """Read a run's folder."""
         folder, settings = experiments.RunFolder(path), read_toml(path / "run.toml")
         rows = folder.read_trials()
         if not rows:
@@ -94,7 +94,7 @@ def settings_section(path: Path) -> PageSection:
 
 
 def figures_row(name: str, rows: Sequence[experiments.TrialRow]) -> tuple[str, ...]:
-    """Return a row for the table of results."""
+    """Return a row for the results table."""
     figures = experiments.summary_of(rows)
     return (
         name,
@@ -169,7 +169,7 @@ def _curve(run: RunSource) -> Picture:
 
 
 def _forces(run: RunSource) -> list[Picture]:
-    """Return force plots of the first trial, the last trial, and the trial with the highest force."""
+    """Return force plots for the first trial, the last trial, and the trial with the highest force."""
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
     chosen: dict[int, tuple[experiments.TrialRow, str]] = {}
     for row, words in ((run.rows[0], "first"), (run.rows[-1], "last"), (peak, "highest force")):

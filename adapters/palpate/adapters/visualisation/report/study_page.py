@@ -115,6 +115,6 @@ def _distinct(values: Any) -> list[str]:
 
 
 def _rank(value: Any) -> tuple[bool, float, str]:
-    """Sort numbers by value, and before all other values, which are sorted by name."""
+    """Sort numbers by value and put them first; sort all other values by name."""
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return (False, float(value), "") if number else (True, 0.0, _shown(value))

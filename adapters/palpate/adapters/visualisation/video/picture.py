@@ -37,7 +37,7 @@ _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
 """Foot of the arrow that shows the scale, as fractions of the width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
-"""Arrow of each action, in peg diameters, because at true scale the steps would be too small to see."""
+"""Arrow for each action, in peg diameters, because at true scale the steps would be too small to see."""
 _FINE: Final = 2
 """Factor by which arrows and lines are drawn too large and then reduced, to smooth them."""
 _LINES: Final = 30
@@ -74,7 +74,7 @@ class Painter:
         self._stage = Stage(self._cell, size)
 
     def paint(self, moment: Moment) -> Image.Image:
-        """Return the RGB image of a moment.
+        """Return the RGB image for a moment.
 
         Raises:
             LogError: The joint angles do not fit the arm.

@@ -20,7 +20,7 @@ _SAME_S: Final = 1e-6
 
 @dataclass(frozen=True)
 class Trajectory:
-    """All moments of a trial in order, and whether their forces are tared."""
+    """All moments in a trial in order, and whether their forces are tared."""
 
     moments: tuple[Moment, ...]
     tared: bool
