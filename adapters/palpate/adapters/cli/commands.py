@@ -52,14 +52,14 @@ GROUPS: dict[str, tuple[str, str]] = {
 
 
 def commands_of(group: str = "") -> dict[str, Command]:
-    """Return the commands of ``palpate``, or of a group."""
+    """Return all ``palpate`` commands, or those in a group."""
     begin = f"{group} " if group else ""
     names = {name.removeprefix(begin): command for name, command in COMMANDS.items() if name.startswith(begin)}
     return {name: command for name, command in names.items() if " " not in name}
 
 
 def help_of(group: str = "") -> str:
-    """Return the help text of ``palpate``, or of a group of commands."""
+    """Return the help text for ``palpate``, or for a group of commands."""
     about, more = GROUPS.get(group, ("A robot arm learns contact tasks by touch.", "To begin: palpate train"))
     called, width = f"palpate {group}".rstrip(), 9
     commands = "".join(f"  {name:<{width}}  {command.text}\n" for name, command in commands_of(group).items())

@@ -28,7 +28,7 @@ class RunSettings(Settings):
     job: str = ""
     """Job file: part, tool, arm, place and limits. All other settings are derived from it. Default: the paper's peg."""
     scenario: Annotated[str, OneOf("", *SCENARIOS)] = ""
-    """Conditions of the simulated trials: job, paper, blind, or blind with an additional condition, such as
+    """Conditions for the simulated trials: job, paper, blind, or blind with an additional condition, such as
     blind-tilt-4. Default: job with --job, else paper."""
     task: str = ""
     """Task: insertion, insertion-6dof, or a task from a plug-in package. Default: insertion."""
@@ -98,7 +98,7 @@ class TrainOptions(MotionSettings, LiveSettings, RunSettings):
     """Resume the stopped run in --out, with its settings and the same random streams."""
     from_logs: tuple[str, ...] = ()
     """Fit the belief learner to recorded trials with any policy, without running trials. Takes logs, folders with logs,
-    or patterns in quotes, with the newest last; uses the settings of the first log."""
+    or patterns in quotes, with the newest last; uses the settings in the first log."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ class ReplayOptions(Settings):
     continue_in_mujoco: bool = False
     """What-if: continue in the simulator from the first different command; only for logs of simulated trials."""
     out: str = ""
-    """New folder for the logs of a what-if."""
+    """New folder for the logs from a what-if."""
     strict: bool = False
     """Fail if even the least significant bits differ from a log recorded on a different processor."""
     jobs: Jobs = 0

@@ -1,4 +1,4 @@
-"""The ``palpate plan`` command, which checks the feasibility of a job before anything moves."""
+"""The ``palpate plan`` command, which checks whether a job is feasible before anything moves."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _UNITS: Final = (
 
 
 def plan(options: PlanOptions) -> int:
-    """Print the derived settings, the regime, the verdict and the results of simulated trials; return the exit code."""
+    """Print the derived settings, regime, verdict and results from simulated trials; return the exit code."""
     picture = Path(options.out or f"{Path(options.job).stem}-plan.png")
     figure_kind(picture, "out")
     if options.trials and picture.exists():

@@ -43,7 +43,7 @@ class RenderOptions(Settings):
     fps: Annotated[float, Range(0.1, 240.0, text="a number from 0.1 to 240, for .gif from 0.1 to 50")] | None = None
     """Frames per second. Default: 25, or 12.5 for .gif."""
     speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
-    """Speed of the video: 0.5 shows the trial at half speed."""
+    """Video speed: 0.5 shows the trial at half speed."""
     begin_s: float | None = None
     """Start of the video, in seconds of trial time. Default: start of the trial."""
     end_s: float | None = None

@@ -23,7 +23,7 @@ class Test{name}({name}):
 
 
 def check(options: CheckOptions) -> int:
-    """Run the clauses of the suite with pytest; return 0 if all applicable clauses hold, else 1."""
+    """Run the suite's clauses with pytest; return 0 if all applicable clauses hold, else 1."""
     # As with python -m, modules in the current folder can be imported.
     with from_here(), TemporaryDirectory() as folder:
         suite = _suite(options.suite)

@@ -18,7 +18,7 @@ _BEGIN: Final = """# Change what differs on your bench, then examine the devices
 """
 _MODEL: Final = "Kinematic model, by name; or urdf, flange and posture_rad; a UR takes calibration = FILE, too."
 _COLUMN, _WIDTH = 36, 118
-"""Column of the comments, and maximum length of a line."""
+"""Column for the comments, and maximum line length."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _device(kind: str, name: str, more: list[str]) -> Iterator[str]:
 
 
 def _lines(table: type[Settings], values: dict[str, Any] | None = None) -> Iterator[str]:
-    """Yield a line for each setting of a table, or only for those in ``values``."""
+    """Yield a line for each setting in a table, or only for those in ``values``."""
     for setting in config.described(table):
         if values is None or setting.name in values:
             yield _line(setting.name, (values or {}).get(setting.name, setting.default), setting.text)

@@ -1,4 +1,4 @@
-"""The ``palpate settings`` command, which prints the declaration of every setting in a group."""
+"""The ``palpate settings`` command, which prints every setting in a group."""
 
 import shutil
 import sys
@@ -19,7 +19,7 @@ from palpate.core.ports import Settings
 
 @dataclass(frozen=True)
 class SettingsOptions(Settings):
-    """Print the settings of a group: type, range, unit, default and help. Without a group, print the groups."""
+    """Print the settings in a group: type, range, unit, default and help. Without a group, print the groups."""
 
     group: Annotated[str, tyro.conf.Positional] = ""
     """Group, or the dotted name of a table or setting in it, such as task, learning.belief or task.step_mm."""

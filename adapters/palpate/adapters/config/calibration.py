@@ -28,7 +28,7 @@ class CalibrationTable(Settings):
     plate_mm: Annotated[float, Range(-2000.0, 2000.0)] | None = None
     """Height of the plate in the base frame; replaces place.z_mm."""
     hole_mm: tuple[float, float] | None = None
-    """Position of the hole, x and y, in the base frame; replaces place.x_mm and y_mm."""
+    """Hole position, x and y, in the base frame; replaces place.x_mm and y_mm."""
     axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
     """Stiffness of the gripper, arm and plate along the tool axis; replaces tool.axial_N_per_mm."""
 
@@ -49,7 +49,7 @@ class CalibrationTable(Settings):
 
 
 def write_into(path: Path, name: str, values: Mapping[str, Any]) -> None:
-    """Write values into a table of a TOML file and keep the rest of the file, including comments.
+    """Write values into a table in a TOML file and keep the rest of the file, including comments.
 
     The old file is replaced only once the new one is complete.
 

@@ -22,13 +22,13 @@ from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell import CellConfig
 
 Tables: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
-"""Nested tables of settings, the path of a TOML file with such tables, or None."""
+"""Nested tables of settings, the path to a TOML file with such tables, or None."""
 _OF_A_JOB: Final = (*JOB_TABLES, "arm", "cell")
 _EXAMPLES: Final = "there are examples in examples/jobs, such as dowel-12-h7.toml"
 
 
 def read_job(source: str | os.PathLike[str] | Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a job, which is given as a file or as tables.
+    """Return the tables in a job, which is given as a file or as tables.
 
     Raises:
         ConfigurationError: The job cannot be read, has unknown tables, or lacks required fields.
@@ -219,7 +219,7 @@ def job_of(config: RunConfig) -> Job:
 
 
 def simulated_noise(config: RunConfig) -> SensorFacts:
-    """Return the noise of the simulated force sensor."""
+    """Return the simulated force sensor's noise."""
     sensor = config.cell.sensor
     return SensorFacts(sensor.force_noise_N, sensor.torque_noise_Nm)
 

@@ -40,7 +40,7 @@ class Described:
 
     @property
     def unit(self) -> str:
-        """Unit given by the suffix of the name, or an empty string if there is none."""
+        """Unit given by the suffix in the name, or an empty string if there is none."""
         words = self.name.rpartition(".")[2].split("_")
         ends = ("_".join(words[place:]) for place in range(1, len(words)))
         return next((_UNITS[end] for end in ends if end in _UNITS), "")
@@ -67,7 +67,7 @@ def described(table: type[Settings], prefix: str = "") -> Iterator[Described]:
 
 @cache
 def texts_of(table: type) -> Mapping[str, str]:
-    """Return the docstring of each field of a class and its bases, on one line."""
+    """Return the docstring for each field in a class and its bases, on one line."""
     found: dict[str, str] = {}
     for base in reversed(table.__mro__[:-1]):
         (node,) = ast.parse(dedent(inspect.getsource(base))).body

@@ -18,7 +18,7 @@ _OF_UR: Final = ("ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20")
 
 @dataclass(frozen=True)
 class EmulationConfig(Settings):
-    """Devices of an emulated rig, with settings that a rig file does not contain."""
+    """Devices in an emulated rig, with settings that a rig file does not contain."""
 
     wires: Annotated[str, OneOf("", ZEBRA, CIA402, UR, ROS2)] = ""
     """Arm interface: zebra-nmc (the Zebra Zero's serial bus), cia402 (CAN drives), ur-rtde (a Universal

@@ -1,4 +1,4 @@
-"""Third-party extensions, found by the name of an entry point or by ``package.module:Name``."""
+"""Third-party extensions, found by entry-point name or by ``package.module:Name``."""
 
 import importlib
 import os

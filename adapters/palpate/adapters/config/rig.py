@@ -19,7 +19,7 @@ from palpate.core.ports import Holds, Range, SensorFacts, Settings, Vector3, fit
 
 @dataclass(frozen=True)
 class DeviceEntry:
-    """A device of a rig."""
+    """A device in a rig."""
 
     adapter: str
     settings: Mapping[str, Any]
@@ -32,7 +32,7 @@ _Ranges: TypeAlias = Annotated[Vector3, _AboveZero]
 
 @dataclass(frozen=True)
 class SensorFactsTable(Settings):
-    """Properties of the force sensor, from the rig file or reported by the sensor. Unknown properties are None."""
+    """Force sensor properties, from the rig file or reported by the sensor. Unknown properties are None."""
 
     TABLE: ClassVar[str] = "force_sensor.facts"
 
@@ -47,7 +47,7 @@ class SensorFactsTable(Settings):
     rate_Hz: Annotated[float, Range(1.0, 100_000.0)] | None = None
     """Sampling rate."""
     frame: Annotated[str, Holds(bool, "the name of a frame")] | None = None
-    """Frame of the samples. Default: sensor."""
+    """Frame for the samples. Default: sensor."""
 
     def noise(self) -> SensorFacts | None:
         """Return the noise and range, from which settings are derived, or None if no noise is specified."""
@@ -99,7 +99,7 @@ class RigFile(Settings):
     force_sensor: DeviceEntry
     """The force sensor."""
     approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
-    """Joint speed of the move to the ready pose, before the first trial."""
+    """Joint speed for the move to the ready pose, before the first trial."""
     arm_lag_ms: Annotated[float, Range(0.0, 500.0)] | None = None
     """Delay between a command and the arm's motion. Default: the delay in the job's limits."""
     operator: OperatorTable = OperatorTable()

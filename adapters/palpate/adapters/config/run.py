@@ -87,12 +87,12 @@ class RecordingConfig(Settings):
 
 @dataclass(frozen=True)
 class AcceptanceConfig(Settings):
-    """Limits on the timing of an accepted trial. In the simulator, every trial is accepted."""
+    """Timing limits for an accepted trial. In the simulator, every trial is accepted."""
 
     TABLE: ClassVar[str] = "acceptance"
 
     max_late_ms: Annotated[float, Range(0.1, 10_000.0)] = 20.0
-    """Maximum delay of a tick."""
+    """Maximum tick delay."""
     max_late_share: Annotated[float, Range(0.0, 1.0)] = 0.05
     """Maximum share of ticks that begin more than a millisecond late."""
     max_skipped_share: Annotated[float, Range(0.0, 1.0)] = 0.02

@@ -66,7 +66,7 @@ def with_options(config: RunConfig) -> RunConfig:
 
 
 def require_corners(config: RunConfig) -> None:
-    """Check the corners in the task's options against the peg of the simulated cell.
+    """Check the corners in the task's options against the peg in the simulated cell.
 
     Raises:
         ConfigurationError: Their number differs, or a corner would lie outside the peg or touch down outside the area.

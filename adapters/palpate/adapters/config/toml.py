@@ -1,4 +1,4 @@
-"""Convert configurations to and from TOML. Errors name unknown fields and fields of the wrong type."""
+"""Convert configurations to and from TOML. Errors name unknown fields and fields with the wrong type."""
 
 import dataclasses
 import difflib
@@ -50,7 +50,7 @@ def run_facts(table: dict[str, Any], path: str | Path) -> dict[str, Any]:
 
 
 def overlay(base: T, table: Mapping[str, Any]) -> T:
-    """Return a copy of a configuration with the fields of a TOML table replaced.
+    """Return a copy of a configuration with the fields in a TOML table replaced.
 
     Raises:
         ConfigurationError: A field is unknown, or its value is rejected.
