@@ -294,7 +294,7 @@ def _fast_steps(rig: ArmCommandRig) -> list[JointVector]:
 
 
 def _where(rig: ArmCommandRig) -> JointVector:
-    """Return the joint angles in any state of the adapter."""
+    """Return the joint angles in any adapter state."""
     position_rad = parameter(rig.position_rad, "position_rad")
     try:
         return position_rad()

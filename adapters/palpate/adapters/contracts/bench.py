@@ -31,7 +31,7 @@ DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class ContractViolation(AssertionError):  # noqa: N818 - it reports a finding, like a failed assertion
-    """An adapter violates a clause of its port's contract."""
+    """An adapter violates a clause in its port's contract."""
 
     def __init__(self, clause: str, observed: str, wanted: str) -> None:
         self.observed, self.wanted = observed, wanted
@@ -44,13 +44,13 @@ class ClauseNotApplicable(SkipTest):
 
 @dataclass(frozen=True, kw_only=True)
 class DeviceRig(Generic[DeviceT]):
-    """Common base of the rigs for the three device ports.
+    """Base class for rigs with a device port.
 
     Attributes:
         advance: Function that advances world and time by a number of control ticks, in every adapter state.
         is_open: Function that returns True if the adapter holds a connection or another resource.
         provoke_fault: Function that makes the active device fail and returns once the adapter has latched the fault.
-        disconnect: Function that disconnects the cable, whatever the state of the adapter.
+        disconnect: Function that disconnects the cable, in any adapter state.
         reconnect: Function that reconnects the cable after ``disconnect``.
         dispose: Function that releases the rig's own resources after the adapter has been closed.
         call_budget_ns: Maximum duration of a reading or a command.
@@ -94,7 +94,7 @@ class DeviceRig(Generic[DeviceT]):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorRig(DeviceRig[DeviceT]):
-    """Common base of the rigs for the two sensor ports.
+    """Base class for rigs with a sensor port.
 
     Attributes:
         max_age_ns: Maximum age of a ``VALID`` sample.
@@ -142,7 +142,7 @@ class ForceSensorRig(SensorRig[ForceSensor]):
 
 @dataclass(frozen=True, kw_only=True)
 class MovingRig(DeviceRig[DeviceT]):
-    """Common base of the rigs for an arm's two ports.
+    """Base class for rigs with one of an arm's two ports.
 
     Attributes:
         step_rad: Motion per tick that is permitted for every joint in both directions.

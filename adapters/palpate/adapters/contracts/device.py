@@ -67,7 +67,7 @@ class DeviceContract(ABC, Generic[RigT]):
             yield rig
         finally:
             for device in rig.all_devices:
-                # Other clauses test closing; a failure here must not hide the result of this clause.
+                # Other clauses test closing; a failure here must not hide this clause's result.
                 with suppress(Exception):
                     if device.life is not Life.CLOSED:
                         device.close()
@@ -154,7 +154,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
 
 def bring(rig: DeviceRig[Any], life: Life) -> None:
-    """Bring the adapter of a new rig to a state; an active adapter gets one tick to provide its first sample."""
+    """Bring a new rig's adapter to a state; an active adapter gets one tick to provide its first sample."""
     provoke = parameter(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
     if life is not Life.CONSTRUCTED:
         rig.device.configure()

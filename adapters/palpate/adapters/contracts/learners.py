@@ -113,7 +113,7 @@ class PolicyContract(ABC):
         """Return a new policy."""
 
     def practised(self, policy: Policy) -> list[Decision]:
-        """Return the decisions of all practice trials."""
+        """Return the decisions from all practice trials."""
         return Practice(self.context).trials(policy, range(self.practice_trials))
 
     def test_equal_seeds_give_equal_decisions(self) -> None:

@@ -50,7 +50,7 @@ class _Living:
         self._usable = suite.may_use()
 
     def live(self, steps: Sequence[tuple[str, bool]]) -> None:
-        """Perform the steps, then close the device; some steps interrupt an activity of the active device."""
+        """Perform the steps, then close the device; some steps interrupt what the active device is doing."""
         self._look()
         for step, busy in (*steps, ("close", True), ("refuse", False)):
             self._step(step, busy)

@@ -36,12 +36,12 @@ _SHARES: Final = (0.5, -0.7, -0.9)
 _Load: TypeAlias = Callable[[float, float, float], None]
 _Side: TypeAlias = tuple[_Load, Callable[[WrenchSample], Vector3], float, float, float]
 _Vector: TypeAlias = tuple[str, int, float, float]
-"""Name, length, bound of each component, and half the maximum difference between readings under the same load."""
+"""Name, length, bound on each component, and half the maximum difference between readings under the same load."""
 SensorRigT = TypeVar("SensorRigT", bound=SensorRig[Any])
 
 
 class SampleContract(DeviceContract[SensorRigT]):
-    """Clauses for the samples of any sensor."""
+    """Clauses for samples from any sensor."""
 
     sample_type: ClassVar[type]
     _last: Any = None

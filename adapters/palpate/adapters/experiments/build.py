@@ -56,7 +56,7 @@ from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskPart
 
 NONE: Final = "none"
 _EDGE_MM: Final = 0.2
-"""Edge break of a hole without a chamfer; ISO 13715 allows 0.05 mm to 0.3 mm."""
+"""Edge break on a hole without a chamfer; ISO 13715 allows 0.05 mm to 0.3 mm."""
 OPTIONS: Final = "options"
 _LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
@@ -236,7 +236,7 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
 
 
 def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> None:
-    """Check the limits of the task and the supervisor against the arm and the force sensor.
+    """Check the limits for the task and the supervisor against the arm and the force sensor.
 
     Raises:
         ConfigurationError: The sensor's noise exceeds the task's signals, a limit can never trip or would always
@@ -270,7 +270,7 @@ def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
 def open_rig(
     config: RunConfig, ready: ReadyPose, rig_file: str = "", acknowledge: str = "", *, accept_kinematics: bool = False
 ) -> Rig:
-    """Return the rig for trials, not yet entered: the simulator, or the devices of a rig file.
+    """Return the rig for trials, not yet entered: the simulator, or the devices in a rig file.
 
     Args:
         acknowledge: A person's acknowledgement of the rig's open fault, in the form ``NUMBER NAME: why``.

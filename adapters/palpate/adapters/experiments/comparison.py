@@ -16,7 +16,7 @@ from palpate.adapters.log import aligned, csv_text
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of policies on the same trials: summaries by name, whether all trials ran, and recording failures."""
+    """Results for policies on the same trials: summaries by name, whether all trials ran, and recording failures."""
 
     summaries: Mapping[str, Mapping[str, Any]]
     finished: bool

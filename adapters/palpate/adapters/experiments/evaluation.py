@@ -33,7 +33,7 @@ class ChosenPolicy:
     """A policy that is checked before anything is built.
 
     Args:
-        policy: Name of a baseline, path of a policy file, ``package.module:Name``, or a policy object.
+        policy: Name of a baseline, path to a policy file, ``package.module:Name``, or a policy object.
     """
 
     def __init__(self, policy: str | os.PathLike[str] | Policy, config: RunConfig) -> None:
@@ -95,7 +95,7 @@ def write_evaluation(
     trials: int,
     claim: Claim | None = None,
 ) -> dict[str, Any]:
-    """Write ``summary.json``, a plot of times and forces, and the policy; return the values of the summary."""
+    """Write ``summary.json``, a plot of times and forces, and the policy; return the values in the summary."""
     summary = run_summary(config, rows, trials, policy=name)
     if claim is not None:
         verdict = claim.verdict(sum(row.success for row in rows), len(rows))
@@ -121,7 +121,7 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
 
     This keeps late imports, cold caches and interpreter warm-up from delaying the first ticks of a real arm.
     """
-    # The version data of all logs are collected once, which takes up to half a second and blocks other threads.
+    # The version data for all logs are collected once, which takes up to half a second and blocks other threads.
     for stated in (made_with, processor, core_sha256):
         stated()
     with SimulatedRig(config, ready) as rig:

@@ -94,7 +94,7 @@ def workers_for(jobs: int) -> Workers:
 def completed(
     workers: Workers, function: Callable[..., T], calls: Iterable[tuple[Any, ...]]
 ) -> Iterator[tuple[int, Future[T]]]:
-    """Yield the index and the future of each call when it is done, in any order.
+    """Yield the index and future for each call when it is done, in any order.
 
     A call whose worker died or was interrupted is repeated once; after that the future holds a ``BrokenExecutor`` or a
     ``KeyboardInterrupt``.

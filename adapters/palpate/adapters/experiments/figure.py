@@ -8,7 +8,7 @@ from palpate.adapters.experiments.statistics import WINDOW, moving_average
 from palpate.adapters.log import drawing
 
 _MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.16, "top": 0.93, "hspace": 0.12}
-"""Fixed margins of plots, because measuring labels takes longer than the rest of the drawing."""
+"""Fixed plot margins, because measuring labels takes longer than the rest of the drawing."""
 
 
 def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:

@@ -82,7 +82,7 @@ def _run_block(
 SERIES: Final = 10
 """Number of trials per new learner; the first one trains it and does not count."""
 _LEAST_FRICTION: Final = 0.1
-"""Minimum friction of dry metal on metal or plastic."""
+"""Minimum friction for dry metal on metal or plastic."""
 _NOISE_SHARES: Final = (0.8, 1.25)
 _STIFFNESS_SHARES: Final = (0.9, 1.1)
 """Range of factors on a gripper's stiffness, which is known to within about ten per cent."""
@@ -125,7 +125,7 @@ def drawn_world(config: RunConfig, trial: int, stated: Mapping[str, Any]) -> Run
 def run_series(
     config: RunConfig, policy: str, numbers: range, world: Callable[[int], RunConfig] | None = None
 ) -> Iterator[ScoredTrial]:
-    """Run trials of a rule or a new learner, each in its own ``world`` if given; a trip ends only its own trial."""
+    """Run trials with a rule or a new learner, each in its own ``world`` if given; a trip ends only its own trial."""
     ready, rigs = ready_pose(config), list[Rig]()
     perception = plain_perception(config) if policy else build_perception(config)
     rule = baseline(policy, config, lambda: true_hole_m(rigs[-1])) if policy else learning_policy(config, perception)

@@ -44,7 +44,7 @@ _NEVER: Final = -1e6
 """Q of an option that cannot start, so low that the option is never selected at any temperature."""
 
 Hole = Callable[[], Sequence[float]]
-"""Function that returns the values of :func:`pose_of`, or the first three of them."""
+"""Function that returns the values from :func:`pose_of`, or only the first three."""
 
 
 def pose_of(hole_m: Sequence[float], turn_rad: Sequence[float], drawn: Mapping[str, float]) -> tuple[float, ...]:

@@ -1,8 +1,8 @@
 """A run's folder. Files are replaced atomically, so that nothing is lost if an error occurs.
 
 It contains ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
-``summary.json`` and ``learning_curve.png``. ``--resume`` continues from ``checkpoint.json``. ``logs`` contains the
-recording of each trial.
+``summary.json`` and ``learning_curve.png``. ``--resume`` continues from ``checkpoint.json``. ``logs`` contains
+a recording of each trial.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class TrialRow:
 
     Attributes:
         trip: Name and text of the reason for a trip; empty without a trip.
-        drawn: Other values of the trial, each in its own column after the others; see also ``GroundTruth.drawn``.
+        drawn: Other values for the trial, each in its own column after the others; see also ``GroundTruth.drawn``.
     """
 
     trial: int
@@ -155,15 +155,15 @@ _READ: Final[Mapping[str, Callable[[str], Any]]] = {"str": str, "int": int, "boo
 
 @dataclasses.dataclass(frozen=True)
 class RunResult:
-    """Results of finished trials.
+    """Results from finished trials.
 
     Attributes:
         rows: Lines in ``trials.csv``.
-        summary: Statistics of all trials, as in ``summary.json``.
+        summary: Statistics for all trials, as in ``summary.json``.
         finished: True if all requested trials are finished.
-        folder: Folder of the run, or None if nothing was saved.
+        folder: The run's folder, or None if nothing was saved.
         losses: Recording failures.
-        timing: Timing report of the control loop; empty in the simulator.
+        timing: Timing report from the control loop; empty in the simulator.
     """
 
     rows: list[TrialRow]

@@ -112,7 +112,7 @@ class Run:
 
         Raises:
             LifecycleError: The run is not in a ``with`` block.
-            DeviceError: A device of the rig cannot be opened.
+            DeviceError: A device in the rig cannot be opened.
         """
         if self._depth == 0:
             raise LifecycleError("run", "not entered", "rig", "use it in a with block: with Run(...) as run")
@@ -289,7 +289,7 @@ class Run:
 
     @contextmanager
     def opened(self) -> Iterator[Rig]:
-        """Yield the rig, which stays open for the duration of the context."""
+        """Yield the rig, which stays open until the context ends."""
         with self:
             yield self.rig
 

@@ -68,7 +68,7 @@ class Claim:
         return cls(share)
 
     def verdict(self, successes: int, trials: int) -> str:
-        """Compare the exact 95 % interval of the success rate with the claim."""
+        """Compare the exact 95 % interval for the success rate with the claim."""
         low, high = exact_interval(successes, trials)
         if low >= self.share:
             return "proved"

@@ -6,7 +6,7 @@ from palpate.core.policy.belief import MIN_CONTACTS, RINGS_M, ContactModel
 
 
 def render_table(document: PolicyDocument) -> str:
-    """Return the state, source, best action, value and visits in aligned columns, in the order of the states.
+    """Return the state, source, best action, value and visits in aligned columns, in state order.
 
     No best action is shown for a learned state without visits, because all its values are equal. A belief is shown as
     its contact model, and a third-party policy as its code.

@@ -17,12 +17,12 @@ from palpate.core.perception import Perception
 from palpate.core.policy import PolicyContext, ThirdPartyEntry, ThirdPartyPolicy
 
 GROUP: Final = "palpate.policies"
-"""Group of the entry points that name policies; each is a class or function that creates a policy."""
+"""Group for entry points that name policies; each is a class or function that creates a policy."""
 _PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
 def third_party_code(name: str) -> str:
-    """Return the code of the named policy, ``package.module:Name``, or an empty string for other names."""
+    """Return the code for the named policy, ``package.module:Name``, or an empty string for other names."""
     if _PLACE.fullmatch(name):
         return name
     entry = None if "/" in name or name.endswith(".json") else entries(GROUP).get(name)

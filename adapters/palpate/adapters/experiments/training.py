@@ -46,7 +46,7 @@ def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
 
 
 def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[list[TrialRow], dict[str, Any]]:
-    """Write ``summary.json`` and the learning curve; return the finished trials and the values of the summary."""
+    """Write ``summary.json`` and the learning curve; return the finished trials and the values in the summary."""
     rows = folder.read_trials()
     summary = run_summary(config, rows, trials) | {"learning": learning_summary(rows)}
     folder.write_json("summary.json", summary)

@@ -181,7 +181,7 @@ def score(config: RunConfig, report: TrialReport, truth: GroundTruth | None) -> 
 
 
 def fit_of(config: RunConfig) -> Fit:
-    """Return the fit of the tool and the part in the simulated cell."""
+    """Return the fit between tool and part in the simulated cell."""
     cell = config.cell
     total_tilt_mrad = cell.tilt_mrad + cell.conditions.plate_tilt_mrad
     clearance_mm = max(cell.peg.clearance_mm, cell.worn_clearance_mm)
@@ -196,7 +196,7 @@ def rest_reinforcement(config: RunConfig, exploration_time_s: float) -> float:
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
-    """Return the fields of a log's end record that depend on the ground truth; they are empty if it is unknown."""
+    """Return the fields in a log's end record that depend on the ground truth; they are empty if it is unknown."""
     if scored.truth is None:
         return {}
     return {

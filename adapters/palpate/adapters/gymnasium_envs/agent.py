@@ -18,7 +18,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 
 LATE: Final = "late"
-"""Source of a pause, as it appears in the records of a trial."""
+"""Source of a pause, as it appears in a trial's records."""
 PAUSE: Final = Decision(Action("rest", (0.0, 0.0)), None, LATE)
 GRACE_S: Final = 0.003
 """Maximum time for which the loop on a rig waits for a decision; less than half a tick."""

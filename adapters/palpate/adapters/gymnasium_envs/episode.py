@@ -1,4 +1,4 @@
-"""Trials of the insertion task, decision by decision, with externally chosen actions.
+"""Insertion trials, decision by decision, with externally chosen actions.
 
 The core does everything except choose the actions, as in any other run: control loop, perception, controllers,
 supervisor and reinforcement. Each trial has its own thread; the agent's thread waits for the loop's views. Only the
@@ -50,7 +50,7 @@ _TIMEOUT_S: Final = 5.0
 
 
 class Episodes:
-    """Trials of the insertion task, decision by decision, in the simulator or on a rig.
+    """Insertion trials, decision by decision, in the simulator or on a rig.
 
     In the simulator, time stops between decisions. On a rig it continues, and trials are recorded in a folder like
     that of ``palpate run``.
@@ -117,7 +117,7 @@ class Episodes:
 
     @property
     def report(self) -> TrialReport:
-        """Return the core's report of the trial."""
+        """Return the core's report on the trial."""
         return self.task.report
 
     @property
@@ -202,7 +202,7 @@ class Episodes:
             self._thread.join()
 
     def _leave(self) -> None:
-        """End the running trial, whatever the state of its loop; preparing the next trial releases the stopped arm."""
+        """End the running trial, in any loop state; preparing the next trial releases the stopped arm."""
         self.running = False
         self._agent.leave()
         deadline_s = time.monotonic() + _TIMEOUT_S
@@ -215,7 +215,7 @@ class Episodes:
             self._thread.join(GRACE_S)
 
     def _write(self) -> None:
-        """Write the results of the trials after everything is closed."""
+        """Write the trial results after everything is closed."""
         if self._rows and self.folder is not None:
             experiments.write_evaluation(
                 self.config, self.folder, experiments.OUTSIDE, None, self._rows, len(self._rows)
@@ -226,7 +226,7 @@ class Episodes:
     def _run(self, trial: int) -> None:
         shown: Any
         try:
-            # Logs and tables are numbered in the order of the trials.
+            # Logs and tables are numbered in trial order.
             self._trials.first = trial - self._begun
             self._begun += 1
             scored = self._trials.run(trial, (self._agent,))

@@ -1,4 +1,4 @@
-"""``palpate/PegInsertion-v0`` and ``-6Dof-v0``: the peg-in-hole task of a run, with one decision per step."""
+"""``palpate/PegInsertion-v0`` and ``-6Dof-v0``: a run's peg-in-hole task, with one decision per step."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from palpate.simulation.work_cell import WorkCell
 _NAME: Final = "palpate/PegInsertion-v0"
 _MOST_TRIALS: Final = 1_000_000_000
 _SIZE: Final = (640, 480)
-"""Width and height of an image in pixels."""
+"""Image width and height in pixels."""
 
 
 class _RunningCell(DrawnCell):
@@ -84,7 +84,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
     Raises:
         ConfigurationError: A setting is unknown, or an argument or setting is rejected.
-        DeviceError: A device of the rig failed.
+        DeviceError: A device in the rig failed.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 - Gymnasium declares it so

@@ -22,7 +22,7 @@ _SEARCH_M: Final = 10e-3
 
 
 _TURN_RAD_S: Final = radians(11.0)
-"""Turning speed. Faster tilting would exceed the joint speed limits of a wrist near its singularity."""
+"""Turning speed. Faster tilting would exceed a wrist's joint speed limits near its singularity."""
 
 
 def spatial_of(config: RunConfig) -> SpatialOptions | None:

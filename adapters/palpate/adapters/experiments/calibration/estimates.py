@@ -28,7 +28,7 @@ _PLATE_M: Final = 5e-5
 _STIFFNESS_SHARE: Final = 0.025
 _APART_M: Final = 3e-4
 _MISFIT_SHARE: Final = 0.1
-"""Maximum deviation from the wrench of a rigid tool, as a fraction of its weight; larger ones have another cause."""
+"""Maximum deviation from the wrench for a rigid tool, as a fraction of its weight; larger ones have another cause."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def mean_of(wrenches: Array) -> tuple[Array, Array]:
 
 
 def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
-    """Return the weight, centre of mass and mounting angle from wrenches of a stationary tool in several poses.
+    """Return the weight, centre of mass and mounting angle from wrenches with the tool stationary in several poses.
 
     Means and standard deviations are (n, 6), N and N m, as measured.
 
@@ -111,13 +111,13 @@ def payload(down_in_tool: Array, means: Array, sds: Array) -> Payload:
 
 
 def press(depth_m: Array, force_N: Array, direction: Array) -> tuple[Estimate, Estimate]:
-    """Return the depth of the plate's surface, m, and the stiffness, N/m, from pressing and releasing.
+    """Return the depth of the plate's surface in m and the stiffness in N/m from pressing and releasing.
 
     Args:
         direction: +1 while pressing, -1 while releasing, (n,); friction and delay cause the difference between them.
 
     Raises:
-        UndeterminedError: There are too few samples, or the force does not increase with depth like that of a spring.
+        UndeterminedError: There are too few samples, or the force does not increase with depth as with a spring.
     """
     if len(depth_m) < _LEAST_SAMPLES or np.ptp(depth_m) == 0.0:
         raise UndeterminedError("stiffness", f"{len(depth_m)} samples under load", "a press that is slower or deeper")
@@ -157,7 +157,7 @@ def joined(what: str, values: Sequence[Estimate], apart: float, unit: str) -> Es
 
 
 def hole(places_m: Sequence[tuple[float, float]], play_m: float) -> tuple[Estimate, Estimate]:
-    """Return the position of the hole from rest positions of an inserted peg, which vary within its play.
+    """Return the hole position from rest positions of an inserted peg, which vary within its play.
 
     Raises:
         UndeterminedError: There are fewer than two positions, or they are too far apart for one hole.

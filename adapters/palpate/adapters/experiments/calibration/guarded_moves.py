@@ -129,5 +129,5 @@ class GuardedMoves:
 
 
 def fresh_wrenches(readings: Sequence[Sample]) -> Array:
-    """Return the wrenches of new samples, (n, 6)."""
+    """Return the wrenches in new samples, (n, 6)."""
     return np.array([each.wrench for each in readings if each.fresh])

@@ -68,7 +68,7 @@ class Commissioning:
         self.believe(config)
 
     def believe(self, config: RunConfig) -> None:
-        """Use a new configuration of the plate and hole from now on."""
+        """Use a new configuration for the plate and hole from now on."""
         self.config = overlay(config, {"task": _CAREFUL})
         self._goal = goal_in_base(config.task.goal)
         self._ready: ReadyPose = find_ready_pose(config.arm, config.tool.geometry, config.task)
@@ -117,7 +117,7 @@ class Commissioning:
     def insert(self, mounting_deg: float, weight_N: float = 0.0) -> tuple[estimates.Estimate, estimates.Estimate]:
         """Insert the peg slowly a few times, guided by its torque; the core verifies that it is in the hole.
 
-        Returns the position of the hole, (x, y) in m in the base frame. A weight of 0 selects the configured masses.
+        Returns the hole position, (x, y) in m in the base frame. A weight of 0 selects the configured masses.
 
         Raises:
             UndeterminedError: The peg was not inserted.

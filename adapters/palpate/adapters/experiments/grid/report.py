@@ -1,4 +1,4 @@
-"""Results of learning runs: a readable table, machine-readable values, and a line for every trial.
+"""Results from learning runs: a readable table, machine-readable values, and a line for every trial.
 
 The mean over the last trials is always shown together with the optimum with full information and the optimum without
 it, because an improvement means little if the optimum is unknown.
@@ -72,7 +72,7 @@ def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
 
 
 def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
-    """Return CSV with a line for every trial of every run."""
+    """Return CSV with a line for every trial in every run."""
     rows: list[Sequence[Any]] = [_COLUMNS]
     for run in runs:
         for trial, (walk, temperature) in enumerate(zip(run.walks, run.temperatures, strict=True)):
@@ -87,7 +87,7 @@ _WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel of the figure."""
+    """A panel in the figure."""
 
     title: str
     curves: tuple[tuple[int, ...], ...]
@@ -95,7 +95,7 @@ class Panel:
 
 
 def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
-    """Draw the smoothed curves of all panels on identical axes."""
+    """Draw the smoothed curves in all panels on identical axes."""
     rows, columns = len(panels), len(panels[0])
     with drawing(_WIDTH_IN * columns, _HEIGHT_IN * rows + 0.3, 110, kind) as canvas:
         axes: Any = canvas.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)

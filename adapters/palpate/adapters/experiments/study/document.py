@@ -36,7 +36,7 @@ SUMMARY: Final = "summary.json"
 
 @dataclass(frozen=True)
 class Condition:
-    """A run in a study, with the varied settings and the absolute path of a policy file (empty if none)."""
+    """A run in a study, with the varied settings and the absolute path to a policy file (empty if none)."""
 
     name: str
     fields: Mapping[str, Any]
@@ -116,7 +116,7 @@ def _one_thread(config: RunConfig) -> Iterator[None]:
 
 
 def policy_file(name: str) -> str:
-    """Return the absolute path of the policy file with this name, or an empty string if there is none."""
+    """Return the absolute path to the policy file with this name, or an empty string if there is none."""
     return os.path.abspath(name) if os.path.isfile(name) else ""
 
 
@@ -159,7 +159,7 @@ class Study:
     Attributes:
         base: Settings for all conditions, by dotted name. Paths are relative to the working folder.
         grids: Values for the varied settings; the study has all combinations in each grid.
-        job: Absolute path of the job file; empty for the paper's job.
+        job: Absolute path to the job file; empty for the paper's job.
     """
 
     trials: int
@@ -210,11 +210,11 @@ class Study:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Dotted names of the settings that are varied, in the order of the file."""
+        """Dotted names of the settings that are varied, in file order."""
         return tuple(dict.fromkeys(name for grid in self.grids for name in grid))
 
     def conditions(self) -> Iterator[Condition]:
-        """Yield all conditions in the order of the file: settings, then policies, then seeds.
+        """Yield all conditions in file order: settings, then policies, then seeds.
 
         Raises:
             ConfigurationError: Settings are incompatible, or two conditions are identical.

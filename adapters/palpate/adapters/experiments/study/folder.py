@@ -19,9 +19,9 @@ from palpate.core.errors import OutputError
 STUDY_FILE: Final = "study.toml"
 _ELSEWHERE: Final = "name another folder with --out"
 _IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
-"""Entries of a summary that are already in other columns."""
+"""Entries in a summary that are already in other columns."""
 _COUNTS: Final = ("outcomes", "trips", "flagged_reasons")
-"""Tables of a summary in which counts of zero are omitted."""
+"""Tables in a summary in which counts of zero are omitted."""
 
 
 class StudyFolder:
