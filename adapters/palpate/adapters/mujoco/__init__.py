@@ -1,4 +1,4 @@
-"""Ports and images of the work cell in MuJoCo."""
+"""Work cell ports and images in MuJoCo."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The four ports of the simulated work cell. Time is simulated, and sleeping advances the simulation."""
+"""The four ports to the simulated work cell. Time is simulated, and sleeping advances the simulation."""
 
 from typing import Final
 
@@ -24,7 +24,7 @@ from palpate.core.ports import (
 from palpate.simulation.work_cell import WorkCell
 
 _NS: Final = 1_000_000_000
-# Looking up a member of an enumeration is slower.
+# Looking up an enumeration member is slower.
 _ACTIVE: Final = Life.ACTIVE
 
 

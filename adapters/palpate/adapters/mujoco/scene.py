@@ -1,4 +1,4 @@
-"""Lit model of the cell for images, posed from recorded joint angles, with a table below it."""
+"""Lit cell model for images, posed from recorded joint angles, with a table below it."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -56,7 +56,7 @@ _MOST_GEOMS: Final = 2000
 
 
 class DrawnCell:
-    """Geometry of the cell in a log, without graphics. If ``hole_known``, the hole is drawn at its true position.
+    """Geometry for the cell in a log, without graphics. If ``hole_known``, the hole is drawn at its true position.
 
     Raises:
         LogError: The log does not describe the cell completely.
@@ -114,7 +114,7 @@ class DrawnCell:
             raise LogError(self._path, f"tick {moment.tick}", problem, "it cannot be drawn")
         self.data.qpos[:] = 0.0
         self.data.qpos[: self.joints] = moment.joints_rad
-        # Limited to the deflection of a gripper: an implausible force must not displace the peg in the picture.
+        # Limited to a gripper's deflection: an implausible force must not displace the peg in the picture.
         self.data.qpos[self._springs] = np.clip(self._bent(moment), -_MOST_BENT, _MOST_BENT)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
@@ -168,7 +168,7 @@ class DrawnCell:
 
 
 def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
-    """Return the true position of the hole, (3,), task frame, or None if it is unknown."""
+    """Return the true hole position, (3,), task frame, or None if it is unknown."""
     found: Any = None
     with suppress(LogError):
         found = json_in(log, "start.world_json", log.start.world_json).get("hole_in_task_m")
@@ -239,7 +239,7 @@ class Stage:
         self._add_backdrop(view)
         if not view.cut:
             self._add_surroundings()
-        # In the close-up, the many small boxes of the hole would show a shadow at every seam.
+        # In the close-up, the many small boxes around the hole would show a shadow at every seam.
         scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not view.cut
         self._gl.make_current()
         rect = mujoco.MjrRect(0, 0, width, height)

@@ -1,4 +1,4 @@
-"""Compare the records of a replayed trial with its log."""
+"""Compare a replayed trial's records with its log."""
 
 import json
 import tomllib
@@ -42,7 +42,7 @@ _ROUNDED: Final = {"detail", "text"}
 
 
 def compare_records(trial: ReplayedTrial, *, whole: bool, what_if: bool) -> None:
-    """Compare the records of the log with those of the replay, except for ticks, which the ports compare.
+    """Compare the log's records with those from the replay, except for ticks, which the ports compare.
 
     Args:
         whole: Whether the log extends to the end of the trial. If not, it may lack the reward for the last decision and
@@ -132,7 +132,7 @@ def _compare_fields(
 
 
 def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str, Any]:
-    """Return the fields of the end record that depend on the ground truth, recomputed from the one in the log."""
+    """Return the fields in the end record that depend on the ground truth, recomputed from the one in the log."""
     end = log.end
     if end is None or len(end.true_tip_in_task_m) != 3 or len(end.true_hole_in_task_m) != 3:
         return {}
@@ -147,7 +147,7 @@ def truth_in(log: TrialLog, report: TrialReport, config: RunConfig) -> dict[str,
 
 
 def compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
-    """Compare the cause of the latch with the recorded trip or the device's error."""
+    """Compare the reason for latching with the recorded trip or the device's error."""
     trips = (event.detail for event in tape.log.events if event.name == "trip")
     recorded = next(trips, str(error) if isinstance(error, DeviceError) else "")
     # A trip's text contains rounded numbers.

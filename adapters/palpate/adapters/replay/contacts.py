@@ -1,4 +1,4 @@
-"""Contacts in recorded trials of any policy, and a belief that is learned from them."""
+"""Contacts in recorded trials with any policy, and a belief learned from them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -66,7 +66,7 @@ class ContactCollector(Policy):
 
 @dataclass(frozen=True)
 class FoundContacts:
-    """Contacts in recorded trials, the first trial's settings, and the policy file of a belief learned from them."""
+    """Contacts in recorded trials, the first trial's settings, and the policy file for a belief learned from them."""
 
     config: RunConfig
     document: PolicyDocument

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """An output of the core that differs from the recorded one."""
+    """A core output that differs from the recorded one."""
 
     tick: int
     channel: str

@@ -151,7 +151,7 @@ def run_over(trial: ReplayedTrial) -> Exception | None:
 
 
 def _continued(log: TrialLog, scored: ScoredTrial) -> str:
-    """Return the outcome of a trial that was continued in the simulator, and the recorded one."""
+    """Return the outcome of a trial that was continued in the simulator, and the recorded outcome."""
     report, end = scored.report, log.end
     text = f"in the simulator: {scored.outcome} after {report.exploration_time_s:.2f} s of exploration"
     text += "" if scored.truth is None else f", true peak {scored.truth.peak_force_N:.1f} N"

@@ -1,4 +1,4 @@
-"""Use the start record of a log to reconstruct the objects that ran the trial."""
+"""Use a log's start record to reconstruct the objects that ran the trial."""
 
 import json
 import tomllib

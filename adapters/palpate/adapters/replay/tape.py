@@ -65,7 +65,7 @@ class Track(Generic[T]):
         return bool(self._items)
 
     def pass_refused(self) -> None:
-        """Skip the recorded error of a call that the replay also rejects."""
+        """Skip the recorded error for a call that the replay also rejects."""
         if self.left and isinstance(self._items[0], Raised):
             self._items.popleft()
 
@@ -145,5 +145,5 @@ class Tape:
         self.differences.compare(self.tick, "/tick", field, recorded, replayed)
 
     def check_deadline(self, deadline_ns: int) -> None:
-        """Compare the deadline of a sleep with the recorded one."""
+        """Compare a sleep deadline with the recorded one."""
         self.differences.compare(self.tick, "/tick", "deadline_ns", self.deadlines.next(), deadline_ns)

@@ -54,7 +54,7 @@ class ReplayedTrial:
         facts: Callable[[TrialReport], dict[str, Any]],
         observers: Sequence[LoopObserver] = (),
     ) -> TrialReport:
-        """Run the trial. ``facts`` returns the fields of the end record that the core lacks."""
+        """Run the trial. ``facts`` returns the end record's fields that the core lacks."""
         rebuilt = self.rebuilt
         recorders = [TrialRecorder(self.made, Path(), RecordingConfig())]
         observers = [*observers, _Interrupts(self.tape, rebuilt.task), self._begin(recorders[0], world, "")]

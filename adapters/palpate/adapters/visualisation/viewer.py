@@ -1,4 +1,4 @@
-"""Real-time display of a simulated rig in MuJoCo's passive viewer. It does not change a single bit of a trial."""
+"""Real-time display of a simulated rig in MuJoCo's passive viewer. It does not change a single bit in a trial."""
 
 import os
 import signal
@@ -55,7 +55,7 @@ class _ViewedClock(Clock):
 
 @contextmanager
 def viewed(rig: SimulatedRig) -> Iterator[None]:
-    """Show the rig in a window for the duration of the context.
+    """Show the rig in a window until the context ends.
 
     Raises:
         UsageError: There is no display.

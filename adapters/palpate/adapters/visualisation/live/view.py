@@ -31,7 +31,7 @@ from palpate.core.trial import Outcome, TrialReport
 PORT: Final = 9876
 """Default port of Rerun's viewer."""
 _MEMORY: Final = "512MB"
-"""Memory limit of the server for viewers that connect late. Beyond it, the oldest data are dropped."""
+"""Memory limit for the server, for viewers that connect late. Beyond it, the oldest data are dropped."""
 _CLOCK: Final = "run clock"
 _SERIES: Final[dict[str, tuple[str, ...]]] = {
     "wrench": ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm"),
@@ -146,7 +146,7 @@ class LiveView(TrialsObserver):
         self._wrenches.clear()
         self._at(start_ns)
         self._notify(f"trial {report.setup.index - trials.first} begins: {trials.name or trials.config.arm}")
-        # A log of a trial with the data that describe its cell.
+        # A trial log with the data that describe its cell.
         world, setup = world_of(trials.rig), report.setup
         start = StartRecord(
             **start_facts("live", with_options(trials.config), trials.ready, trials.perception), seed=setup.seed,
@@ -252,7 +252,7 @@ class LiveView(TrialsObserver):
 
 
 class CellShapes:
-    """Geometry of a cell: the shapes in each frame, by frame name.
+    """Cell geometry: the shapes in each frame, by frame name.
 
     Raises:
         LogError: The log does not describe the cell completely.

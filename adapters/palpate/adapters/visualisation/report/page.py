@@ -1,4 +1,4 @@
-"""Parts and HTML of a report, which is a single self-contained file and needs no network."""
+"""Parts and HTML for a report, which is a single self-contained file and needs no network."""
 
 import base64
 import os
@@ -35,7 +35,7 @@ class PageTable(NamedTuple):
 
 
 class PageSection(NamedTuple):
-    """A section of the page. ``listing`` is text that is initially collapsed."""
+    """A section on the page. ``listing`` is text that is initially collapsed."""
 
     title: str
     text: str = ""

@@ -1,4 +1,4 @@
-"""Pictures of studies: learning curves, and success and time plotted against a setting."""
+"""Pictures for studies: learning curves, and success and time plotted against a setting."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager

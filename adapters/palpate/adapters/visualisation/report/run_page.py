@@ -150,7 +150,7 @@ def _log_of(run: RunSource, trial: int) -> Path:
 
 
 def _score(run: RunSource) -> str:
-    """Return the mean score of the latest trials with logs."""
+    """Return the mean score for the latest trials with logs."""
     paths = [path for row in run.late[-_LATE:] if (path := _log_of(run, row.trial)).exists()]
     if not paths:
         return ""

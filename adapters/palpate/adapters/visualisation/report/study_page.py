@@ -16,7 +16,7 @@ Setting = tuple[tuple[str, str], ...]
 
 
 class ReportedCondition(NamedTuple):
-    """A finished run of the study, with one policy, one seed and one combination of settings."""
+    """A finished run in the study, with one policy, one seed and one combination of settings."""
 
     fields: Mapping[str, Any]
     policy: str
@@ -25,7 +25,7 @@ class ReportedCondition(NamedTuple):
 
     @property
     def setting(self) -> Setting:
-        """Settings of the run in a form that can be compared."""
+        """The run's settings in a form that can be compared."""
         return tuple((name, _shown(value)) for name, value in self.fields.items())
 
 

@@ -35,7 +35,7 @@ _CORNERS: Final = 64
 """Number of points on the visible half of the hole's rim. Every other line between them is drawn."""
 _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
-"""Foot of the arrow that shows the scale, as fractions of the width and height."""
+"""Foot of the scale arrow, as fractions of the width and height."""
 _STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
 """Arrow for each action, in peg diameters, because at true scale the steps would be too small to see."""
 _FINE: Final = 2

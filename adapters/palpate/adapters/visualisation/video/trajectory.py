@@ -31,7 +31,7 @@ class Trajectory:
         return self.moments[-1].time_s
 
     def stretch(self, begin_s: float | None, end_s: float | None) -> tuple[float, float]:
-        """Return the beginning and end of the part to show, limited to the duration of the trial."""
+        """Return the beginning and end of the part to show, limited to the trial's duration."""
         last = self.duration_s
         begin, end = 0.0 if begin_s is None else begin_s, last if end_s is None else end_s
         require_in("begin_s", begin, 0.0, round(last, 3))
@@ -55,7 +55,7 @@ class Trajectory:
 
 
 def trajectory_of(log: TrialLog) -> Trajectory:
-    """Return the moments of a trial, from the first tick with a time and joint angles.
+    """Return the moments in a trial, from the first tick with a time and joint angles.
 
     Raises:
         LogError: There is no such tick, or a message is invalid.

@@ -15,7 +15,7 @@ HOLD_S: Final = 1.0
 
 
 def require_video() -> Any:
-    """Return PyAV, which is installed by an extra of palpate.
+    """Return PyAV, which is installed by one of palpate's extras.
 
     Raises:
         UsageError: PyAV is not installed, or lacks the encoder.
