@@ -163,7 +163,7 @@ class PlanOptions(Settings):
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Seed for all random streams in the simulated trials."""
     out: str = ""
-    """New .png, .svg or .pdf file for a figure of the trials. Default: JOB-plan.png."""
+    """New .png, .svg or .pdf file for a plot of the trials. Default: JOB-plan.png."""
 
 
 @dataclass(frozen=True)
