@@ -1,4 +1,4 @@
-"""Rigs of real devices: driver adapters, the arm process, the operator stop, the rig doctor, and the emulated cell."""
+"""Rigs with real devices: driver adapters, arm process, operator stop, rig doctor, and the emulated cell."""
 
 import lazy_loader
 

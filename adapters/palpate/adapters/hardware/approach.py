@@ -20,7 +20,7 @@ WITHDRAWAL_M_S: Final = 0.02
 _ALONG: Final = 0.98
 """Cosine of the maximum angle between the tool and the hole at which the peg can be in the hole."""
 _THERE_RAD: Final = 2e-3
-"""Position tolerance of each joint at a pose. Several consecutive samples must be within it."""
+"""Position tolerance for each joint at a pose. Several consecutive samples must be within it."""
 _STAYS_SAMPLES: Final = 5
 """Number of consecutive samples required at a pose. An arm that is catching up may pass it at 5 mrad per sample."""
 _RAMP_TICKS: Final = CONTROL_RATE_HZ
@@ -60,8 +60,8 @@ def move_to_ready(
             during the withdrawal, because an arm that was left pressing on something releases that force.
 
     Raises:
-        DeviceError: An encoder may have lost a turn, the arm does not follow, is held back or touches something, or a
-            sensor fails or reports wrenches of the wrong kind or in the wrong frame.
+        DeviceError: An encoder may have lost a turn; the arm does not follow, is held back or touches something; or a
+            sensor fails, or reports the wrong kind of wrench or the wrong frame.
     """
     begin = ports.joint_encoder.read().position_rad
     require_right_turn(approach, begin)
@@ -121,7 +121,7 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
 
 
 def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
-    """Return a straight path in joint space that starts and ends stationary, with all joints arriving together.
+    """Return a straight joint-space path that starts and ends at rest, with all joints arriving together.
 
     A moving average of a constant speed over :data:`_RAMP_TICKS` gives constant acceleration and deceleration.
     """

@@ -1,4 +1,4 @@
-"""The two ports of an arm that runs in a separate process."""
+"""Encoder and servo ports for an arm that runs in a separate process."""
 
 import sys
 from collections.abc import Callable
@@ -33,15 +33,15 @@ from palpate.core.ports import (
 
 _NS: Final = 1_000_000_000
 _ANSWER_NS: Final = 2_000_000
-"""Maximum time for which the loop waits for a third-party arm to answer a set-point."""
+"""Maximum time that the loop waits for a third-party arm to answer a set-point."""
 _STOP_NS: Final = 9 * _NS // 5
 _REQUEST_NS: Final = 60 * _NS
 _CLOSE_NS: Final = 10 * _NS
 _HANGS_NS: Final = 2 * _NS // 5
-"""Time of inactivity, beyond the set-point time-out, after which a process counts as hanging. A cycle takes time on a
-line that does not answer."""
+"""Period of inactivity, beyond the set-point time-out, after which a process counts as hung. A cycle takes time on an
+unresponsive line."""
 _LATE_NS: Final = 40_000_000
-"""Time of inactivity after which a process counts as late or dead. An arm without its own stop is then held."""
+"""Period of inactivity after which a process counts as late or dead. An arm without its own stop is then held."""
 _LEFT: Final = "only the drives' own time-outs stop the arm now; switch it off if it moves"
 
 
@@ -101,13 +101,13 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         return sample
 
     def diagnostics(self) -> dict[str, str]:
-        """Return the diagnostics of the arm, or an empty mapping while it is not open."""
+        """Return the arm's diagnostics, or an empty mapping while it is not open."""
         found: dict[str, str] = {} if self._host is None else self._request("diagnostics")
         return found
 
     @property
     def rate_Hz(self) -> float | None:
-        """Rate of the arm's cycles, or None for a third-party arm, whose rate is unknown."""
+        """The arm's cycle rate, or None for a third-party arm, whose rate is unknown."""
         return None if self._arm.answers else CONTROL_RATE_HZ / self._arm.divider
 
     @property

@@ -24,10 +24,10 @@ class Setpoint(NamedTuple):
 
 
 class ArmStatus(NamedTuple):
-    """State of the arm.
+    """Arm state.
 
     Attributes:
-        applied: Applied command of the latest accepted set-point.
+        applied: Command applied for the latest accepted set-point.
         taken: Number of that set-point.
     """
 
@@ -69,7 +69,7 @@ class SharedState(Generic[NoteT]):
 
 
 class _Word:
-    """A time in ns that the processor reads and writes in one step; ``struct`` would write a 0 first."""
+    """A time in ns that the processor reads and writes atomically; ``struct`` would write a 0 first."""
 
     def __init__(self, index: int) -> None:
         self._index = index

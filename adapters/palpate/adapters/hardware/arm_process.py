@@ -22,7 +22,7 @@ from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, Clock, JointSample
 
 PACE_NS: Final = 1_000_000
-"""Interval at which the process checks for a stop, for a set-point, and whether the loop is alive."""
+"""Interval at which the process checks for a stop and a set-point, and that the loop is alive."""
 _NS: Final = 1_000_000_000
 _FIRST_NS: Final = 3 * _NS
 """Maximum time to wait for the first sample."""
@@ -30,7 +30,7 @@ _SWING_NS: Final = _NS // 2
 """Maximum time for which an arm oscillates after a stop from full speed."""
 _SWITCH_S: Final = 0.0001
 _LONGEST: Final = 2000
-"""Maximum length of a message, because a note has a fixed size."""
+"""Maximum message length, because notes have a fixed size."""
 
 
 _PLAIN: Final = (str, int, float, tuple, list, type(None))
@@ -244,7 +244,7 @@ class ArmLoop:
 
 
 class Assignment(NamedTuple):
-    """Task assigned to the process as its first message; ``path`` is the loop's module search path."""
+    """Work assigned to the process in its first message; ``path`` is the loop's module search path."""
 
     entry: DeviceEntry
     context: RigContext

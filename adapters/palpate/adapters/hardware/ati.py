@@ -17,7 +17,7 @@ _PAGE_S = 3.0
 
 @dataclass(frozen=True)
 class NetFtTable(SensorTable):
-    """Settings of a Net F/T in a rig file."""
+    """Settings for a Net F/T in a rig file."""
 
     host: Host = "192.168.1.1"
     """Address of the box."""

@@ -1,4 +1,4 @@
-"""Settings of a device's CAN bus in a rig file."""
+"""CAN bus settings for a device in a rig file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,9 +16,9 @@ class CanBusTable(Settings):
     """Settings that all CAN devices share."""
 
     interface: str = "socketcan"
-    """Kind of CAN interface, by its name in python-can."""
+    """CAN interface type, as named in python-can."""
     channel: str = "can0"
-    """Name of the channel."""
+    """Channel name."""
     bitrate: _BitRate = 1_000_000
     """Bit rate in bits per second."""
     can: Mapping[str, Any] = field(default_factory=dict)

@@ -13,7 +13,7 @@ class MonotonicClock(Clock):
 
     Args:
         origin_ns: Monotonic system time at which this clock reads 0, or None for the current time.
-        real_time_factor: Seconds of this clock per real second; below 1 to match slow emulated devices.
+        real_time_factor: Clock seconds per real second; below 1 to match slow emulated devices.
     """
 
     def __init__(self, origin_ns: int | None = None, real_time_factor: float = 1.0) -> None:

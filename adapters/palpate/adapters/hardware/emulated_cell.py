@@ -107,12 +107,12 @@ class EmulatedCell:
         return "".join(lines)
 
     def targets_rad(self) -> JointVector:
-        """Return the set-points that the motors of all joints hold at a single instant."""
+        """Return the set-points held by all joint motors at a single instant."""
         with self.arm.hold():
             return self.arm.motors.targets_rad()
 
     def tick(self, now_ns: int) -> tuple[JointVector, JointVector]:
-        """Simulate one control tick; return the set-points and the angles of the joints, (n,) rad each."""
+        """Simulate one control tick; return the joints' set-points and angles, (n,) rad each."""
         targets = self.targets_rad()
         self.cell.command(targets)
         self.cell.advance()
@@ -164,10 +164,10 @@ class EmulatedCell:
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
-        """Return the wrench at a time, extrapolated from the last tick by at most half a tick in either direction.
+        """Return the wrench at a given time, extrapolated from the last tick by at most half a tick either way.
 
-        A value held for the whole tick would have the same mean age, but its age would depend on the phase of the
-        reading.
+        A value held for the whole tick would have the same mean age, but its age would depend on when in the tick it is
+        read.
         """
         ticked_ns, wrench, steps = self._measured
         ahead = min(max((now_ns - ticked_ns) * CONTROL_RATE_HZ / _NS, 0.0), 1.0) - 0.5

@@ -1,4 +1,4 @@
-"""Emulated devices of the simulated cell, with their servers, their entries in the rig file, and their faults."""
+"""Emulated devices for the simulated cell, with their servers, rig file entries and faults."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -21,9 +21,9 @@ from palpate.simulation.emulators.ros2 import WRENCH, Ros2Robot, Ros2Server
 from palpate.simulation.emulators.ur import PRECISION, ControllerConfig, ToolForce, UrController, UrServer
 
 WrenchSource: TypeAlias = Callable[[int], tuple[float, ...]]
-"""Function that returns the wrench at the sensor at a time in ns, (6,) N and N m."""
+"""Function that returns the wrench on the sensor, (6,) in N and N m, at a given time in ns."""
 ClockNs: TypeAlias = Callable[[], int]
-"""Clock of the devices, in ns."""
+"""The devices' clock, in ns."""
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _BEHIND_FILTER: Final = 0.77
@@ -67,7 +67,7 @@ class EmulatedArm(EmulatedDevice):
     Attributes:
         hold: Context in which the server's thread does not access the motors.
         lag_ms: Measured delay between a command and the joint motion, including communication.
-        in_flange: Force sensor in the flange of the arm.
+        in_flange: Force sensor in the arm's flange.
     """
 
     motors: Motors
@@ -214,7 +214,7 @@ def _noise(config: RunConfig, share: float = 1.0) -> dict[str, Any]:
 
 
 def _entered(config: RunConfig, start: JointVector) -> dict[str, Any]:
-    """Return the pendant settings for the job's tool, in the axes of the flange."""
+    """Return the pendant settings for the job's tool, in flange axes."""
     tool, frames = config.tool, Kinematics(arm_named(config.arm), config.tool.geometry)
     frames.update(start)
     flange = controller_frames(frames.arm, start)[1]

@@ -8,7 +8,7 @@ from palpate.drivers.errors import DriverError, RefusedError, SettingError, Stat
 
 
 def message_of(error: DriverError, device: str = "") -> str:
-    """Return the problem, the affected part of the device, and the remedy, without the name of the device."""
+    """Return the problem, the affected part of the device and the remedy, but not the device's name."""
     part = "" if error.device == "arm" or (device and error.device.startswith(device)) else f"{error.device}: "
     return f"{part}{error.problem}; {error.remedy}"
 

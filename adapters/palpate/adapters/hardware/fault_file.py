@@ -1,4 +1,4 @@
-"""Fault latch of a rig, kept in a file next to the rig file, so it outlasts the program. Only a person can clear it."""
+"""A rig's fault latch, kept in a file next to the rig file to outlast the program. Only a person can clear it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _Document(Settings):
 
 
 class FaultFile(FaultLatch):
-    """Fault latch of one rig. A separate thread writes it at each trip, because the disk may be slow.
+    """Fault latch for one rig. A separate thread writes it at each trip, because the disk may be slow.
 
     Args:
         rig_file: Rig file next to which the latch is stored; None keeps the latch in memory only.

@@ -19,7 +19,7 @@ from palpate.core.ports import (
 from palpate.core.supervision import SampleMonitor, require_raw
 
 _BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
-"""Time for which the arm waits in place for new samples, because the samples may be too old after a pause."""
+"""Time that the arm waits in place for new samples, because samples may be stale after a pause."""
 _TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 
 
@@ -29,7 +29,7 @@ class GuardedTicks:
     Args:
         monitor: Monitor that checks the samples as in a run.
         limit_N: Maximum deviation from the force at the last :meth:`mark`.
-        motion: Name of the motion for error messages.
+        motion: Name of the motion, for use in error messages.
         stopped_by: Function that returns the cause of a stop; empty if unknown.
     """
 
@@ -84,7 +84,7 @@ def recent_force_N(ports: Ports) -> Vector3:
     """Return a recent force, (3,) N, from a sensor that does not compensate for its load.
 
     Raises:
-        DeviceError: There is no valid force, or it is in the wrong frame or of the wrong kind.
+        DeviceError: There is no valid force, or its frame or kind is wrong.
     """
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()

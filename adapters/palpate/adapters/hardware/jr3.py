@@ -23,16 +23,16 @@ _DEAD_S: Final = 0.2
 
 @dataclass(frozen=True)
 class Jr3CanTable(CanBusTable, SensorTable):
-    """Settings of a JR3 on CAN in a rig file."""
+    """Settings for a JR3 on CAN in a rig file."""
 
     node: Annotated[int, Range(1, 127)] = 1
-    """Node number of the board."""
+    """The board's node number."""
     canopen_nodes: tuple[int, ...] = ()
     """CANopen nodes of the drives on the same bus."""
     cutoff_Hz: Annotated[float, Range(0.0, 655.35)] = 50.0
     """Cut-off of the board's filter, in steps of 0.01; 0 disables the filter."""
     period_us: Annotated[int, Range(540, 1_000_000)] = 5000
-    """Time between two readings; the shortest leaves half the bus free."""
+    """Time between readings; the minimum leaves half of the bus capacity free."""
     axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"
     """Handedness of the sensor's axes."""
     start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
@@ -60,7 +60,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         return self._table.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
-        """Return the full scales and the rate that the board reports. It does not report its noise."""
+        """Return the full-scale ranges and the rate that the board reports. It does not report its noise."""
         scales = self.opened().full_scales
         x, y, z = scales.force_N
         tx, ty, tz = scales.moment_dNm

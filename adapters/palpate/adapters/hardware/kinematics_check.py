@@ -25,7 +25,7 @@ _TIP_MM: Final = 1.0
 _LIGHTER_KG, _HEAVIER_KG = 0.1, 2.0
 """Payload margins. The payload is the tool with the force sensor, which weighs up to 2 kg with its plates."""
 _CENTRE_MM: Final = 30.0
-"""Accepted deviation of the centre of mass, assumed to be half-way between the flange and the sensor frame."""
+"""Accepted deviation of the centre of mass, assumed to be halfway between the flange and the sensor frame."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,14 +93,14 @@ class RigContext:
 
 @dataclass(frozen=True)
 class ArmAdapter:
-    """Encoders and servos of an arm, which may be the same object."""
+    """An arm's encoders and servos, which may be the same object."""
 
     encoder: JointEncoder
     arm: ArmCommand
 
 
 DeviceSettings: TypeAlias = Mapping[str, Any]
-"""Settings of a device in a rig file, without the name of its adapter."""
+"""A device's settings in a rig file, without the name of its adapter."""
 Host: TypeAlias = Annotated[str, Holds(lambda host: bool(host.strip()) and host.isprintable(), "an address")]
 ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter | ServedArm]
 ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor]

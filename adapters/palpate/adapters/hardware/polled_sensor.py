@@ -1,4 +1,4 @@
-"""Base class of force sensor adapters with polled drivers: reading, sample age, faults and closing."""
+"""Base class for force sensor adapters with polled drivers: reading, sample age, faults and closing."""
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from palpate.drivers.errors import DriverError, SilentError
 
 DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
-"""Delay of the line and the system, in addition to the sensor's period, after which a reading counts as missing."""
+"""Delay, beyond the sensor's period, after which a reading counts as missing; it allows for the line and the system."""
 
 
 _DRAIN_NS: Final = 1_000_000_000
@@ -37,7 +37,7 @@ class SensorTable(Settings):
 class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     """A wrist sensor with a polled driver. Samples are raw, because the adapter never tares on its own.
 
-    The protocols do not transmit the time of measurement. Source and receive time are both the time of the poll. The
+    The protocols do not transmit the measurement time. Source and receive times are both the time of the poll. The
     reading is older because of the sensor's filter, the line, and the wait for the poll.
     """
 
@@ -94,7 +94,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return message_of(device.silence(now_ns), self.name)
 
     def diagnostics(self) -> dict[str, str]:
-        """Return the diagnostics of the driver, or an empty mapping before ``configure``."""
+        """Return the driver's diagnostics, or an empty mapping before ``configure``."""
         return {} if self.device is None else self.device.diagnostics()
 
     def opened(self) -> DriverT:

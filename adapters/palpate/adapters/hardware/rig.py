@@ -1,4 +1,4 @@
-"""A rig of real devices that is defined by a rig file."""
+"""A rig with real devices, defined by a rig file."""
 
 import os
 from contextlib import ExitStack, suppress
@@ -57,7 +57,7 @@ class TurnedForceSensor(DeviceDecorator, ForceSensor):
 
 
 class DeviceRig(Rig):
-    """Rig of devices that are known only from the rig file and their own reports."""
+    """Rig whose devices are known only from the rig file and their own reports."""
 
     def __init__(self, file: RigFile, sensor: ForceSensor, arm: ArmClient) -> None:
         turn_deg = file.calibration.mounting_deg
@@ -98,7 +98,7 @@ class DeviceRig(Rig):
         return f"{name}: {account}" if account else name
 
     def world(self) -> WorldRecord:
-        """Return the name of the rig for logs; a real world cannot be reproduced."""
+        """Return the rig's name for logs; a real world cannot be reproduced."""
         facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
         return WorldRecord(self._file.name, facts)
 
@@ -217,7 +217,7 @@ class NoArm(ManagedDevice, ArmCommand):
 
 
 class DryRig(DeviceRig):
-    """Sensors and encoders of a rig; commands go to :class:`NoArm`. ``is_on`` is True if the arm had to be activated.
+    """A rig's sensors and encoders; commands go to :class:`NoArm`. ``is_on`` is True if the arm had to be activated.
 
     The arm gets no power, except with a third-party adapter whose encoders and servos are one object, which must be
     activated to report angles.

@@ -44,7 +44,7 @@ class Ros2Table(Settings):
     """Addresses of the computers that run ROS. Default: found by multicast."""
 
     def network(self) -> Ros2Network:
-        """Return the network settings of the robot."""
+        """Return the robot's network settings."""
         return Ros2Network(self.domain, self.address, self.peers)
 
 
@@ -56,10 +56,10 @@ class Ros2ArmTable(Ros2Table, ArmTable):
     """Maximum time to wait for the publisher and its first message."""
 
     joint_states: str = "/joint_states"
-    """Topic of the joint angles, sensor_msgs/msg/JointState."""
+    """Topic for the joint angles, sensor_msgs/msg/JointState."""
     commands: str = "/forward_position_controller/commands"
-    """Topic of the commands, std_msgs/msg/Float64MultiArray, of a forward_command_controller. Its joints are in the
-    order of the model, base first."""
+    """Command topic of a forward_command_controller, std_msgs/msg/Float64MultiArray. Its joints are in the model's
+    order, base first."""
     joints: tuple[str, ...] = ()
     """Names of the joints in the messages, base first. Default: the names in the model."""
     mode: Annotated[str, OneOf(_POSITIONS, _VELOCITIES)] = _POSITIONS
@@ -73,13 +73,13 @@ class Ros2WrenchTable(Ros2Table, SensorTable):
     """The ``[force_sensor]`` table of a rig file."""
 
     topic: str = "/force_torque_sensor_broadcaster/wrench"
-    """Topic of the wrenches, geometry_msgs/msg/WrenchStamped."""
+    """Topic for the wrenches, geometry_msgs/msg/WrenchStamped."""
     frame: str = "tool0"
-    """frame_id of the messages. A different frame_id ends the run."""
+    """frame_id in the messages. A different frame_id ends the run."""
     sign: Annotated[int, OneOf(1, -1)] = 1
     """Use -1 if the messages contain the wrench that the tool exerts on its environment."""
     rate_Hz: Annotated[float, Range(1.0, 10_000.0)] = 500.0
-    """Rate of the messages."""
+    """Message rate."""
 
 
 class Ros2DriverArm(DriverArm):

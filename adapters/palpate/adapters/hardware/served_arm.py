@@ -71,7 +71,7 @@ class ServedArm(ABC):
 
     @abstractmethod
     def acknowledge(self) -> None:
-        """Clear a fault of the arm itself. Only a person may decide to do this."""
+        """Clear a fault in the arm itself. Only a person may decide to do this."""
 
     @abstractmethod
     def close(self) -> None:
@@ -90,7 +90,7 @@ class ServedArm(ABC):
         return None
 
     def diagnostics(self) -> Mapping[str, str]:
-        """Return the diagnostics of the arm, or an empty mapping while it is not open."""
+        """Return the arm's diagnostics, or an empty mapping while it is not open."""
         return {}
 
 
@@ -111,9 +111,9 @@ class ArmTable(Settings):
     divider: Annotated[int, Range(1, 14)] = 1
     """Control ticks per bus cycle."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
-    """Age above which a sample of the joints is marked as stale."""
+    """Age above which a joint sample is marked as stale."""
     timeout_scale: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor for every time-out of the arm and of this computer, such as 3 for a slow computer."""
+    """Factor applied to the arm's and this computer's time-outs, such as 3 for a slow computer."""
 
 
 class DriverArm(ServedArm):

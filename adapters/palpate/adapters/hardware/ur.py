@@ -29,7 +29,7 @@ _OPEN_S: Final = 3.0
 
 @dataclass(frozen=True)
 class UrController(Settings):
-    """Settings that an arm and the sensor in its flange share."""
+    """Settings shared by an arm and the sensor in its flange."""
 
     host: Host = "192.168.1.100"
     """Address of the controller."""
@@ -44,9 +44,9 @@ class UrTable(UrController, ArmTable):
     force_stop_N: Annotated[float, Range(0.0, 500.0)] = UrSettings.force_stop_N
     """Tool force change at which the arm stops, even with a different sensor; 0 disables the check."""
     lookahead_s: Annotated[float, Range(0.03, 0.2)] = UrSettings.lookahead_s
-    """Look-ahead time of servoj. It smooths the motion and delays the arm."""
+    """Look-ahead time for servoj. It smooths the motion but delays the arm."""
     gain: Annotated[float, Range(100.0, 2000.0)] = UrSettings.gain
-    """Gain of servoj."""
+    """Gain for servoj."""
 
 
 @dataclass(frozen=True)

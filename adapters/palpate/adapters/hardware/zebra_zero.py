@@ -76,9 +76,9 @@ class ZebraTable(ArmTable):
     use_limit_inputs: bool = ZebraZeroSettings.use_limit_inputs
     """Treat an active limit input as a fault. Use false if no switch is wired to it."""
     velocity_rad_s: Annotated[float, Range(0.01, 10.0)] = JointLimits.velocity_rad_per_s
-    """Limit of each joint's velocity."""
+    """Velocity limit for each joint."""
     acceleration_rad_s2: Annotated[float, Range(0.1, 1000.0)] = JointLimits.acceleration_rad_per_s2
-    """Limit of each joint's acceleration, enforced by firmware with trapezoidal profiles."""
+    """Acceleration limit for each joint, enforced by firmware with trapezoidal profiles."""
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
     reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = BusSettings.reset_wait_s * 1e3
     """Time for the modules to restart after a reset."""

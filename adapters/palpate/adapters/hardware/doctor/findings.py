@@ -16,7 +16,7 @@ class Level(enum.Enum):
 
 
 class Topic(enum.Enum):
-    """Code of a finding; docs/how-to/doctor-findings.md has a row for each."""
+    """Finding code; docs/how-to/doctor-findings.md has a row for each."""
 
     CLOCK = "clock"
     OPEN = "open"
@@ -66,7 +66,7 @@ class DeviceReport:
             self.add(Level.WRONG, Topic.OPEN, describe(error), "see the adapter's own documentation")
 
     def include(self, diagnostics: Mapping[str, str]) -> None:
-        """Add the diagnostics of a driver. A ``fault`` entry becomes a finding."""
+        """Add a driver's diagnostics. A ``fault`` entry becomes a finding."""
         found = dict(diagnostics)
         fault = found.pop("fault", "")
         self.facts |= found

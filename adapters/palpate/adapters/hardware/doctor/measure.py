@@ -31,9 +31,9 @@ _STILL_N: Final = 1.0
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000
 _LATE_NS: Final = 3_000_000
-"""Wake-up delay limit. If more than 1 % of ticks exceed it, the computer is too slow for ticks of 7 ms."""
+"""Wake-up delay limit. If more than 1 % of ticks exceed it, the computer is too slow for 7 ms ticks."""
 _RARE_SHARE: Final = 0.01
-"""Maximum share of old samples for which the computer is the more likely cause."""
+"""Maximum share of stale samples for which the computer is the more likely cause."""
 _LIMITS: Final = SupervisionConfig(max_gap_ms=1000.0, weakened=("max_gap_ms",))
 """Limits used in a run, except the limit on the time between ticks, which :func:`report_clock` checks."""
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
@@ -61,7 +61,7 @@ class Series(NamedTuple, Generic[SampleT]):
 
 
 class MeasuredNoise(NamedTuple):
-    """Noise of an unloaded, stationary sensor in the worst force and torque channels, and the sensor's rate."""
+    """Noise in the worst force and torque channels of an unloaded, stationary sensor, and its sample rate."""
 
     force_N: float
     torque_Nm: float
@@ -108,7 +108,7 @@ def report_pace(
 def report_samples(
     series: Series[SampleT], report: DeviceReport, noise: MeasuredNoise | None = None, frame: str = SENSOR_FRAME
 ) -> None:
-    """Check the samples as the supervisor does in a run; ``frame`` is the frame of a force sensor."""
+    """Check the samples as the supervisor does in a run; ``frame`` is the force sensor's frame."""
     marks = Counter(sample.validity for _, sample in series.reads)
     counts = ", ".join(f"{marks[mark]} {mark.value}" for mark in Validity if mark is not Validity.VALID)
     # A sensor that shows no noise at all is also judged.
@@ -127,7 +127,7 @@ def report_samples(
 
 
 def _first_trip(series: Series[SampleT], facts: SensorFacts) -> Trip | None:
-    """Return the first trip that these samples, with valid ones from the other device, would cause in a run."""
+    """Return the first trip that these samples, with valid samples from the other device, would cause in a run."""
     samples, noise = SampleMonitor(_LIMITS, facts), NoiseMonitor(_LIMITS, TaskConfig(), facts)
     samples.begin()
     noise.begin()

@@ -65,7 +65,7 @@ def _step(arm: ArmCommand, encoder: JointEncoder, clock: Clock, joint: int, uppe
 def _go(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, start: JointVector, joint: int, way: tuple[float, float]
 ) -> tuple[JointVector, float]:
-    """Move a joint; return the arm's final pose and the maximum distance between set-point and joint."""
+    """Move a joint; return the arm's final pose and the maximum difference between set-point and joint angle."""
     begin_ns, most = clock.now_ns(), 0.0
     for tick in range(_RAMP_TICKS + _WAIT_TICKS):
         clock.sleep_until(begin_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)

@@ -1,4 +1,4 @@
-"""Requests to the operating system for real-time scheduling, their results, and the restoration of all settings."""
+"""Request real-time scheduling from the operating system, report the results, and restore all settings afterwards."""
 
 import ctypes
 import gc
@@ -44,7 +44,7 @@ class RealTimeResult(NamedTuple):
 
 
 class RealTime:
-    """Real-time resources of a run. Use it as a context manager around the run, and :meth:`loop` around each trial.
+    """Real-time resources for a run. Use it as a context manager around the run, and :meth:`loop` around each trial.
 
     Locked memory and frozen objects belong to the process and last as long as the run. Priority and CPU belong to the
     loop's thread and last as long as :meth:`loop`, so a process started outside it inherits neither. A bus thread

@@ -1,4 +1,4 @@
-"""Real-time settings of one run, and the timing of its loop."""
+"""Real-time settings for one run, and the timing of its loop."""
 
 from time import perf_counter_ns
 from typing import Any, Final
@@ -75,7 +75,7 @@ class LoopTimer(LoopObserver):
         return int(self._counts.sum())
 
     def late_ms(self) -> dict[str, float]:
-        """Return the median, the 99th percentile and the maximum of the ticks' delays in ms."""
+        """Return the median, 99th percentile and maximum tick delay in ms."""
         below = np.cumsum(self._counts)
         median, p99 = (float(_EDGES_ms[np.searchsorted(below, share * self.ticks) + 1]) for share in (0.5, 0.99))
         return {"median": round(median, 4), "p99": round(p99, 4), "max": round(self._worst_ns * 1e-6, 4)}
@@ -89,20 +89,20 @@ class LoopTimer(LoopObserver):
 
 
 class RealTimeSession(RealTime):
-    """Real-time settings and timer of a run. The timer is the first observer of each trial."""
+    """Real-time settings and timer for a run. The timer is the first observer of each trial."""
 
     def __init__(self, config: RealTimeConfig) -> None:
         super().__init__(config)
         self.timer = LoopTimer()
 
     def report_json(self) -> str:
-        """Return the timing of the run so far as JSON, to be stored at the end of a log."""
+        """Return the run's timing so far as JSON, for storage at the end of a log."""
         timer = self.timer
         fields: dict[str, Any] = {"ticks": timer.ticks, "skipped_slots": timer.skipped_slots}
         return dump_json({**fields, "late_ms": timer.late_ms(), "longest_ns": timer.longest_ns})
 
     def report(self) -> str:
-        """Return the timing of the run so far, in two lines."""
+        """Return the run's timing so far, as two lines of text."""
         timer = self.timer
         late, longest = timer.late_ms(), timer.longest_ns.items()
         return (
