@@ -1,4 +1,4 @@
-"""Log of a trial on disk: an MCAP file with protobuf messages, one per control tick."""
+"""A trial's log on disk: an MCAP file with protobuf messages, one per control tick."""
 
 import lazy_loader
 

@@ -47,17 +47,17 @@ _TOPICS: Final = {
 }
 _FRAME: Final = "sensor"
 IMPORTED: Final = "imported"
-"""Outcome of a log that was converted from a bag."""
+"""Outcome given in a log that was converted from a bag."""
 _NS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True)
 class BagTopics:
-    """Topics and conventions of a bag to be read.
+    """Topics and conventions for reading a bag.
 
     Attributes:
         joint_states, wrench: Topics. If empty, the only topic of the required type is used.
-        joints: Names of the joints in the messages, base first; empty for the model's.
+        joints: Joint names in the messages, base first; empty to use the model's.
         sign: -1 if the wrenches are those that the tool exerts on its environment.
     """
 
@@ -68,15 +68,15 @@ class BagTopics:
 
 
 def joint_names(config: RunConfig) -> tuple[str, ...]:
-    """Return the names of the joints in the arm's model, base first."""
+    """Return the joint names in the arm's model, base first."""
     return tuple(Kinematics(arm_named(config.arm), config.tool.geometry).model.names)[1:]
 
 
 def log_of_bag(bag: Path, config: RunConfig, ready: ReadyPose, perception: Perception, topics: BagTopics) -> bytes:
     """Convert a bag to a log at the control rate, with the latest sample of each kind at every tick.
 
-    The commands are the measured joint angles, because a bag does not contain the cause of a motion. The policy is the
-    torque rule, so that a replay with another policy shows that policy's perception and choices.
+    The commands are the measured joint angles, because a bag does not show what caused a motion. The policy is the
+    torque rule, so that a replay with a different policy shows that policy's perception and choices.
 
     Raises:
         LogError: The bag cannot be read, or has no joint states or wrenches.
@@ -205,7 +205,7 @@ def _angles(bag: Path, names: tuple[str, ...], message: Any) -> tuple[float, ...
 
 
 def _samples(bag: Path, topics: BagTopics) -> Iterator[tuple[int, str, Any]]:
-    """Yield the measurement time, kind and message of each sample, in the order of the bag."""
+    """Yield the measurement time, kind and message of each sample, in bag order."""
     store = _store()
     from rosbags.highlevel import AnyReader, AnyReaderError
 

@@ -19,11 +19,11 @@ from palpate.core.errors import LogError
 
 _RECORD: Final = Struct("<BQ")
 _MESSAGE: Final = Struct("<HIQQ")
-"""Opcode and length of a record; channel, sequence number and two times of a message. FACT: MCAP specification."""
+"""Opcode and length of a record; channel, sequence number and two timestamps of a message. FACT: MCAP specification."""
 
 
 class RawMessage(NamedTuple):
-    """A message as stored in the file; ``sequence`` counts all messages of the log from 0."""
+    """A message as stored in the file; ``sequence`` counts all messages in the log from 0."""
 
     channel: int
     time_ns: int
@@ -56,7 +56,7 @@ class LogFile:
 
 
 def bytes_of(path: str | Path) -> bytes:
-    """Return the bytes of a log file.
+    """Return a log file's bytes.
 
     Raises:
         LogError: The file cannot be read.

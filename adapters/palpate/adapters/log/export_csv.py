@@ -23,7 +23,7 @@ _SPATIAL: Final = frozenset({"force_N", "torque_Nm", "displacement_m"})
 
 
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
-    """Export logs to a new folder, with one subfolder per log if there are several. Return the folders of the logs.
+    """Export logs to a new folder, with one subfolder per log if there are several. Return the logs' folders.
 
     Raises:
         LogError: A log cannot be read; nothing is written.

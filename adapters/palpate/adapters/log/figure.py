@@ -17,7 +17,7 @@ _NOTHING: Final = {
 
 
 def figure_kind(path: Path, setting: str) -> str:
-    """Return the format of a figure according to its file name: png, svg or pdf.
+    """Return a figure's format according to its file name: png, svg or pdf.
 
     Raises:
         ConfigurationError: The suffix is not supported; ``setting`` names the setting.

@@ -1,4 +1,4 @@
-"""Summary of a log: trial, rates, completeness and outcome."""
+"""Log summary: trial, rates, completeness and outcome."""
 
 import tomllib
 from collections import Counter
@@ -21,10 +21,10 @@ LATE_S: Final = 0.001
 
 
 def info_of(log: TrialLog) -> dict[str, Any]:
-    """Return the content of ``palpate log info`` as JSON values. Values that the log does not contain are None.
+    """Return the contents of ``palpate log info`` as JSON values. Values that the log does not contain are None.
 
     The tick rate is based on tick numbers and the run's clock, so missing ticks do not lower it. Sample rates are based
-    on new samples and the device's clock. The age of a sample is the clock reading of its tick minus its source time.
+    on new samples and the device's clock. A sample's age is the clock reading at its tick minus its source time.
 
     Raises:
         LogError: A part of the log is invalid.

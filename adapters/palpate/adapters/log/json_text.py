@@ -1,4 +1,4 @@
-"""JSON text in the messages of a log."""
+"""JSON text in log messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conversion of records to and from protobuf bytes. Ticks have their own functions for speed."""
+"""Convert records to and from protobuf bytes. Ticks have their own functions for speed."""
 
 import dataclasses
 from collections.abc import Callable
@@ -148,7 +148,7 @@ def _joints(made: Any) -> JointSample:
 
 
 def _applied(made: Any) -> AppliedCommand | None:
-    """Return the applied command of a message, which is stored in two fields."""
+    """Return the applied command in a message, which is stored in two fields."""
     if made.HasField("reason"):
         return AppliedCommand(tuple(made.applied_rad[:]), REASONS[made.reason])
     if len(made.applied_rad):

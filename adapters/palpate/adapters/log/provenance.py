@@ -55,7 +55,7 @@ def arm_sha256(named: str | ArmDescription, tool: ToolGeometry) -> str:
 
 @cache
 def processor() -> dict[str, Any]:
-    """Return properties that may affect the least significant bits of sines, exponentials and matrix products."""
+    """Return processor properties that may affect the last bits of sines, exponentials and matrix products."""
     from threadpoolctl import threadpool_info
 
     simd: Any = np.show_config(mode="dicts")

@@ -33,7 +33,7 @@ RETRACTION: Final = "retraction"
 
 @dataclass
 class TrialLog:
-    """The log of one trial, decoded except for its ticks.
+    """One trial's log, decoded except for its ticks.
 
     Attributes:
         damage: Description and position of damage, or empty if undamaged. Only the part before the damage is read.
@@ -98,10 +98,10 @@ def read_log(path: str | Path) -> TrialLog:
 
 
 def assemble(path: str, data: bytes, messages: list[RawMessage], damage: str = "") -> TrialLog:
-    """Assemble a trial from the messages of a log.
+    """Assemble a trial from the messages in a log.
 
     Raises:
-        LogError: The messages are not those of one trial, or have a different format.
+        LogError: The messages are not from a single trial, or have a different format.
     """
     if not messages and damage:
         raise LogError(path, "", f"contains nothing readable: {damage}", "it can only be deleted")

@@ -1,4 +1,4 @@
-"""Trial recorder for the control loop's data in each tick and for the task's reports."""
+"""Trial recorder for the control loop's per-tick data and the task's reports."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +17,7 @@ _NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
 
 class FlightRecorder(LoopObserver):
-    """Recorder that passes the messages of a trial to a sink, which packs them.
+    """Recorder that passes a trial's messages to a sink, which packs them.
 
     Args:
         start: Function that returns the start record; called after the task has begun or failed to begin.
@@ -103,7 +103,7 @@ class FlightRecorder(LoopObserver):
     # Inside.
 
     def _call(self, entry: records.CallEntry) -> None:
-        """Record a port call that is not one of the four calls of a tick: a failed call, or a call outside the loop."""
+        """Record a port call that is not one of the four calls in a tick: a failed call, or a call outside the loop."""
         self._put_start()
         self._keep(entry)
 
@@ -114,7 +114,7 @@ class FlightRecorder(LoopObserver):
             self._keep(start())
 
     def _follow(self, *, final: bool = False) -> None:
-        """Record new entries of the task's report and, at the end, the reinforcement of the last decision."""
+        """Record new entries in the task's report and, at the end, the reinforcement for the last decision."""
         report = self._report
         if report is None:
             return

@@ -1,4 +1,4 @@
-"""Messages of a log as plain values. ``log.proto`` defines the numbers of their fields."""
+"""Log messages as plain values. ``log.proto`` defines their field numbers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class StartRecord:
     """Complete initial state of a trial, which allows the trial to be replayed on its own.
 
     Attributes:
-        start_m: Starting position above the plate, (2,), task frame.
+        start_m: Starting position above the plate, (2,), in the task frame.
         ready_rad: The ready pose, (n,).
-        tip_rotation: Initial orientation of the tool, (9,) row by row, base frame.
+        tip_rotation: Initial tool orientation as a row-major rotation matrix, (9,), in the base frame.
         perception_json: Perception stages, including fitted values.
         policy: ``document``, the name of a baseline, or the code of a third-party policy, ``package.module:Name``.
         policy_json: The policy document, even of a third-party policy.
@@ -56,7 +56,7 @@ class StartRecord:
 
     @property
     def number(self) -> int:
-        """Return the number of the trial in its run, as used in file names and tables."""
+        """Return the trial's number in its run, as used in file names and tables."""
         return self.trial % TRIALS_OF_A_SERIES
 
 
@@ -90,7 +90,7 @@ _OF_DECISION = [each.name for each in dataclasses.fields(DecisionRecord) if each
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class ReinforcementEntry:
-    """Reinforcement of the decision with this number."""
+    """Reinforcement for the decision with this number."""
 
     tick: int
     number: int
@@ -163,7 +163,7 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class TickRecord:
-    """Port data of one control tick.
+    """Port data from one control tick.
 
     Attributes:
         time_ns: Clock reading, or None if the clock was not read.
@@ -198,7 +198,7 @@ class TickRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class CallEntry:
-    """A failed port call, or a call other than the four of a tick: the clock at the start, and the stop."""
+    """A failed port call, or a call other than the four in a tick: the clock at the start, and the stop."""
 
     tick: int
     port: str

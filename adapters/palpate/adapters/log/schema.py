@@ -1,4 +1,4 @@
-"""Channels of a trial's log, and the protobuf classes of their messages (``log.proto``)."""
+"""Channels in a trial's log, and the protobuf classes for their messages (``log.proto``)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ REASONS: Final = (
 
 @dataclass(frozen=True)
 class ChannelKind:
-    """A channel of a log: message in ``log.proto``, record class, and a one-line description with units and frames."""
+    """A log channel: message in ``log.proto``, record class, and a one-line description with units and frames."""
 
     id: int
     message: str
@@ -36,7 +36,7 @@ class ChannelKind:
 
     @property
     def topic(self) -> str:
-        """Name of the channel."""
+        """Channel name."""
         return f"/{self.message.lower()}"
 
 
@@ -64,13 +64,13 @@ BY_RECORD: Final = {kind.record: kind for kind in CHANNELS}
 
 
 def message_class(message: str) -> Any:
-    """Return the protobuf class of a message."""
+    """Return the protobuf class for a message."""
     return getattr(log_pb2, message)
 
 
 @cache
 def descriptor_set(message: str) -> bytes:
-    """Return the serialised ``FileDescriptorSet`` of a message and its dependencies, as MCAP schemas store it."""
+    """Return the serialised ``FileDescriptorSet`` for a message and its dependencies, as MCAP schemas store it."""
     file = descriptor_pb2.FileDescriptorProto()
     log_pb2.DESCRIPTOR.CopyToProto(file)
     needed = set(_referred(message_class(message).DESCRIPTOR))

@@ -1,4 +1,4 @@
-"""Score of a trial according to the score sheet of the AI for Industry Challenge.
+"""Score a trial with the score sheet from the AI for Industry Challenge.
 
 Source: intrinsic-dev/aic, docs/scoring.md, March 2026.
 
@@ -60,7 +60,7 @@ class Score:
 
 @dataclass(frozen=True)
 class ScoredTrial:
-    """A trial's score from the ``truth`` of the simulator, the ``outcome`` on a rig or the ``encoders`` of a bag."""
+    """A trial's score from the simulator's ``truth``, the ``outcome`` on a rig, or the ``encoders`` in a bag."""
 
     path: str
     basis: str
@@ -99,7 +99,7 @@ def score_of(log: TrialLog) -> ScoredTrial:
 
 
 def score_table(trials: list[ScoredTrial]) -> str:
-    """Format the scores as text, with one line per trial and a line for their mean."""
+    """Format the scores as text, with one line per trial and one for the mean."""
     names = [field.name for field in fields(Score)]
     width = max((len(trial.path) for trial in trials), default=0)
     heads = "".join(f"{name:>12}" for name in (*names, "total"))
@@ -139,7 +139,7 @@ def _falling(most: float, value: float, best: float, worst: float) -> float:
 
 
 def mean_jerk_m_s3(tip_m: np.ndarray, time_s: np.ndarray) -> float:
-    """Return the mean norm of the jerk of a moving tip, (n, 3) m at times (n,); repeated joint angles count once."""
+    """Return a moving tip's mean jerk magnitude, for positions (n, 3) m at times (n,); skip repeated positions."""
     fresh = np.r_[True, np.any(np.diff(tip_m, axis=0) != 0.0, axis=1)] if len(tip_m) else np.zeros(0, bool)
     tip_m, time_s = tip_m[fresh], time_s[fresh]
     if len(tip_m) < _WINDOW:

@@ -17,13 +17,13 @@ from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.ports import Validity, WrenchSample
 
 NO_NEWS: Final = (Validity.INVALID, Validity.STALE)
-"""Validity of samples without information about their tick, which are drawn as a gap."""
+"""Validity of samples that contain no new measurement; they are drawn as a gap."""
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
 
 @dataclass(frozen=True)
 class Tare:
-    """Zero offset of a sensor, Fx Fy Fz in N and Tx Ty Tz in N m in the samples' frame, and its source."""
+    """A sensor's zero offset (Fx Fy Fz in N and Tx Ty Tz in N m, in the samples' frame) and its source."""
 
     bias: tuple[float, ...]
     origin: str
@@ -64,7 +64,7 @@ class Series:
     Attributes:
         ticks: Tick numbers, (n,); -1 in a row for missing ticks.
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
-        tip_mm: Tip position according to the encoders, (n, 3), task frame.
+        tip_mm: Tip position according to the encoders, (n, 3), in the task frame.
         altered_mrad: Applied minus requested command, (n, joints).
     """
 
@@ -85,7 +85,7 @@ class Series:
 
 
 def config_of(log: TrialLog) -> RunConfig:
-    """Return the configuration of a trial.
+    """Return a trial's configuration.
 
     Raises:
         LogError: The log has no configuration that this version can use.
@@ -102,7 +102,7 @@ def config_of(log: TrialLog) -> RunConfig:
 
 
 def series_of(log: TrialLog) -> Series:
-    """Return the ticks of a log as arrays.
+    """Return a log's ticks as arrays.
 
     Raises:
         LogError: The log has no ticks with a time, or a part of it is invalid.
@@ -145,7 +145,7 @@ def series_of(log: TrialLog) -> Series:
 
 
 def _time_ns(record: TickRecord) -> int | None:
-    """Return the clock reading of a tick, or its due time if the clock was not read."""
+    """Return the clock reading at a tick, or its due time if the clock was not read."""
     return record.deadline_ns if record.time_ns is None else record.time_ns
 
 
@@ -155,7 +155,7 @@ def _sized(values: tuple[float, ...], count: int) -> tuple[float, ...]:
 
 
 class _Tip:
-    """Forward kinematics of the arm in the log."""
+    """Forward kinematics for the arm in the log."""
 
     def __init__(self, log: TrialLog, config: RunConfig) -> None:
         from palpate.core.motion import Kinematics, arm_named

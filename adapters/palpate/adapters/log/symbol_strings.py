@@ -25,8 +25,8 @@ _LABELS: Final = {"1": True, "0": False}
 def strings_from(paths: Sequence[str]) -> Strings:
     """Read a text file of strings, or extract strings from logs of insertion trials.
 
-    From logs, each trial that ended in the hole yields the symbols at its decisions, in order. The alphabet is that of
-    the trials' perception, including symbols that did not occur.
+    From logs, each trial that ended in the hole yields the symbols at its decisions, in order. The alphabet is the one
+    used by the trials' perception, including symbols that did not occur.
 
     Raises:
         ConfigurationError: There are no strings, or the trials have different symbols.
@@ -73,7 +73,7 @@ def read_strings(path: str | os.PathLike[str]) -> Strings:
 
 
 def strings_of(text: str) -> Strings:
-    """Read strings from the text of a file; see :func:`read_strings`."""
+    """Read strings from a file's text; see :func:`read_strings`."""
     lines = {place: line.rstrip("\r") for place, line in enumerate(text.split("\n"), start=1)}
     alphabet = _alphabet_of(lines)
     content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
@@ -108,7 +108,7 @@ def _parted(place: int, line: str) -> tuple[bool, str]:
 
 
 def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, labelled: bool) -> dict[int, list[str]]:
-    """Return the symbols on each line: words if there is a blank or a multi-letter name; otherwise letters."""
+    """Return the symbols on each line: words if there is a space or a multi-letter name; otherwise letters."""
     apart = any(" " in body for body in bodies.values()) or any(len(name) > 1 for name in alphabet or ())
     words = {place: [_name(word) for word in body.split()] if apart else list(body) for place, body in bodies.items()}
     if apart and not labelled and alphabet is None and all(word[0] in _LABELS for word in words.values()):
@@ -124,11 +124,11 @@ def _words(bodies: Mapping[int, str], alphabet: tuple[str, ...] | None, *, label
 
 
 def text_of(strings: Strings) -> str:
-    """Format strings as the text of a file.
+    """Format strings as text for a file.
 
     Raises:
-        ConfigurationError: A symbol's name contains ``#``, ``~``, or white space other than single blanks, and cannot
-            be written.
+        ConfigurationError: A symbol's name cannot be written: it contains ``#``, ``~``, or whitespace other than single
+            spaces.
     """
     for name in strings.alphabet:
         if _COMMENT in name or _BLANK in name or " ".join(name.split()) != name:

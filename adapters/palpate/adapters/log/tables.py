@@ -7,7 +7,7 @@ from typing import Any
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | Collection[int] | None = None) -> str:
-    """Format one line per row. ``left`` selects left-aligned columns by number or indices; None selects all."""
+    """Format one line per row. ``left`` is the number of left-aligned columns, or their indices; None for all."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     words = len(widths) if left is None else left
     words = range(words) if isinstance(words, int) else words

@@ -111,7 +111,7 @@ class TrialRecorder:
         self._close(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
-        """Close the log of a trial that ended with an error. The arguments are those of :meth:`end`."""
+        """Close the log of a trial that ended with an error. The arguments are the same as for :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
             # The task did not begin: the report is that of the previous trial.
             report = TrialReport(self._setup)

@@ -22,13 +22,13 @@ def world_of(rig: Rig) -> WorldRecord:
 
 
 def sensor_facts(facts: SensorFacts) -> dict[str, Any]:
-    """Return the properties of a force sensor as stored in a log, with null for an unlimited range."""
+    """Return a force sensor's properties as stored in a log, with null for an unlimited range."""
     plain = asdict(facts)
     return {_SENSOR: plain | {name: [None if each == inf else each for each in plain[name]] for name in _RANGES}}
 
 
 def recorded_sensor(world_json: str) -> SensorFacts:
-    """Return the properties of the force sensor in a log.
+    """Return the force sensor's properties from a log.
 
     Raises:
         ConfigurationError: The recorded values are not properties of a sensor.
