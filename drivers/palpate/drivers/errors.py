@@ -1,4 +1,4 @@
-"""Hierarchy of the errors that drivers raise; the adapters translate them for the core.
+"""Hierarchy of driver errors; the adapters translate them for the core.
 
 ::
 

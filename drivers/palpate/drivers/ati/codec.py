@@ -11,7 +11,7 @@ RECORD: Final = struct.Struct(">3I6i")
 SATURATED: Final = 1 << 17
 _SUMMARY: Final = 1 << 31
 _NO_FAULT: Final = SATURATED | 1 << 16
-"""Bits that are not faults: saturation, which flags a sample, and bit 16, a threshold of the box's own monitor."""
+"""Bits that are not faults: saturation, which flags a sample, and bit 16, a threshold in the box's own monitor."""
 _FAULTS: Final = {
     30: "CPU or RAM error", 29: "digital board error", 28: "analog board error",
     27: "serial link to the analog board failed", 26: "program memory does not verify",

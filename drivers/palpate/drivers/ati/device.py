@@ -23,10 +23,10 @@ class UdpWire:
     """UDP connection to a box; it raises OSError on system errors.
 
     Attributes:
-        address: IPv4 address of the box, since a name may resolve to several.
+        address: The box's IPv4 address, since a name may resolve to several.
 
     Raises:
-        WiringError: The address of the box cannot be found.
+        WiringError: The box's address cannot be found.
     """
 
     def __init__(self, host: str, port: int) -> None:

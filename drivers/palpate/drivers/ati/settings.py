@@ -1,4 +1,4 @@
-"""Settings of a Net F/T box, read from its page ``/netftapi2.xml``. FACT: the fields are those of firmware 2.2.59."""
+"""Settings for a Net F/T box, read from its page ``/netftapi2.xml``. FACT: the fields are from firmware 2.2.59."""
 
 import re
 from contextlib import closing
@@ -23,12 +23,12 @@ _REQUIRED: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NetFtBox:
-    """Settings of a Net F/T box.
+    """Settings for a Net F/T box.
 
     Attributes:
         range_N: Rated forces, (3,).
         range_Nm: Rated torques, (3,).
-        calibration: Serial number of the calibration.
+        calibration: Calibration serial number.
     """
 
     counts_per_N: float

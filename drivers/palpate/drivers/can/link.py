@@ -25,7 +25,7 @@ _BUS_OFF = 0x40
 
 
 class CanFrame(NamedTuple):
-    """A data frame with an 11-bit identifier and the actual length of its payload, which an interface may misreport."""
+    """A data frame with an 11-bit identifier and its actual payload length, which an interface may misreport."""
 
     can_id: int
     data: bytes = b""
@@ -82,7 +82,7 @@ def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.
     """Open a bus.
 
     Args:
-        interface: Interface name of python-can, such as ``socketcan``, ``slcan`` or ``virtual``.
+        interface: Interface name in python-can, such as ``socketcan``, ``slcan`` or ``virtual``.
         bitrate: Bit rate in bit/s. python-can sets it if it can; for socketcan, the operating system sets it.
 
     Raises:
@@ -120,7 +120,7 @@ class CanLink:
     time-out, 1 ms by default (FACT).
 
     Attributes:
-        garbled: Number of lines that the interface could not decode, plus the number of frames of other kinds.
+        garbled: Number of lines that the interface could not decode, plus the number of other kinds of frames.
         send_failures: Number of frames that the interface did not accept, for example because its queue was full.
     """
 

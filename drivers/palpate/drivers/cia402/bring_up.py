@@ -1,4 +1,4 @@
-"""Slow operations on an arm: finding and configuring its drives and changing their states."""
+"""Slow operations on an arm: finding and configuring the drives and changing their states."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -36,7 +36,7 @@ class BringUp:
 
     @property
     def held_rad(self) -> tuple[float, ...]:
-        """Last commanded holding position of the drives."""
+        """Last holding position commanded to the drives."""
         targets = zip(self._settings.joints, self._exchange.targets, strict=True)
         return tuple(joint.angle_rad(counts) for joint, counts in targets)
 
@@ -127,7 +127,7 @@ class BringUp:
         self._exchange.heartbeat_on = on
 
     def shut_down(self) -> None:
-        """Switch the power off and end all communication."""
+        """Switch off the power and end all communication."""
         for _ in range(self._settings.missed_cycles):
             begin_ns = self._now_ns()
             self._run([codec.Controlword.DISABLE_VOLTAGE] * len(self._objects))

@@ -30,7 +30,7 @@ TPDO: Final = struct.Struct("<Hib")
 """Layout of a drive's process data: 6041, 6064, 6061 (current mode). A drive that loses its mode stops silently."""
 
 CSP: Final = 8
-"""Code of the mode "cyclic synchronous position" in object 0x6060."""
+"""Code for the mode "cyclic synchronous position" in object 0x6060."""
 
 
 class DriveState(enum.Enum):
@@ -61,7 +61,7 @@ class Controlword(enum.IntEnum):
 
 
 class Status(enum.IntFlag):
-    """Bits of the statusword that are not part of the state. Standard knowledge: CiA 402-2, mode CSP."""
+    """Bits in the statusword that are not part of the state. Standard knowledge: CiA 402-2, mode CSP."""
 
     REMOTE = 1 << 9
     FOLLOWING_ERROR = 1 << 13
@@ -77,7 +77,7 @@ PATTERNS: Final = (
     (DriveState.FAULT_REACTION, 0x4F, 0x0F),
     (DriveState.FAULT, 0x4F, 0x08),
 )
-"""State, mask and value of each pattern; a statusword matches if ``word & mask == value``."""
+"""State, mask and value for each pattern; a statusword matches if ``word & mask == value``."""
 
 _TO_ENABLED: Final = {
     DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
@@ -91,7 +91,7 @@ used: after a stop, an arm passes through all states, as after power-up."""
 
 
 def state_of(statusword: int) -> DriveState | None:
-    """Return the state of a statusword (object 0x6041), or None if it matches no pattern."""
+    """Return the state in a statusword (object 0x6041), or None if it matches no pattern."""
     return next((state for state, mask, value in PATTERNS if statusword & mask == value), None)
 
 

@@ -1,6 +1,6 @@
 """Driver for an arm with CiA 402 drives. It configures, enables and moves them in cycles, and stops on any error.
 
-Each arm is used by a single thread. The receive thread of the bus only copies the messages of the drives
+Each arm is used by a single thread. The bus's receive thread only copies the drives' messages
 (:mod:`palpate.drivers.cia402.mailbox`). Everything else runs in the caller's thread, in :meth:`Cia402Arm.cycle`.
 """
 
@@ -64,7 +64,7 @@ class Cia402Arm(LatchingArm):
         return found
 
     def _shown(self) -> str:
-        """Describe the first problem of the drives, with or without power, or return "" if there is none."""
+        """Describe the first problem with the drives, with or without power, or return "" if there is none."""
         for view, joint in zip(self._exchange.views, self.settings.joints, strict=False):
             if view.state in FAULTS:
                 return f"drive {joint.node} is in fault; look its code up in the drive's manual (object 0x603F)"

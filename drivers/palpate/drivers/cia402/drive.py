@@ -1,4 +1,4 @@
-"""Configuration of a drive via SDO: identity, process data, and the conditions under which it stops on its own.
+"""Configure a drive via SDO: identity, process data, and the conditions under which it stops on its own.
 
 FACT (``canopen`` 2.4.1): a PDO can be configured only while its identifier is marked invalid (bit 31). Standard
 knowledge, CiA 301 and CiA 402-2: the objects below, their sizes and the option codes. The driver does not rely on a
@@ -30,7 +30,7 @@ _DRIVE_PROFILE: Final = 402
 _STAY_IN_QUICK_STOP: Final = 6
 _QUICK_STOP_WHEN_HOST_IS_LOST: Final = 3
 _TENTH_OF_MS: Final = -4
-"""Exponent of ten for the unit of the period in seconds; the unit is 0.1 ms."""
+"""Power of ten that gives the unit of the period in seconds: 0.1 ms."""
 
 
 def identify(objects: Objects) -> str:

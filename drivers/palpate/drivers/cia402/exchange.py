@@ -1,4 +1,4 @@
-"""A bus cycle of set-points, SYNC and answers, and the interpretation of the answers for each joint."""
+"""A bus cycle with set-points, SYNC and answers, and the interpretation of each joint's answer."""
 
 import contextlib
 from collections.abc import Callable, Sequence
@@ -16,14 +16,14 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 
 
 class CyclicExchange:
-    """Cyclic communication with all drives. It stores no state of the arm and makes no decisions.
+    """Cyclic communication with all drives. It stores no arm state and makes no decisions.
 
-    Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. If an adapter sorts its
+    Set-points reach the bus before their SYNC only if the adapter preserves frame order. If an adapter sorts its
     transmit buffers by identifier, the SYNC (0x080) overtakes the set-points, which take effect one cycle later
     (INFERENCE from how arbitration works; not measured).
 
     Attributes:
-        views: State of the joints at the last SYNC; empty before the first SYNC.
+        views: Joint states at the last SYNC; empty before the first SYNC.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
@@ -54,7 +54,7 @@ class CyclicExchange:
                 self._link.unsubscribe(service + node)
 
     def all_operational(self) -> bool:
-        """Return True if the latest heartbeat of each node reports the operational state."""
+        """Return True if each node's latest heartbeat reports the operational state."""
         return all(box.nmt_state == codec.NMT_OPERATIONAL for box in self._mailbox.look())
 
     def start_over(self) -> None:
@@ -68,7 +68,7 @@ class CyclicExchange:
             self._link.send(codec.NMT, bytes((command, node)))
 
     def hold(self) -> tuple[int, ...]:
-        """Return targets that cause no motion: the latest position of each joint."""
+        """Return targets that cause no motion: each joint's latest position."""
         return tuple(view.counts or 0 for view in self.views) or (0,) * len(self._nodes)
 
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:

@@ -1,6 +1,6 @@
 """Access to the bus through a ``canopen.Network``, with supervision of its receive thread.
 
-``canopen`` receives in a thread of python-can. Three pitfalls were observed with ``canopen`` 2.4.1 and python-can
+``canopen`` receives in a python-can thread. Three pitfalls were observed with ``canopen`` 2.4.1 and python-can
 4.6.1. An exception in a subscriber is only logged. A bus error, such as a malformed line from a serial adapter or an
 unplugged adapter, ends the thread without a message; the bus then appears quiet, although sending still works. Every
 cycle therefore calls :meth:`CanopenLink.require_alive`.
@@ -59,7 +59,7 @@ class CanopenLink:
         bitrate: int,
         **options: Any,
     ) -> Self:
-        """Connect to a bus; the arguments are those of :func:`palpate.drivers.can.open_bus`.
+        """Connect to a bus; the arguments are the same as for :func:`palpate.drivers.can.open_bus`.
 
         Raises:
             WiringError: The bus does not exist, or permission is denied.
@@ -72,7 +72,7 @@ class CanopenLink:
         return cls(network, f"CAN bus {interface} {channel}")
 
     def objects(self, node: int, timeout_s: float) -> Objects:
-        """Return an accessor for the object dictionary of a node.
+        """Return an accessor for a node's object dictionary.
 
         ``canopen``'s node class is not used: its EMCY handler fails on a malformed frame before other subscribers
         receive it, and its drive class falls back to SDO with a warning at each read.

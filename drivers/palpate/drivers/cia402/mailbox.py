@@ -1,4 +1,4 @@
-"""Latest data of all nodes, copied from the receive thread to the cycle under one lock.
+"""Latest data from all nodes, copied from the receive thread to the cycle under one lock.
 
 The subscribers only copy and count. They must not raise exceptions, because ``canopen`` would only log them.
 """
@@ -24,11 +24,11 @@ class Emergency(NamedTuple):
 
 @dataclass(slots=True)
 class NodeBox:
-    """Latest data of one node; the cycle receives copies.
+    """Latest data from one node; the cycle receives copies.
 
     Attributes:
         answered: True if the node answered the latest SYNC in time. A late answer cannot be distinguished from an
-            answer to the next SYNC, because process data contain no number.
+            answer to the next SYNC, because process data contain no sequence number.
         active: EMCY messages for errors that have not been cleared.
     """
 
@@ -42,7 +42,7 @@ class NodeBox:
 
 
 class Mailbox:
-    """Latest data of all nodes."""
+    """Latest data from all nodes."""
 
     def __init__(self, nodes: Sequence[int], tpdo_bytes: int, now_ns: Callable[[], int]) -> None:
         self._boxes = {node: NodeBox(node, heartbeat_ns=now_ns()) for node in nodes}
@@ -85,7 +85,7 @@ class Mailbox:
             box.active = () if clears else (*box.active[-_EMCY_KEPT:], emergency)
 
     def begin(self) -> None:
-        """Prepare for a SYNC: process data received from now on count as answers to it."""
+        """Prepare for a SYNC: process data received from now on count as answers to this SYNC."""
         with self._all_here:
             for box in self._boxes.values():
                 box.answered = False

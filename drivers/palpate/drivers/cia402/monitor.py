@@ -21,10 +21,10 @@ class AxisView:
     """State of one joint at the last SYNC; unknown values are None.
 
     Attributes:
-        state: State in the statusword; None also if it matches no pattern.
+        state: State in the statusword; also None if it matches no pattern.
         position_rad: Position as a joint angle.
         moved_counts: Change in the position counts since the previous answer.
-        mode: Mode of operation that the drive reports.
+        mode: Operating mode reported by the drive.
     """
 
     box: NodeBox
@@ -43,8 +43,8 @@ def fault_of(
     """Return the most significant problem, or None if there is none.
 
     Args:
-        allowed: Permitted states of a powered drive, or None while the arm must be without power. Faults of the drives
-            and the pose are then ignored, because nothing moves.
+        allowed: Permitted states of a powered drive, or None while the arm must be without power. Drive faults and the
+            pose are then ignored, because nothing moves.
     """
     axes = list(zip(views, settings.joints, strict=True))
     for check in (_restarted, _reports, _silent):

@@ -1,4 +1,4 @@
-"""Access to the object dictionary of a drive via SDO."""
+"""Access to a drive's object dictionary via SDO."""
 
 from collections.abc import Callable
 from typing import Final
@@ -13,7 +13,7 @@ _UNKNOWN: Final = (0x06020000, 0x06090011)
 
 
 class Objects:
-    """Access to the object dictionary of a drive over the bus."""
+    """Access to a drive's object dictionary over the bus."""
 
     def __init__(self, node: int, channel: SdoClient) -> None:
         self.node = node
@@ -21,7 +21,7 @@ class Objects:
         self._channel = channel
 
     def read(self, index: int, subindex: int = 0) -> bytes | None:
-        """Return the bytes of an object, or None if the drive has no such object."""
+        """Return an object's bytes, or None if the drive has no such object."""
         return self._try(index, subindex, lambda: self._channel.upload(index, subindex))
 
     def write(self, index: int, subindex: int, value: int, size: int) -> None:

@@ -1,4 +1,4 @@
-"""Settings of the arm's drives, with one record per joint and another for the arm."""
+"""Settings for the arm's drives, with one record per joint and another for the arm."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,17 +9,17 @@ from palpate.drivers.cia402.codec import HIGHEST_NODE
 from palpate.drivers.errors import SettingError
 
 HEARTBEAT_MS: Final = 50
-"""Period of each drive's heartbeat."""
+"""Heartbeat period of each drive."""
 ANSWER_SHARE: Final = 0.5
 """Fraction of the period within which all drives must have answered a SYNC."""
 POSE_MARGIN_RAD: Final = 0.02
-"""Accepted amount by which a measured joint angle may exceed its limits."""
+"""Amount by which a measured joint angle may exceed its limits."""
 _INT32: Final = 2**31 - 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointDrive:
-    """Settings of a joint and its drive.
+    """Settings for a joint and its drive.
 
     Each drive moves only one joint. A wrist with coupled motors needs drives that decouple it, or a transmission model
     above this driver.
@@ -60,7 +60,7 @@ class JointDrive:
 
 @dataclass(frozen=True, kw_only=True)
 class ArmSettings:
-    """Settings of the whole arm.
+    """Settings for the whole arm.
 
     Attributes:
         joints: One drive per joint, in the order of the kinematic model.
@@ -68,7 +68,7 @@ class ArmSettings:
         missed_cycles: Number of consecutive unanswered cycles after which the arm latches a stop.
         heartbeat_timeout_ms: Time without a drive's heartbeat after which the arm latches a stop.
         host_watchdog_ms: Time without the host's heartbeat after which each drive quick-stops on its own.
-        quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is calculated from the acceleration of
+        quick_stop_rad_per_s2: Deceleration in a quick stop. The default, 19, is calculated from the acceleration of
             10000 (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
         transition_timeout_s: Time limit for all drives to change state.
 

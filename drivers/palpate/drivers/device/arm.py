@@ -1,4 +1,4 @@
-"""Common parts of arm drivers: life cycle, limits of set-points, and measured poses."""
+"""Common parts of arm drivers: life cycle, set-point limits, and measured poses."""
 
 import contextlib
 import enum
@@ -39,14 +39,14 @@ def clamped(
 def held_back(
     within_rad: Sequence[float], previous_rad: Sequence[float], most_rad: Sequence[float]
 ) -> tuple[float, ...]:
-    """Return a set-point with the steps of all joints limited, (n,).
+    """Return a set-point in which every joint's step is limited, (n,).
 
     All steps are reduced by the same factor, so the arm keeps its direction in joint space.
 
     Args:
         within_rad: Requested set-point, already within the position limits, (n,).
         previous_rad: Previous set-point, (n,).
-        most_rad: Maximum step of each joint, (n,).
+        most_rad: Maximum step for each joint, (n,).
     """
     share = 1.0
     for target, start, most in zip(within_rad, previous_rad, most_rad, strict=True):
@@ -64,7 +64,7 @@ class Measured:
 
     Attributes:
         position_rad: Joint angles, (n,); the last known angle for an axis that did not answer.
-        time_ns: Time of the measurement on the driver's clock.
+        time_ns: Measurement time on the driver's clock.
     """
 
     position_rad: tuple[float, ...]
@@ -88,10 +88,10 @@ class ArmDriver(Protocol):
     An error while the arm is enabled stops the arm and is latched: each cycle raises it again until it is acknowledged.
 
     Raises:
-        StateError: From any request made in the wrong state or with a joint outside its limits.
-        RefusedError: From ``cycle``: the number of angles is wrong, or one is not finite; nothing was sent.
-        SettingError, WiringError: From ``open``: the device is missing, differs from the configuration or has different
-            settings.
+        StateError: Raised by any request made in the wrong state or with a joint outside its limits.
+        RefusedError: Raised by ``cycle`` if the number of angles is wrong or one is not finite; nothing was sent.
+        SettingError, WiringError: Raised by ``open`` if the device is missing, differs from the configuration or has
+            different settings.
         SilentError, GarbledError: The bus, or a device on it, is silent or sends invalid data.
         DeviceFaultError: A device reports a fault, or a pose is not allowed.
     """
@@ -140,7 +140,7 @@ class ArmDriver(Protocol):
 
 
 class LatchingArm(ArmDriver):
-    """An arm that stops and latches the fault on any error in its communication.
+    """An arm that, on any communication error, stops and latches the fault.
 
     Attributes:
         fault: The latched fault, or None.
@@ -158,7 +158,7 @@ class LatchingArm(ArmDriver):
 
     @property
     def state(self) -> ArmState:
-        """State of the arm in its life cycle."""
+        """The arm's state in its life cycle."""
         return self._state
 
     @property

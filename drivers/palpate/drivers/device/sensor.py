@@ -15,7 +15,7 @@ _STALL_NS: Final = 100_000_000
 
 @dataclass(frozen=True, slots=True)
 class ForceSample:
-    """A raw reading in SI units, including the weight of the tool.
+    """A raw reading in SI units, including the tool's weight.
 
     Attributes:
         force_N: Force on the tool, (3,), in the sensor's own frame, right-handed.
@@ -23,7 +23,7 @@ class ForceSample:
         sequence: Number of the reading; always increases, even across streams and restarts.
         receive_time_ns: Time of the poll that received the reading. The reading itself is older: add the wait for that
             poll, the transmission time and the filter delay.
-        saturated: True if the reading is at or near the limit of the sensor's range, or if the sensor says so.
+        saturated: True if the reading is at or near the limit of the sensor's range, or if the sensor flags it.
     """
 
     force_N: Vector3
@@ -44,7 +44,7 @@ class PolledSensor(ABC):
 
     Attributes:
         failure: Error after which no more samples are accepted, or None if there is none.
-        errors: Number of invalid messages of each kind.
+        errors: Number of invalid messages, by kind.
     """
 
     def __init__(self, name: str, remedy: str) -> None:

@@ -1,4 +1,4 @@
-"""Conversion between CAN frames and messages, without I/O or a clock.
+"""Convert between CAN frames and messages, without I/O or a clock.
 
 FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers equal to operation + node, little-endian payloads.
 Invalid frames are counted and dropped without an error, because the bus is shared. The controller has already checked
@@ -15,7 +15,7 @@ from palpate.drivers.jr3.messages import Ack, Bootup, Counts3, Message, Op, Read
 
 
 class Jr3Code(enum.IntEnum):
-    """Message identifiers of a JR3 board. The node number is added to them."""
+    """Message identifiers for a JR3 board. The node number is added to them."""
 
     ACK = 0x100
     FORCES = 0x600
@@ -30,12 +30,12 @@ _GARBAGE, _ORPHANS = "frames without sense", "halves of readings without the oth
 
 
 def encode_can(op: Op, node: int, cutoff_cHz: int = 0, period_us: int = 0) -> CanFrame:
-    """Return the CAN frame of a request.
+    """Return the CAN frame for a request.
 
     FACT (jr3-mbed-firmware-can main.cpp): START contains a 16-bit cut-off followed by a 32-bit period.
 
     Args:
-        cutoff_cHz: Cut-off frequency of the low-pass filter in hundredths of a hertz, 0 for no filter; only for START.
+        cutoff_cHz: Cut-off frequency for the low-pass filter in hundredths of a hertz, 0 for no filter; only for START.
         period_us: Time between readings in microseconds; only for START.
     """
     return CanFrame(op + node, struct.pack("<HI", cutoff_cHz, period_us) if op is Op.START else b"")
@@ -49,10 +49,10 @@ class _Half(NamedTuple):
 
 
 class CanDecoder:
-    """Decoder of the frames of one node. It joins the two halves of a reading, which arrive in any order.
+    """Decoder for one node's frames. It joins the two halves of a reading, which may arrive in either order.
 
     Args:
-        errors: Counters of invalid frames and of halves whose other half is missing.
+        errors: Counters for invalid frames and for halves whose other half is missing.
     """
 
     def __init__(self, node: int, errors: Counter[str]) -> None:
@@ -60,7 +60,7 @@ class CanDecoder:
         self._halves: dict[int, _Half] = {}
 
     def forget(self) -> None:
-        """Drop incomplete readings, because after a restart equal counters do not identify the same reading."""
+        """Drop incomplete readings: after a restart, halves with equal counters may belong to different readings."""
         self._errors[_ORPHANS] += len(self._halves)
         self._halves.clear()
 

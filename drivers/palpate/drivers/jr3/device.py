@@ -21,7 +21,7 @@ _STALL_PERIODS: Final = 20
 ACK_TIMEOUT_NS: Final = 250_000_000
 ATTEMPTS: Final = 3
 PING_ATTEMPTS: Final = 16
-"""Number of attempts at the first request. FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s."""
+"""Number of attempts for the first request. FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s."""
 _REMEDY: Final = "check power, wiring, bit rate and termination, and that the sensor is plugged into its board"
 
 
@@ -33,7 +33,7 @@ class Jr3(PolledSensor):
     sensor that carries a tool and reads zero right after :meth:`open` has such firmware.)
 
     Args:
-        cutoff_Hz: Cut-off frequency of the board's first-order low-pass filter, up to 655.35; 0 for no filter.
+        cutoff_Hz: Cut-off frequency for the board's first-order low-pass filter, up to 655.35; 0 for no filter.
         period_us: Time between readings, in microseconds.
 
     Attributes:
@@ -56,10 +56,10 @@ class Jr3(PolledSensor):
 
     @property
     def full_scales(self) -> FullScales:
-        """Full scales of the board, which identify it. FACT: the protocol has neither a serial number nor a version.
+        """The board's full-scale ranges, which identify it. FACT: the protocol has no serial number or version.
 
         Raises:
-            StateError: The full scales have not been read yet.
+            StateError: The full-scale ranges have not been read yet.
         """
         if self._sampler.full_scales is None:
             raise StateError(self.name, "has not been asked yet", "open it and poll first")
@@ -232,7 +232,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
     """Open a closed, silent or faulted sensor and wait until it streams.
 
     Raises:
-        DriverError: The sensor does not stream; the class of the error indicates why.
+        DriverError: The sensor does not stream; the error's class indicates why.
     """
     device.open()
     _wait(device, clock_ns, sleep, {Jr3Phase.STREAMING}, timeout_s)

@@ -15,7 +15,7 @@ Counts3: TypeAlias = tuple[int, int, int]
 
 
 class Op(enum.IntEnum):
-    """Commands to the board. The identifier of a command's frame is its value plus the node number.
+    """Commands to the board. A command frame's identifier is the command's value plus the node number.
 
     The synchronous mode is not used: CANopen's SYNC has the same identifier, 0x080, so an arm on the same bus would
     trigger the sensor (FACT, same source).
@@ -29,17 +29,17 @@ class Op(enum.IntEnum):
 
 
 SCALES_IN_REPLY = {Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
-"""Number of full scales in the acknowledgement of an operation, or 0 for operations that are not listed."""
+"""Number of full-scale values in an operation's acknowledgement; 0 for operations that are not listed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """Acknowledgement that the board has accepted a command.
+    """The board's acknowledgement that it has accepted a command.
 
     Attributes:
-        ready: False if the sensor is not initialised. The board acknowledges commands even then, with stale full scales
-            (FACT, jr3-mbed-firmware-can main.cpp).
-        scales: Full scales, (0,) or (3,): N for forces, 0.1 N m for moments.
+        ready: False if the sensor is not initialised. The board acknowledges commands even then, with stale full-scale
+            values (FACT, jr3-mbed-firmware-can main.cpp).
+        scales: Full-scale values, (0,) or (3,): N for forces, 0.1 N m for moments.
     """
 
     ready: bool
@@ -92,7 +92,7 @@ utils.cpp): beyond twice the full scale, the number wraps.
 
 @dataclass(frozen=True, slots=True)
 class FullScales:
-    """Full scale of each axis; the only values that identify a board.
+    """Full-scale value for each axis; no other values identify a board.
 
     FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors in can-plotter.py
     of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).

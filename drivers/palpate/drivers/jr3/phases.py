@@ -72,7 +72,7 @@ TRANSITIONS = MappingProxyType(
         (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
     }
 )
-"""Next phase for each phase and event. For other pairs, events are ignored and requests are rejected."""
+"""Next phase for each phase and event. In other combinations, events are ignored and requests are rejected."""
 
 REQUESTS = MappingProxyType(
     {
@@ -82,7 +82,7 @@ REQUESTS = MappingProxyType(
         Jr3Phase.LEAVING: Op.STOP,
     }
 )
-"""Request that is sent on entering a phase; the full scales are requested one after the other."""
+"""Request that is sent on entering a phase; the full-scale values are requested one after the other."""
 
 READABLE = frozenset({*_FLOWING, Jr3Phase.SILENT})
 """Phases in which readings become samples; in other phases, readings belong to an older stream."""

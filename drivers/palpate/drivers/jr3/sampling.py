@@ -1,4 +1,4 @@
-"""Conversion of readings to flagged samples."""
+"""Convert readings to flagged samples."""
 
 from collections import Counter
 from math import pi
@@ -27,7 +27,7 @@ class Sampler:
     """Converter from readings to samples, numbered in order of arrival.
 
     Attributes:
-        full_scales: Full scales reported by the board, or None if not yet known; readings then yield no samples.
+        full_scales: The board's full-scale values, or None if not yet known; readings then yield no samples.
     """
 
     def __init__(self, cutoff_cHz: int, signs: Signs, errors: Counter[str]) -> None:

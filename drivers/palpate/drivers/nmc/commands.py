@@ -49,7 +49,7 @@ def set_gain(*values: int) -> NmcCommand:
 
 
 def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
-    """Stop the motor in the way that ``control`` specifies; only ``StopControl.HERE`` takes a position (32-bit)."""
+    """Stop the motor as ``control`` specifies; only ``StopControl.HERE`` takes a position (32-bit)."""
     position = b"" if position_counts is None else struct.pack("<i", position_counts)
     return NmcCommand(Code.STOP_MOTOR, bytes((control,)) + position)
 
@@ -60,7 +60,7 @@ def set_baud(divisor: int) -> NmcCommand:
 
 
 TICK_S: Final = 0.512e-3
-"""Duration of a servo tick at a servo rate divisor of 1."""
+"""Duration of a servo tick if the servo rate divisor is 1."""
 _ONE: Final = 65536
 
 

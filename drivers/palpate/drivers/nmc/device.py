@@ -41,7 +41,7 @@ class NmcBus:
     is unplugged, pyserial raises ``termios.error`` and ``TypeError`` in addition to ``OSError``.
 
     Raises:
-        SilentError: From all methods that communicate: the port is gone.
+        SilentError: Raised by any method that communicates if the port is gone.
     """
 
     def __init__(
@@ -163,7 +163,7 @@ class NmcBus:
 
         Raises:
             SilentError: More consecutive replies are missing than the settings allow, or the port is gone.
-            GarbledError: The same number of replies are invalid, or bytes arrive without a request.
+            GarbledError: Too many consecutive replies are invalid, or bytes arrive without a request.
             WiringError: The line echoes.
         """
         result = self.attempt(address, command)
@@ -201,7 +201,7 @@ class NmcBus:
         self.send_raw(command.frame(EVERYBODY))
 
     def clear_bits(self, address: int) -> Reply:
-        """Clear the sticky fault bits of a module; the bus never clears them by itself.
+        """Clear a module's sticky fault bits; the bus never clears them by itself.
 
         Raises:
             SilentError, GarbledError, WiringError: As for :meth:`exchange`.

@@ -49,7 +49,7 @@ class Aux(enum.IntFlag):
 
 
 class StatusItem(enum.IntFlag):
-    """Bits of the status mask; the items follow the status byte in this order."""
+    """Bits in the status mask; the items follow the status byte in this order."""
 
     POSITION = 0x01
     ANALOG = 0x02
@@ -62,7 +62,7 @@ class StatusItem(enum.IntFlag):
 
 
 class TrajectoryControl(enum.IntFlag):
-    """Control byte of LOAD_TRAJ; the fields follow it in the order of position, velocity, acceleration."""
+    """Control byte for LOAD_TRAJ; the fields follow it in the order position, velocity, acceleration."""
 
     POSITION = 0x01
     VELOCITY = 0x02
@@ -72,7 +72,7 @@ class TrajectoryControl(enum.IntFlag):
 
 
 class StopControl(enum.IntFlag):
-    """Control byte of STOP_MOTOR. ``MOTOR_OFF`` is 0x02; one public port of the arm uses 0x04, which is wrong."""
+    """Control byte for STOP_MOTOR. ``MOTOR_OFF`` is 0x02; one public driver for the arm uses 0x04, which is wrong."""
 
     AMP_ENABLE = 0x01
     MOTOR_OFF = 0x02

@@ -15,7 +15,7 @@ from palpate.drivers.nmc.frames import Aux, NmcStatus, StatusItem, checksum
 REPLY_OVERHEAD_BYTES: Final = 2
 
 SERVO: Final = 0
-"""Type of a module that drives a motor."""
+"""Type code for a module that drives a motor."""
 _LAYOUT: Final = (
     (StatusItem.POSITION, "i", "position_counts"),
     (StatusItem.ANALOG, "x", ""),

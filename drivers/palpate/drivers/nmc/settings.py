@@ -1,4 +1,4 @@
-"""Settings of the bus, its baud rates, and the duration of an exchange."""
+"""Settings for the bus, its baud rates, and the duration of an exchange."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -7,7 +7,7 @@ POWER_UP_BAUD: Final = 19_200
 """Baud rate of every module after power-up and after HARD_RESET. FACT: libnmc."""
 
 BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000: 4}
-"""Data byte of SET_BAUD for each baud rate.
+"""SET_BAUD data byte for each baud rate.
 
 FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all fit 1.25 MHz / (divisor + 1) within 3.5 %,
 except 230 400, which would actually be 208 333 (-9.6 %): too far off for a UART, unless the modules have a different
@@ -17,7 +17,7 @@ clock. INFERENCE from the same formula: 250 000, which it meets exactly.
 
 @dataclass(frozen=True)
 class BusSettings:
-    """Settings of the communication with the modules.
+    """Settings for communication with the modules.
 
     Attributes:
         baud: Baud rate to use after start-up, bit/s.
@@ -53,7 +53,7 @@ class SerialTiming:
     adapter_latency_s: float = 0.0
 
     def wire_s(self, size_bytes: int) -> float:
-        """Return the time that this number of bytes takes on the line."""
+        """Return the transmission time for this number of bytes."""
         return size_bytes * BITS_PER_BYTE / self.baud
 
     def exchange_s(self, size_bytes: int) -> float:

@@ -20,7 +20,7 @@ _RESETS: Final = 2
 _TRIES: Final = 3
 _UNADDRESSED: Final = 0
 _BAUD_SETTLE_S: Final = 0.01
-"""Wait after SET_BAUD, for the ports of the modules and the host to settle. INFERENCE."""
+"""Wait after SET_BAUD, for the ports on the modules and the host to settle. INFERENCE."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Module:
 
 
 def start(bus: NmcBus) -> tuple[Module, ...]:
-    """Reset all modules, assign addresses from 1, and set the baud rate; return the modules in order of address.
+    """Reset all modules, assign addresses from 1, and set the baud rate; return the modules in address order.
 
     Every motor is switched off, and every position counter is set to zero.
 
@@ -77,7 +77,7 @@ def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
 
 
 def change_baud(bus: NmcBus, addresses: range) -> None:
-    """Change the modules to the baud rate in the settings, and check that all have followed."""
+    """Switch the modules to the baud rate in the settings, and check that all have followed."""
     baud = bus.settings.baud
     if baud == bus.line.baud:
         return

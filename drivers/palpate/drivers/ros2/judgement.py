@@ -1,4 +1,4 @@
-"""Checks of messages, publishers and subscribers."""
+"""Checks on messages, publishers and subscribers."""
 
 from collections.abc import Callable, Sequence
 from math import isfinite
@@ -10,7 +10,7 @@ from palpate.drivers.ros2.settings import COMMANDS, NAME
 
 _NS: Final = 1_000_000_000
 _LEAP_NS: Final = _NS // 4
-"""Maximum lead of a timestamp over the arrival of its message; above it, the clock was set forward."""
+"""Maximum lead of a timestamp over its message's arrival; a larger lead means that the clock was set forward."""
 _DRIFT: Final = 1e-4
 """Maximum relative drift between two clocks."""
 _LOOK_S: Final = 0.01
@@ -18,7 +18,7 @@ _SYNC: Final = "synchronise clocks (chrony), and let one clock stamp the message
 
 
 class StampClock:
-    """Conversion of a publisher's timestamps to this computer's clock, as if its fastest message had no delay."""
+    """Converter from a publisher's timestamps to this computer's clock, as if its fastest message had no delay."""
 
     def __init__(self, topic: str) -> None:
         self._topic, self.stamp_ns = topic, 0

@@ -99,7 +99,7 @@ class Ros2Link:
         return len(self._opened(self._reader).get_matched_publications())
 
     def subscribers(self) -> int:
-        """Return the number of compatible subscribers to the commands."""
+        """Return the number of compatible command subscribers."""
         return len(self._opened(self._writer).get_matched_subscriptions())
 
     def endpoints(self, topic: str) -> list[tuple[str, str]]:

@@ -20,7 +20,7 @@ class Ros2Wrench(PolledSensor):
     """The force sensor on an open link. Sample times are taken from the message timestamps.
 
     Args:
-        frame: Required ``frame_id`` of the messages.
+        frame: Required ``frame_id`` in the messages.
         sign: 1 if the messages contain the wrench that the world exerts on the tool, -1 for the opposite.
     """
 

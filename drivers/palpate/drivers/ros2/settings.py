@@ -1,4 +1,4 @@
-"""Settings of a ROS 2 robot in a rig file."""
+"""Settings for a ROS 2 robot in a rig file."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -26,10 +26,10 @@ class Ros2Network:
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2ArmSettings:
-    """Settings of the arm in the rig file. Vectors have one number per joint, base first, (n,).
+    """Arm settings in the rig file. Vectors have one number per joint, base first, (n,).
 
     Attributes:
-        period_s: Time between two commands.
+        period_s: Time between commands.
         velocities: True to command velocities instead of positions.
         start_s: Maximum wait for the publisher and the first message.
         silence_s: Time without joint angles that counts as a fault.

@@ -31,8 +31,8 @@ class UrArm(LatchingArm):
     """A Universal Robots arm.
 
     Attributes:
-        hello: Identity of the controller, or None before :meth:`open`.
-        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty if not open.
+        hello: The controller's identity, or None before :meth:`open`.
+        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,); empty unless open.
     """
 
     def __init__(

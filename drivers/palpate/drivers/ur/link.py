@@ -27,7 +27,7 @@ _END_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True)
 class UrHello:
-    """Identity of the controller."""
+    """The controller's identity."""
 
     version: str
     serial: str
@@ -38,11 +38,11 @@ class UrState:
     """A data package from the controller.
 
     Attributes:
-        stamp_ns: Time of reception on the clock of :meth:`UrLink.stamp_ns`.
+        stamp_ns: Reception time on the clock read by :meth:`UrLink.stamp_ns`.
         q_rad: Joint angles, (6,).
-        wrench: Raw force and torque in the tool flange, (6,) N and N m, including the weight of the tool.
-        payload_cog_m: Centre of gravity of the payload relative to the flange, (3,).
-        tcp_pose: Tool centre point in the controller's base frame, (6,): metres and a rotation vector.
+        wrench: Raw force and torque in the tool flange, (6,) N and N m, including the tool's weight.
+        payload_cog_m: The payload's centre of gravity relative to the flange, (3,).
+        tcp_pose: Tool centre point in the controller's base frame, (6,): position in metres and rotation vector.
     """
 
     stamp_ns: int

@@ -25,7 +25,7 @@ _VARIABLES: Final = [
 
 
 class Served:
-    """The ur_rtde client, and the execution of requests."""
+    """The ur_rtde client and the code that executes requests."""
 
     def __init__(self, line: socket.socket, host: str, rate_Hz: float) -> None:
         self._line, self._host, self._rate_Hz = line, host, rate_Hz

@@ -14,7 +14,7 @@ RANGE_NM: Final = (10.0, 10.0, 10.0)
 
 
 class UrToolForce(PolledSensor):
-    """The force sensor, in the frame of the flange, on an open link. It saturates at its rated range."""
+    """The force sensor, in the flange frame, on an open link. It saturates at its rated range."""
 
     def __init__(self, link: UrLink) -> None:
         super().__init__(f"tool force of {link.host}", CHECK)

@@ -26,21 +26,21 @@ _SAFETY: Final = {
     12: ("safeguard stop of the automatic mode", _CLOSE),
     13: ("three-position switch released", "hold the switch in its middle position, or select automatic mode"),
 }
-"""Names of modes, with advice. FACT: the names of safety_mode and robot_mode are those of the RTDE guide."""
+"""Names of modes, with advice. FACT: the names of safety_mode and robot_mode are from the RTDE guide."""
 _MODES: Final = {
     -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
     5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
 }  # fmt: skip
 _FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
-"""Limits with margins: joints turn by up to 360 degrees, wrist joints at up to 360 degrees/s."""
+"""Limits with margins: joints turn by up to 360 degrees, and wrist joints reach 360 degrees/s."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class UrSettings:
-    """Settings of the arm in the rig file.
+    """Arm settings in the rig file.
 
     Attributes:
-        lookahead_s: Look-ahead time of servoj. gain: Gain of servoj.
+        lookahead_s: Look-ahead time for servoj. gain: Gain for servoj.
         silence_s: Time without data that counts as a fault.
         watchdog_s: Time without set-points after which the controller ends the program.
         force_stop_N: Change in tool force since enabling that stops the arm; 0 disables the limit.
@@ -58,7 +58,7 @@ class UrSettings:
 
 
 def require_version(hello: UrHello, host: str) -> None:
-    """Reject untested versions of the controller software."""
+    """Reject untested controller software versions."""
     found = re.search(r"(\d+)\.(\d+)", hello.version)
     if found is None or int(found[1]) != 5 or int(found[2]) < 9:
         problem = f"the software of its controller at {host} is {hello.version!r}, untried"

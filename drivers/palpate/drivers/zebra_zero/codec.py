@@ -1,4 +1,4 @@
-"""Conversion between encoder counts and joint angles, including the coupled wrist.
+"""Convert between encoder counts and joint angles, including the coupled wrist.
 
 FACT (client and port agree): with the joint angles measured from the home pose, d = q - home,
 
@@ -26,13 +26,13 @@ HOME_RAD: Final = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 ARM_COUNTS_PER_RAD: Final = 30557.75
 """C, for joints 1 to 3. FACT: client and port."""
 WRIST_COUNTS_PER_RAD: Final = 11034.53
-"""W, the base ratio of the wrist. FACT: client and port."""
+"""W, the base ratio for the wrist. FACT: client and port."""
 ALTERNATIVE_WRIST_FACTOR: Final = 24.0 / 17.33
 """Factor applied to the counts of motors 4 to 6 with the other gearhead. FACT: client."""
 
 Six: TypeAlias = tuple[float, float, float, float, float, float]
 SixCounts: TypeAlias = tuple[int, ...]
-"""Counts of the six motors."""
+"""Counts for the six motors."""
 
 
 def six(values: Sequence[float]) -> Six:

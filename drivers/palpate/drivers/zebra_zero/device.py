@@ -38,7 +38,7 @@ class ZebraZero(LatchingArm):
         at_home: A person's confirmation that the arm is in its home pose whenever its controller is switched on.
 
     Attributes:
-        streaming: Method of sending set-points to the modules.
+        streaming: Method for sending set-points to the modules.
         stopped: Result of the last stop; None if there has been none since the arm was enabled.
     """
 

@@ -1,4 +1,4 @@
-"""Faults of the Zebra Zero arm, and their detection in replies."""
+"""Zebra Zero arm faults and how they are detected in replies."""
 
 import enum
 from typing import Final
@@ -10,7 +10,7 @@ from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 
 
 class FaultKind(enum.Enum):
-    """Kinds of faults."""
+    """Kinds of arm fault."""
 
     POSITION_ERROR = "position error: the firmware switched the servo off"
     OVERCURRENT = "overcurrent"
@@ -37,7 +37,7 @@ _REMEDIES: Final = {
 
 
 class ArmFaultError(DeviceFaultError):
-    """A fault of the arm or of one motor, 1 to 6."""
+    """A fault in the arm or in one motor, 1 to 6."""
 
     def __init__(self, kind: FaultKind, axis: int | None, detail: str = "") -> None:
         self.kind, self.axis = kind, axis

@@ -1,4 +1,4 @@
-"""Command sequences for the six motors, and the state of their servos."""
+"""Command sequences for the six motors, and the states of their servos."""
 
 import enum
 from collections.abc import Callable, Sequence
@@ -146,7 +146,7 @@ def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
 
 
 class Servos:
-    """The motors of the arm, with positions in counts only; ``on`` contains the axes, 1 to 6, whose servos are on."""
+    """The arm's motors, with positions in counts only; ``on`` contains the axes, 1 to 6, whose servos are on."""
 
     def __init__(self, bus: NmcBus, settings: ZebraZeroSettings) -> None:
         self._bus, self._settings = bus, settings
@@ -226,7 +226,7 @@ class Servos:
             raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
 
     def clear(self) -> ArmFaultError | None:
-        """Clear the sticky bits of every module and return a remaining fault. Only a person may decide to do this."""
+        """Clear every module's sticky bits and return any remaining fault. Only a person may decide to do this."""
         remaining: ArmFaultError | None = None
         for axis in AXES:
             self._bus.clear_bits(axis)

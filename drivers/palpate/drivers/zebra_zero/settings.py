@@ -1,4 +1,4 @@
-"""Settings of the Zebra Zero arm."""
+"""Settings for the Zebra Zero arm."""
 
 import enum
 from collections.abc import Sequence
@@ -12,15 +12,15 @@ from palpate.drivers.zebra_zero.codec import DEVICE, JOINTS, Six, Transmission
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of the six joints.
+    """Limits for the six joints.
 
     Attributes:
         lower_rad: Lower limits, (6,). FACT: the port. Evidence: medium for joints 1 to 3, weak for the wrist (a note in
             the client says that its limits are still to be fixed).
         upper_rad: Upper limits, (6,), from the same source.
-        velocity_rad_per_s: Maximum joint velocity. FACT: a software cap of the port; the arm's own is NOT FOUND.
+        velocity_rad_per_s: Maximum joint velocity. FACT: a software cap in the port; the arm's own is NOT FOUND.
         acceleration_rad_per_s2: Maximum joint acceleration, enforced by firmware with trapezoids. CALC from the port's
-            servo default of 10 000 on joints 1 to 3. (One configuration of the port has 0.2, a different software cap.)
+            servo default of 10 000 on joints 1 to 3. (One port configuration has 0.2, a different software cap.)
     """
 
     lower_rad: Six = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
@@ -38,13 +38,13 @@ class JointLimits:
 
 
 REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
-"""Items in every reply in a cycle. AUX costs one byte per axis and shows immediately that a servo is off."""
+"""Items in every reply in a cycle. AUX takes one byte per axis and shows immediately if a servo is off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 """Firmware of the PIC-SERVO SC that accepts a new trapezoid while one is running. FACT: data sheet."""
 
 
 class Streaming(enum.Enum):
-    """Method for sending set-points to a motor, determined by the firmware of the modules.
+    """Method for sending set-points to a motor, determined by the modules' firmware.
 
     ``TRAPEZOID`` loads a new target while the motor is still approaching the last one, so the firmware's own limits on
     velocity and acceleration stay in force. FACT: firmware 10 of the SC allows it; on a Logosol LS-173AP a new position
@@ -61,7 +61,7 @@ RESERVE: Final = 0.1
 LIMIT_TOLERANCE_RAD: Final = 0.02
 """Distance beyond the limits at which a measured pose counts as a fault."""
 STORED_TOLERANCE_COUNTS: Final = 200
-"""Maximum difference from the stored counters at which the stored position is used."""
+"""Maximum difference from the stored counters for which the stored position is still used."""
 PROFILE_MARGIN: Final = 1.25
 """Ratio of the firmware's own velocity and acceleration limits to those of the joints, so that a profile can catch up
 with its set-points."""
@@ -77,7 +77,7 @@ GAINS: Final = nmc.set_gain(100, 1000, 0, 0, 255, 0, ERROR_LIMIT_COUNTS, 1, 0)
 
 @dataclass(frozen=True, kw_only=True)
 class ZebraZeroSettings:
-    """Settings of the Zebra Zero arm. Values without a mark are choices of this driver.
+    """Settings for the Zebra Zero arm. Values without a mark are this driver's choices.
 
     Attributes:
         divider: Number of control ticks per ``cycle``; rejected if the bus cannot carry the rate.

@@ -47,7 +47,7 @@ class Tracking:
 
     @property
     def replies(self) -> dict[int, Reply]:
-        """Latest status of each axis that has replied."""
+        """Latest status from each axis that has replied."""
         news = zip(AXES, self._status, self._aux, self._time_ns, strict=True)
         return {axis: Reply(status=status, aux=aux) for axis, status, aux, time_ns in news if time_ns is not None}
 
@@ -115,7 +115,7 @@ class Rounds:
             raise fault
 
     def look_once(self) -> None:
-        """Read the positions of all axes once; skip axes that do not reply."""
+        """Read all axis positions once; skip axes that do not reply."""
         with suppress(DriverError):
             for axis in AXES:
                 reply = self._bus.attempt(axis, NOP)
