@@ -1,6 +1,6 @@
 """Grid maps: one ambiguous sensor value per cell, a goal, and walls (paper, section 4 and Fig. 2).
 
-The agent knows neither the map nor its position: it reads the value of its cell, which other cells may share.
+The agent knows neither the map nor its position: it reads its cell's value, which other cells may share.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from palpate.core.policy import COMPASS_NAMES, Action
 GOAL: Final = "·"
 WALL: Final = "#"
 LARGEST: Final = 99
-"""Maximum length of a side of a map, so that a mistyped size does not exhaust memory."""
+"""Maximum side length of a map, so that a mistyped size does not exhaust memory."""
 
 CELL_M: Final = 1e-3
-"""Length of a cell in actions, chosen so that policy files contain whole millimetres."""
+"""Cell length used in actions, chosen so that policy files contain whole millimetres."""
 
 COMPASS: Final = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 """(dx, dy) of each action in cells, x to the right and y upwards, in the order of the insertion task's actions."""
@@ -40,7 +40,7 @@ class GridMap:
 
     Attributes:
         cells: (column, row) of each cell that the agent can occupy, in reading order, without the goal.
-        readings: Sensor value of each cell, as an index into ``symbols``.
+        readings: Each cell's sensor value, as an index into ``symbols``.
         moves: Next cell for each cell and action, (cells, 8); None is the goal. A move into a wall has no effect.
 
     Raises:
@@ -87,13 +87,13 @@ class GridMap:
 
     @classmethod
     def from_regions(cls, notation: str, size: int = 7) -> GridMap:
-        """Return a square map from the labels of eight regions, such as ``ABC/C·E/BDF``.
+        """Return a square map from labels for eight regions, such as ``ABC/C·E/BDF``.
 
         The regions are the signs of (dx, dy) from a one-cell goal in the centre: the letters left, right, above and
         below the goal are strips one cell wide, and those in the corners are squares.
 
         Args:
-            notation: Three rows of three, separated by ``/``, with the goal in the centre.
+            notation: Three rows of three labels, separated by ``/``, with the goal in the centre.
 
         Raises:
             ConfigurationError: The notation, the size or the resulting map (see the class) is invalid.
@@ -132,11 +132,11 @@ class GridMap:
 SCENARIO_1: Final = "ABC/C·E/BDF"
 """The first scenario: six symbols, two of them replicated.
 
-The paper's layout is not available. Of all labellings of the eight regions, two yield the string of Fig. 2 and
+The paper's layout is not available. Of all ways to label the eight regions, two yield the string in Fig. 2 and
 otherwise agree with the paper. This is one of them.
 """
 SCENARIO_2: Final = "ABA/C·D/DBC"
-"""The second scenario: four symbols, all replicated; one of the two labellings that agree with the paper."""
+"""The second scenario: four symbols, all replicated; one of two ways to label the regions that agree with the paper."""
 TWIN: Final = "ABC/C·D/DAB"
 """The other candidate for the second scenario."""
 

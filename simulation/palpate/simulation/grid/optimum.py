@@ -42,8 +42,8 @@ Belief: TypeAlias = tuple[tuple[int, int], ...]
 """Possible cells in ascending order, each with the number of starts that lead there."""
 
 MOST_CELLS: Final = 2_000_000
-"""Search limit, in cells of visited beliefs. It is reached in less than a minute. The maps of the paper need thousands,
-and maps of 15 x 15 need tens of thousands."""
+"""Search limit, in cells of visited beliefs. It is reached in less than a minute. The paper's maps need thousands, and
+15 x 15 maps need tens of thousands."""
 MOST_BLIND_CELLS: Final = 100_000
 """The limit for maps with a single symbol, whose readings contain no information: 15 cells need 8400, 19 about 62 000
 and 24 about 595 000. The search reaches it in one or two seconds."""
@@ -87,7 +87,7 @@ class _BeliefSearch:
         return self._values[root]
 
     def _swept(self, root: Belief) -> bool:
-        """Back up every belief of the greedy plan, from last to first; return True if a value changed."""
+        """Back up every belief in the greedy plan, from last to first; return True if a value changed."""
         changed = False
         seen = {root}
         stack = [(root, False)]

@@ -1,4 +1,4 @@
-"""Trials in a grid world, with the states, policies and learners of the insertion task.
+"""Trials in a grid world, with the insertion task's states, policies and learners.
 
 The agent works on a map as :class:`~palpate.core.tasks.insertion.agent.Agent` works with a force sensor: it reads a
 symbol, updates the state, learns from the last action, and chooses the next one.
@@ -31,7 +31,7 @@ _NOWHERE: Final[Vector3] = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Path of a trial, with the readings in order from the start. The goal has no reading."""
+    """A trial's path, with the readings in order from the start. The goal has no reading."""
 
     start: int
     symbols: tuple[int, ...]
@@ -53,10 +53,10 @@ class Walker:
 
     Attributes:
         cell: Current cell, or None at the goal.
-        state: State in the current cell. The goal has no reading and keeps the state of the previous cell.
+        state: State in the current cell. The goal has no reading and keeps the state from the previous cell.
 
     Raises:
-        ConfigurationError: The symbols of the identifier and the map differ.
+        ConfigurationError: The identifier and the map have different symbols.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ def run_trial(
     in the insertion task, but without a position.
 
     Raises:
-        ConfigurationError: The symbols of the identifier and the map differ, or the limit is below 1.
+        ConfigurationError: The identifier and the map have different symbols, or the limit is below 1.
         CommandError: The policy chose an action outside the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)

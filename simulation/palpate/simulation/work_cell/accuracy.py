@@ -1,4 +1,4 @@
-"""Accuracy of a cell's contacts: play error and valid range.
+"""Accuracy of a cell's contacts: play error and range of validity.
 
 Figures are in docs/results.md.
 """

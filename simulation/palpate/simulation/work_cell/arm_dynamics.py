@@ -9,13 +9,13 @@ import pinocchio as pin
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 
 _DENSITY_KG_M3: Final = 1200.0
-"""Density of capsules that approximate published arms: castings, motors and gears in half a shell."""
+"""Capsule density that approximates published arms: castings, motors and gears in half a shell."""
 _RADIUS_M: Final = 0.04
 _SLENDER: Final = 7.0
-"""Ratio of length to radius of a body; the radius is never less than that of a wrist."""
+"""Ratio of a body's length to its radius, which is never less than a wrist's."""
 _STIFFNESS_NM_PER_RAD: Final = (2e4, 4e3)
 _ARMATURE_KG_M2: Final = (2.0, 0.4)
-"""Armature at the joint for arms of up to 30 kg; the second value is for the last three joints. Assumed."""
+"""Joint armature for arms up to 30 kg; the second value is for the last three joints. Assumed."""
 _SUPPORTED: Final = 3.0
 """Maximum ratio of inertia to armature without servo oscillation; of palpate's arms, only ur20 exceeds it."""
 
@@ -42,7 +42,7 @@ def inertia_lines(named: str | ArmDescription) -> list[str]:
 
 
 def servos(kinematics: Kinematics, inertias: list[pin.Inertia]) -> tuple[list[float], list[float]]:
-    """Return the stiffness and armature of each joint's servo, from the description or scaled to the arm's inertia.
+    """Return the stiffness and armature for each joint's servo, from the description or scaled to the arm's inertia.
 
     Both scale with the inertia at the joint in the arm's posture, to keep the natural frequency and damping constant.
     """

@@ -41,8 +41,8 @@ class WorkCell:
 
     Args:
         ready_rad: Joint angles at the start of every trial, (n,), with the tool pointing down.
-        wander_m: Maximum distance of the peg from the nominal goal; it determines the size of the plate.
-        hidden: Hidden values of the rig, or None if there are none. The configuration already includes those that
+        wander_m: Maximum distance of the peg from the nominal goal; it determines the plate size.
+        hidden: The rig's hidden values, or None if there are none. The configuration already includes those that
             affect the physics.
 
     Attributes:
@@ -135,7 +135,7 @@ class WorkCell:
         return (self.model,) if self.contacts is None else self.contacts.models
 
     def place(self, position_rad: JointVector | Array) -> None:
-        """Set the joint angles of the arm, (n,) rad, and zero velocities."""
+        """Set the arm's joint angles, (n,) rad, and zero velocities."""
         self.data.qpos[: self.joints] = position_rad
         self.data.ctrl[:] = position_rad
         if self.contacts is not None:
@@ -177,17 +177,17 @@ class WorkCell:
         return whole if all(whole) else tuple(map(copysign, whole, q_rad))
 
     def joint_angles(self) -> JointVector:
-        """Return the exact joint angles, (n,) rad, for the servos, which do not use the encoders of the host."""
+        """Return the exact joint angles, (n,) rad, for the servos, which do not use the host's encoders."""
         return tuple(self._qpos.tolist())
 
     def model_sha256(self) -> str:
-        """Return a digest of the compiled model, including the position of the plate."""
+        """Return a digest of the compiled model, including the plate position."""
         buffer = np.empty(mujoco.mj_sizeModel(self.model), np.uint8)
         mujoco.mj_saveModel(self.model, None, buffer)
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
     def pose(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Copy the pose of this cell to another model and its data for rendering."""
+        """Copy this cell's pose to another model and its data for rendering."""
         data.qpos[:] = self.data.qpos
         model.body_pos[self._plate] = self.model.body_pos[self._plate]
         model.body_quat[self._plate] = self.model.body_quat[self._plate]
@@ -195,7 +195,7 @@ class WorkCell:
         mujoco.mj_camlight(model, data)
 
     def truth(self) -> GroundTruth:
-        """Return the ground truth of the trial so far."""
+        """Return the ground truth for the trial so far."""
         self._fold_peaks()
         tip = self._goal.actInv(self.data.site("tip").xpos.copy())
         hole = self._world.hole_in_task_m
@@ -210,7 +210,7 @@ class WorkCell:
         )
 
     def _build(self, cell: CellConfig) -> None:
-        """Build the model of a cell with a different grip or clearance, which takes a few milliseconds."""
+        """Build the model for a cell with a different grip or clearance, which takes a few milliseconds."""
         self.model = self._model_of(cell)
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None
@@ -231,7 +231,7 @@ class WorkCell:
         self._force_history: Array = self.data.history[start : start + 3 * cell.substeps]
 
     def _moved_zero(self) -> list[float]:
-        """Return the shift of the sensor's zero since the beginning of the trial, (6,).
+        """Return the shift in the sensor's zero since the beginning of the trial, (6,).
 
         Strain gauges have hysteresis and creep: their zero shifts under load and returns without load. A tare in free
         space is therefore wrong as soon as the peg presses.
@@ -248,7 +248,7 @@ class WorkCell:
             self._forces.clear()
 
     def _noise_blocks(self, rng: np.random.Generator) -> Iterator[Iterator[tuple[float, ...]]]:
-        """Yield bias and white noise, drawn in blocks, because drawing single values would be the slowest part.
+        """Yield bias and white noise, drawn in blocks because drawing single values would be too slow.
 
         A sample is unpacked from its block on request: hundreds of lists at once would trigger the garbage collector.
         """

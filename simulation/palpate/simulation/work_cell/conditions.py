@@ -1,4 +1,4 @@
-"""Conditions that vary between or within trials, in addition to the hole's scatter and the sensor's noise."""
+"""Conditions that vary between or within trials, in addition to the scatter in hole position and the sensor noise."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final, TypeAlias

@@ -210,7 +210,7 @@ class CellConfig(Settings):
 
     @property
     def hole_reach_mm(self) -> float:
-        """Return the maximum distance of the hole from the nominal goal."""
+        """Return the maximum distance from the nominal goal to the hole."""
         return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
 
     def plate_reach_m(self, wander_m: float) -> float:

@@ -47,14 +47,14 @@ def give_mm(cell: CellConfig) -> float:
 
 
 def wedge_force_N(cell: CellConfig) -> float:
-    """Return the maximum wall force on a tilted peg during its descent: k (tilt - 2 c / l) / l."""
+    """Return the maximum wall force on a tilted peg as it descends: k (tilt - 2 c / l) / l."""
     tilt, c_mm, depth_mm = cell.total_tilt_mrad * 1e-3, cell.peg.clearance_mm, cell.peg.hole_depth_mm
     at_mm = min(depth_mm, 4.0 * c_mm / tilt) if tilt else depth_mm
     return max(1e3 * cell.compliance.tilt_Nm_per_rad * (tilt - 2.0 * c_mm / at_mm) / at_mm, 0.0)
 
 
 def _plain(cell: CellConfig) -> float:
-    """Return the impedance for looser fits. The few points of a tilted peg would sink in too far with 0.95."""
+    """Return the impedance for looser fits. With 0.95, the few contact points of a tilted peg would sink in too far."""
     return cell.tilted_impedance if cell.tilts else _UPRIGHT
 
 

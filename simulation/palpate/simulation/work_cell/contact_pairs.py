@@ -44,7 +44,7 @@ class Leeway:
 
 
 def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
-    """Return pairs (sphere, box) that can touch within the region; the spheres of the lower ring are numbered first."""
+    """Return pairs (sphere, box) that can touch within the region; the spheres in the lower ring are numbered first."""
     lower, upper = peg_rings(config.peg)
     rings = ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m))
     radius_m = config.peg.rim_radius_mm * 1e-3

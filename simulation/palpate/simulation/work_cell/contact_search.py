@@ -1,4 +1,4 @@
-"""Selection of the contacts to check in a tick: none high above the plate, listed pairs near the hole, otherwise all.
+"""Select the contacts to check in a tick: none high above the plate, listed pairs near the hole, otherwise all.
 
 Listed pairs avoid most of the search and yield the same contacts. A list is complete only near the hole; a tick that
 ends outside its region is repeated with a longer list, so that no contact is missed.
@@ -20,16 +20,16 @@ _CLEAR_M: Final = 1e-3
 class ContactSearch:
     """Search that advances the physics with as few contact checks as possible.
 
-    It has several models of the same cell that differ only in the contacts to check, so that all can start from one
+    It has several models for the same cell that differ only in the contacts to check, so that all can start from one
     state. A level is the index of a model; a higher level finds all contacts of a lower level.
 
     Args:
-        listed: Cell with the listed pairs of each region, narrowest region first.
+        listed: Cell with the listed pairs for each region, narrowest region first.
         radius_m: Distance of the peg's outermost sphere from its axis.
-        yaw_rad: Angle from the plate's x to the tip's x about the plate's z.
+        yaw_rad: Angle from the plate's x axis to the tip's x axis about the plate's z axis.
 
     Attributes:
-        level: Level of the latest step.
+        level: Level used in the latest step.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class ContactSearch:
         self.level = self._next = self._highest = len(listed) + 1
 
     def begin(self) -> None:
-        """Initialise after a state has been set; the plate's position is taken from the model of the highest level."""
+        """Initialise after a state has been set; the plate's position is taken from the highest-level model."""
         everything = self.models[-1]
         for model in self.models:
             model.body_pos[self._plate] = everything.body_pos[self._plate]
@@ -82,7 +82,7 @@ class ContactSearch:
         self._next = needed
 
     def _needed(self) -> int:
-        """Return the lowest level that finds every contact for the peg's pose at the latest physics step."""
+        """Return the lowest level that finds every contact for the peg's pose in the latest physics step."""
         x, y, z, along, across, _, tilt_x, tilt_y, down = self._pose.tolist()
         tilt = hypot(tilt_x, tilt_y)
         lowest = z + self._radius_m * tilt

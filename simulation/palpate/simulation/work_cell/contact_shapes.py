@@ -31,7 +31,7 @@ class Box:
 
 
 def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
-    """Return the boxes of the plate: the wall of the hole, the surface around it, and finally the floor of the hole.
+    """Return the plate's boxes: the wall of the hole, the surface around it, and finally the floor of the hole.
 
     Args:
         peg: Shape and size of the hole.
@@ -55,7 +55,7 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
 
 
 def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """Return the lateral centre positions of the spheres of the lower and the upper ring."""
+    """Return the lateral centre positions of the spheres in the lower and the upper ring."""
     section = peg.section()
     inset_m = peg.rim_radius_mm * 1e-3
     return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)
@@ -68,7 +68,7 @@ def mouth_ring(peg: PegConfig) -> list[tuple[float, float]]:
 
 
 def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, float]]:
-    """Return the corners of a peg that is a hull, z along its axis and 0 at its end face, with a chamfer there.
+    """Return a hull-shaped peg's corners, z along its axis and 0 at its end face, with a chamfer there.
 
     Without a chamfer, the distance at which the peg drops into the hole would vary by a quarter with the time step.
     """

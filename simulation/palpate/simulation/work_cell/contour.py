@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 FLAT: Final = "none"
 _BOX_M: Final = 1e-3
-"""Length of the contour's boxes; at a radius of 80 mm their centre is 1.6 um off the curve."""
+"""Length of each of the contour's boxes; at a radius of 80 mm their centre is 1.6 um off the curve."""
 _HALF_THICKNESS_M: Final = 5e-3
 
 
 @dataclass(frozen=True)
 class ContourConfig(Settings):
-    """A contour instead of the plate, and a ball instead of the peg; the hole's position is at the mean of the wave."""
+    """A contour instead of the plate, and a ball instead of the peg; the hole is at the wave's mean height."""
 
     TABLE: ClassVar[str] = "cell.contour"
 

@@ -32,7 +32,7 @@ class CrossSection:
     Attributes:
         sides: Number of sides, or 0 for a circle.
         apothem_m: Radius of the inscribed circle.
-        corner_m: Radius of the corners of a polygon.
+        corner_m: Corner radius of a polygon.
         flat_m: Distance of a circle's flat from its centre, or None without a flat.
     """
 
@@ -56,7 +56,7 @@ class CrossSection:
         """Return the number of walls of a hole with this outline, evenly spaced by heading.
 
         Args:
-            most: Number for a circle. A polygon has one per side; with round corners, each side has the same number.
+            most: Number for a circle. A polygon has one per side; with round corners, the same number on each side.
         """
         if not self.sides:
             return most

@@ -23,16 +23,16 @@ _STIFFNESS: Final = (0.6, 1.6)
 
 @dataclass(frozen=True)
 class HiddenValues:
-    """True values of a rig that differ from its configuration.
+    """A rig's true values, which differ from its configuration.
 
     Attributes:
         gripper_kg: Mass between the force sensor and the springs, in addition to the configured mass.
-        centre_of_mass_m: Centre of that mass, (3,), in the tool frame.
+        centre_of_mass_m: Centre of this mass, (3,), in the tool frame.
         mounting_deg: Rotation of the sensor about the tool's axis, from x towards y.
-        plate_mm: Height of the plate above its nominal height.
+        plate_mm: The plate's height above nominal.
         hole_mm: Maximum distance of the hole from the nominal goal.
-        axial_share: Axial stiffness of the gripper, relative to the configured value.
-        springs_share: Stiffness of all springs of the gripper, relative to the configured value.
+        axial_share: The gripper's axial stiffness, relative to the configured value.
+        springs_share: Stiffness of all gripper springs, relative to the configured value.
         friction: Friction between the peg and the plate, or None for the configured value.
         latency_ms: Latency of wrench measurements.
     """

@@ -1,6 +1,6 @@
-"""Construction of the MuJoCo model of the cell: arm, wrist sensor, compliant gripper, peg, and plate with hole.
+"""Build the cell's MuJoCo model: arm, wrist sensor, compliant gripper, peg, and plate with hole.
 
-The arm is converted from the Pinocchio model of the core, body by body, so both have the same geometry. A round peg
+The arm is converted from the core's Pinocchio model, body by body, so both have the same geometry. A round peg
 makes contact through small spheres on its rim with boxes around the hole, because that pair has an exact collider: a
 plain cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``). A peg
 with sides is one convex body.
@@ -61,8 +61,8 @@ def build_work_cell(
 
     Args:
         goal_in_base: Placement of the nominal goal (task frame) in the base frame; the plate starts there.
-        tool_yaw_rad: Angle from the task's x to the tip's x about the task's z in the arm's ready pose; a peg that is
-            not round is gripped so that it fits the hole at this yaw.
+        tool_yaw_rad: Angle from the task's x axis to the tip's x axis about the task's z axis in the arm's ready pose;
+            a non-round peg is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this period divided by ``config.substeps``.
         plate_reach_m: Distance from the hole's edge to the edge of the plate's closed surface.
         listed: Region within which only those sphere-box pairs that can touch are checked; None checks all contacts.
@@ -105,7 +105,7 @@ def build_work_cell(
 
 
 def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
-    """Add the bodies, joints and servos of the arm; return the body with the flange."""
+    """Add the arm's bodies, joints and servos; return the body with the flange."""
     model, (inertias, _) = kinematics.model, body_inertias(kinematics)
     stiffness, armature = servos(kinematics, inertias)
     axes = _joint_axes(model)
@@ -163,7 +163,7 @@ def _add_wrist(
     tool_yaw_rad: float,
     down: tuple[float, float, float],
 ) -> None:
-    """Add the force sensor, the springs of the gripper, and the peg."""
+    """Add the force sensor, the gripper springs, and the peg."""
     tool, springs, peg = kinematics.tool, config.compliance, config.peg
     sensor_in_flange = kinematics.model.frames[kinematics.model.getFrameId("sensor")].placement
     # A body without joints: MuJoCo's force sensor reports the force between such a body and its parent.
@@ -257,7 +257,7 @@ def _add_wrist(
 
 
 def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float, **touching: Any) -> None:
-    """Add the shaft, for display only, or to touch the mouth of the hole from just above the spheres of the rim."""
+    """Add the shaft, either for display only or to touch the mouth of the hole from just above the rim spheres."""
     peg = config.peg
     start = 2e-3 * peg.rim_radius_mm if touching else 0.0
     radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
@@ -299,7 +299,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
 
 
 def _touching(config: CellConfig) -> dict[str, Any]:
-    """Return the parameters of contacts between the peg and the plate."""
+    """Return the contact parameters for the peg and the plate."""
     return {
         "condim": 3,
         "friction": (config.peg.friction, 0.0, 0.0),
@@ -331,7 +331,7 @@ def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leewa
 
 
 def _notify_place(spec: mujoco.MjSpec) -> None:
-    """Add sensors for the pose of the tip, which determines the contacts to check."""
+    """Add sensors for the tip pose, which determines the contacts to check."""
     for name, kind in (
         ("tip_in_plate", mujoco.mjtSensor.mjSENS_FRAMEPOS),
         ("tip_x_in_plate", mujoco.mjtSensor.mjSENS_FRAMEXAXIS),
@@ -356,7 +356,7 @@ def _add_sensors(spec: mujoco.MjSpec, config: CellConfig) -> None:
 
 
 def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
-    """Return the axis of each joint in its own frame, computed from its motion for any joint type of Pinocchio."""
+    """Return the axis of each joint in its own frame, computed from its motion for any Pinocchio joint type."""
     data = model.createData()
     axes = []
     for index in range(1, model.njoints):
@@ -384,7 +384,7 @@ def _down_in_tip(goal_in_base: pin.SE3, tool_yaw_rad: float) -> tuple[float, flo
 
 
 def _turned(kinematics: Kinematics, tilt: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
-    """Return the orientation of a tilted peg in the sensor frame, w, x, y, z."""
+    """Return a tilted peg's orientation in the sensor frame as a quaternion: w, x, y, z."""
     if not any(kinematics.tool.tip_rpy_rad):
         return tilt
     w, x, y, z = tilt

@@ -1,4 +1,4 @@
-"""Simulated world of a trial, which depends only on the configuration, the seed and the trial number."""
+"""Simulated world for a trial, which depends only on the configuration, the seed and the trial number."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,14 +20,14 @@ _STILL: Final[Wrench] = (0.0,) * 6
 
 @dataclass(frozen=True)
 class TrialWorld:
-    """Ground truth of a trial.
+    """Ground truth for a trial.
 
     Attributes:
         cell: The cell with the tilt heading and the clearance for this trial.
-        hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
-        zero_shift: Shift of the sensor's zero under load, (6,), N and N m, sensor frame.
-        zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, sensor frame.
-        hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
+        hole_in_task_m: Centre of the hole's mouth, (3,), in the task frame.
+        zero_shift: Shift in the sensor's zero under load, (6,), N and N m, in the sensor frame.
+        zero_drift_per_s: Drift rate of the sensor's zero, (6,), N/s and N m/s, in the sensor frame.
+        hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, in the task frame.
         drawn: Quantities other than the hole that vary between trials in this configuration, by name and unit.
     """
 
@@ -40,11 +40,11 @@ class TrialWorld:
 
 
 def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
-    """Return the world of a trial.
+    """Return the world for a trial.
 
     Args:
         config: The cell with its varying conditions.
-        trial: Index of the trial. Batches and wear are counted from the beginning of its series.
+        trial: Index of the trial. Batches and wear are counted from the start of its series.
     """
     conditions, peg, drawn = config.conditions, config.peg, dict[str, float]()
     count = trial % TRIALS_OF_A_SERIES
@@ -105,7 +105,7 @@ def _turn(yaw_rad: float, tilt_rad: float, heading_rad: float) -> Vector3:
 
 
 def _across(force: float, torque: float, heading_deg: float) -> Wrench:
-    """Return a force and a torque with these magnitudes, both in the direction of this heading."""
+    """Return a force and a torque with these magnitudes, both along this heading."""
     if not force and not torque:
         return _STILL
     c, s = cos(radians(heading_deg)), sin(radians(heading_deg))

@@ -72,7 +72,7 @@ class EmulatedBox:
 
 
 class NetFtServer:
-    """Thread that serves a box on this computer. Like a real box, it sends to the client with the latest request."""
+    """Thread that serves a box on this computer. Like a real box, it sends to the most recent requester."""
 
     host = "127.0.0.1"
 

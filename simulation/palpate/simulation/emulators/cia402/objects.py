@@ -1,4 +1,4 @@
-"""The object dictionary of an emulated drive: sizes, access, defaults, and abort codes for rejected accesses.
+"""An emulated drive's object dictionary: sizes, access, defaults, and abort codes for rejected accesses.
 
 Standard knowledge: CiA 301 (communication objects, abort codes) and CiA 402-2 (0x6000 and above).
 ``canopen.sdo.SdoServer`` performs the transfers and uses the dictionary as its node.
@@ -65,7 +65,7 @@ class Entry:
 
 
 class ObjectDictionary:
-    """All objects of a drive, with their values after power-up. ``written`` receives each index written via SDO."""
+    """All objects in a drive, with their values after power-up. ``written`` receives each index written via SDO."""
 
     def __init__(self, node: int, *, serial: int, written: Callable[[int], object]) -> None:
         self.object_dictionary: dict[int, object] = {}

@@ -1,4 +1,4 @@
-"""State machine and servo of an emulated CiA 402 drive."""
+"""State machine and servo for an emulated CiA 402 drive."""
 
 import enum
 from math import copysign
@@ -17,7 +17,7 @@ from palpate.simulation.emulators.motors import JointPlant
 
 
 class PowerState(enum.Enum):
-    """The eight states of a drive, with their bits in the statusword."""
+    """A drive's eight states, with their bits in the statusword."""
 
     NOT_READY = 0b0000_0000
     SWITCH_ON_DISABLED = 0b0100_0000
@@ -44,7 +44,7 @@ POWERED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_RE
 
 
 class PowerMachine:
-    """State machine of a drive."""
+    """A drive's state machine."""
 
     def __init__(self) -> None:
         self.state = PowerState.NOT_READY
@@ -113,7 +113,7 @@ _NO_WINDOW: Final = 0xFFFF_FFFF
 
 
 class DriveServo:
-    """Position demand of an axis over time.
+    """Position demand for an axis over time.
 
     The demand moves linearly to a new target over the interpolation period (object 0x60C2), as in real drives. A quick
     stop decelerates from the current speed. Without a mode of operation, the demand stays constant.

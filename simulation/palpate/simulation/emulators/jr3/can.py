@@ -1,4 +1,4 @@
-"""A JR3 node on a CAN bus. The 11-bit identifier of a frame is the operation plus the node number."""
+"""A JR3 node on a CAN bus. A frame's 11-bit identifier is the operation plus the node number."""
 
 import struct
 from collections import deque
@@ -8,7 +8,7 @@ from palpate.simulation.emulators.jr3.node import BOOT_NS, Jr3Node, Notice, Samp
 from palpate.simulation.emulators.lines import BusFrame
 
 POLL_ns = 1_000_000
-"""Time between two checks for commands in the main loop. FACT: jr3-mbed-firmware-can main.cpp."""
+"""Time between checks for commands in the main loop. FACT: jr3-mbed-firmware-can main.cpp."""
 
 _QUEUE_FRAMES = 32
 _NODE_BITS = 0x7F
@@ -32,8 +32,8 @@ class Jr3CanNode:
     """A `CanNode` with the firmware functions that a streaming host needs. SYNC, RESET and ZERO are not emulated.
 
     Commands wait in a queue of 32, which the main loop reads every millisecond. Therefore `feed` never returns the
-    acknowledgement of its own command, which follows within a millisecond. A full queue drops the oldest command
-    (INFERENCE: circular buffer of Mbed OS).
+    acknowledgement for the command that it receives, which follows within a millisecond. A full queue drops the oldest
+    command (INFERENCE: circular buffer of Mbed OS).
 
     Raises:
         ValueError: The node number is not between 1 and 127.

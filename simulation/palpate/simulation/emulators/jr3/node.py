@@ -1,4 +1,4 @@
-"""Firmware of a JR3 force/torque node, independent of the bus."""
+"""Firmware for a JR3 force/torque node, independent of the bus."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ def unsigned(data: bytes, offset: int, size: int) -> int:
 
 
 class BoardState(IntEnum):
-    """State byte of an acknowledgement. FACT: jr3-mbed-firmware-can main.cpp."""
+    """State byte in an acknowledgement. FACT: jr3-mbed-firmware-can main.cpp."""
 
     READY = 0
     NOT_INITIALISED = 1
@@ -79,7 +79,7 @@ class Jr3Node:
         self._booted_ns = now_ns + self._boot_ns
 
     def advance(self, now_ns: int) -> list[Sample | Notice]:
-        """Advance the time. Return samples of the asynchronous stream and notices in chronological order."""
+        """Advance the time. Return samples from the asynchronous stream and notices, in chronological order."""
         if self._booted_ns is None:
             self.reboot(now_ns)
         happened: list[Sample | Notice] = []
@@ -134,7 +134,7 @@ class Jr3Node:
             self._stop_sampling()
 
     def full_scale_words(self) -> tuple[int, ...]:
-        """Return the six unsigned 16-bit words of a full-scale answer.
+        """Return the six unsigned 16-bit words in a full-scale answer.
 
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
         previous contents. The contents of a new buffer are assumed.

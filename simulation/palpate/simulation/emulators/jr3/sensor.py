@@ -1,4 +1,4 @@
-"""The emulated JR3 sensor: full scales, times, and the low-pass filter of its firmware."""
+"""The emulated JR3 sensor: full-scale values, timing, and its firmware's low-pass filter."""
 
 import math
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ WRIST_FULL_SCALES = (115, 111, 185, 56, 52, 61)
 """Fx, Fy, Fz in N and Mx, My, Mz in 0.1 N m. FACT: example in jr3-mbed-firmware-can can-plotter.py."""
 
 SHORTEST_PERIOD_ns = 222_000
-"""Minimum period of samples on the bus. Shorter requested periods are raised to it. CALC: two CAN frames of 111 bits at
+"""Minimum sample period on the bus. Shorter requested periods are raised to it. CALC: two CAN frames of 111 bits at
 1 Mbit/s."""
 
 ACQUISITION_PERIOD_ns = 128_500
@@ -25,7 +25,7 @@ UNFILTERED = 0
 
 _TENTHS: Final = (1.0, 1.0, 1.0, 10.0, 10.0, 10.0)
 _MIRRORED: Final = (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0)
-"""Signs of the sensor's left-handed axes. FACT: yarp-devices Jr3Pci."""
+"""Signs for the sensor's left-handed axes. FACT: yarp-devices Jr3Pci."""
 
 
 def counts_of(wrench: Iterable[float]) -> list[float]:
@@ -36,7 +36,7 @@ def counts_of(wrench: Iterable[float]) -> list[float]:
 
 
 def smoothing_factor(cut_off_cHz: int) -> float:
-    """Return the weight of an acquisition, Ts / (Ts + 1 / (2 pi fc)), or 1 if unfiltered. FACT: jr3-mbed-firmware."""
+    """Return an acquisition's weight, Ts / (Ts + 1 / (2 pi fc)), or 1 if unfiltered. FACT: jr3-mbed-firmware."""
     if cut_off_cHz == UNFILTERED:
         return 1.0
     period_s = ACQUISITION_PERIOD_ns * 1e-9

@@ -1,4 +1,4 @@
-"""Server for an emulated serial device on a pseudo-terminal, with the timing of a real line."""
+"""Server for an emulated serial device on a pseudo-terminal, with real line timing."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class PtyLine:
 _NS: Final = 1_000_000_000
 _READ_SIZE: Final = 4096
 _BACKLOG_BYTES: Final = 16_384
-"""Buffer size for a host that does not read. Further bytes are lost, as in a UART without handshake (assumed)."""
+"""Buffer size for when the host is not reading. Further bytes are lost, as in a UART without handshake (assumed)."""
 _WAKES_LATE_NS: Final = 60_000  # usual delay of a wake-up on an ordinary kernel
 
 

@@ -1,4 +1,4 @@
-"""A serial line between a host and an emulated device, with byte timing and the effect of a wrong rate."""
+"""A serial line between a host and an emulated device, with byte timing and the effect of mismatched rates."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,7 +11,7 @@ _BITS_PER_BYTE: Final = 10  # 8N1
 _RX_GRAIN_NS: Final = 500_000
 _LONGEST_BYTE: Final = 12  # a slow byte covers at most as many fast ones as a byte at 19200 baud covers at 230400
 _POLL_NS: Final = 1_000_000
-"""Maximum time between two calls of `advance`."""
+"""Maximum time between calls to `advance`."""
 _RATE_TOLERANCE: Final = 0.04  # half a bit in ten is 5 %, shared by both ends (assumed)
 
 
@@ -23,7 +23,7 @@ class SerialEmulator(Protocol):
 
     @property
     def baud(self) -> int:
-        """Current line rate of the device, 8N1."""
+        """The device's current line rate, 8N1."""
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
         """Receive bytes from the host, the last of which arrived at `now_ns`, and return the device's answer."""

@@ -9,7 +9,7 @@ _DONE, _ERROR = b"\r", b"\a"
 _BIT_RATES_Hz: Final = dict(
     zip(b"012345678", (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000), strict=True)
 )
-"""Bit rates of the S command. FACT: LAWICEL CANUSB manual. python-can's slcan uses 7 for 750 kbit/s."""
+"""Bit rates for the S command. FACT: LAWICEL CANUSB manual. python-can's slcan uses 7 for 750 kbit/s."""
 _LONGEST_LINE_BYTES: Final = 31
 """Maximum line length for a classic frame: T, 8 digits, length, 16 digits, and space for a timestamp. CALC."""
 _FRAME: Final = re.compile(rb"t([0-7][0-9a-fA-F]{2})([0-8])((?:[0-9a-fA-F]{2})*)")
@@ -20,7 +20,7 @@ class SlcanAdapter:
 
     It supports the commands that hosts need: S sets the bit rate, O opens, C closes, and t sends a frame. Extended and
     remote frames are rejected, because no emulated node reacts to them. An empty line is ignored (assumed; python-can
-    sends one while it sets the bit rate). An adapter whose bit rate differs from that of the bus exchanges no frames.
+    sends one while it sets the bit rate). An adapter whose bit rate differs from the bus's exchanges no frames.
     """
 
     baud: Final = 115_200

@@ -1,4 +1,4 @@
-"""Motors of the emulated drives, which are either those of the simulated cell or ideal ones."""
+"""Motors for the emulated drives: either those in the simulated cell or ideal ones."""
 
 import lazy_loader
 

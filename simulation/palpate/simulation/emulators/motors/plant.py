@@ -1,4 +1,4 @@
-"""Motors driven by the emulated servos, and the gears between motors and arm."""
+"""Motors driven by the emulated servos, and the gears between the motors and the arm."""
 
 from collections.abc import Sequence
 from math import pi
@@ -15,7 +15,7 @@ HOME_RAD: Final[JointVector] = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 ARM_COUNTS_PER_rad: Final = 30_557.75
 """Ratio for joints 1 to 3 (FACT, brendandburns/zebra-zero and ros2_zebra_zero; CALC: 192 000 counts per turn)."""
 WRIST_COUNTS_PER_rad: Final = 11_034.53
-"""Base ratio of the wrist's gears (FACT, same sources; CALC: 69 332 counts per turn)."""
+"""Base ratio for the wrist's gears (FACT, same sources; CALC: 69 332 counts per turn)."""
 
 
 class ArmGears:
@@ -85,7 +85,7 @@ class JointPlant:
     A motor is either held at a set-point or free. All methods are called from the thread that runs the servos.
 
     In each control tick of that simulation, command its joint servos with `targets_rad()`, step it, and pass its exact
-    joint angles to `measured_rad()`. The encoders report these angles, so their counts are constant between two control
+    joint angles to `measured_rad()`. The encoders report these angles, so their counts are constant between control
     ticks while the set-points move. The position error limit must allow for this. The velocity reported by the modules
     has the same steps.
     """
@@ -96,16 +96,16 @@ class JointPlant:
         self._driven, self._held = list(self._motors), [False] * len(joints_rad)
 
     def set_motor_counts(self, axis: int, counts: float) -> None:
-        """Set the position, in counts, that the servo of an axis (numbered from 0) holds."""
+        """Set the position, in counts, that an axis's servo holds; axes are numbered from 0."""
         self._driven[axis], self._held[axis] = counts, True
 
     def release(self, axis: int) -> None:
-        """Release the motor of an axis."""
+        """Release an axis's motor."""
         if self._held[axis]:
             self._driven[axis], self._held[axis] = self._motors[axis], False
 
     def motor_counts(self, axis: int) -> int:
-        """Return the counts of the encoder on the motor shaft."""
+        """Return the counts from the encoder on the motor shaft."""
         return round(self._motors[axis])
 
     def targets_rad(self) -> JointVector:

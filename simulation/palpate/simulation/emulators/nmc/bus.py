@@ -1,4 +1,4 @@
-"""Serial line of an NMC chain, which distributes commands to the modules and returns their replies."""
+"""Serial line for an NMC chain, which distributes commands to the modules and returns their replies."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -15,8 +15,8 @@ class NmcChain:
     """A daisy chain of servo modules, beginning at power-up. It is a `SerialEmulator` without a wall clock.
 
     A module receives nothing until its predecessor has an address (FACT, libnmc's start-up). It continues to receive if
-    the predecessor is reset later (assumed). Simultaneous answers of two modules are mixed (assumed: wired AND). Axis i
-    of the plant belongs to the i-th module of the chain.
+    the predecessor is reset later (assumed). Simultaneous answers from two modules are mixed (assumed: wired AND). Axis
+    i of the plant belongs to the i-th module in the chain.
     """
 
     def __init__(self, plant: JointPlant, modules: int = AXES) -> None:
@@ -28,7 +28,7 @@ class NmcChain:
 
     @property
     def baud(self) -> int:
-        """Line rate of most listening modules. Modules with other rates receive nothing."""
+        """Line rate used by most listening modules. Modules with other rates receive nothing."""
         rates = [module.baud for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
         return max(rates, key=rates.count)
 

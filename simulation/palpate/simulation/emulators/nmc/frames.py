@@ -35,7 +35,7 @@ class CommandCode(enum.IntEnum):
 
 
 class StatusBits(enum.IntFlag):
-    """Bits of the status byte (FACT, libnmc)."""
+    """Bits in the status byte (FACT, libnmc)."""
 
     MOVE_DONE = 0x01
     CHECKSUM_ERROR = 0x02
@@ -47,7 +47,7 @@ class StatusBits(enum.IntFlag):
 
 
 class Auxiliary(enum.IntFlag):
-    """Bits of the auxiliary status byte (FACT, libnmc)."""
+    """Bits in the auxiliary status byte (FACT, libnmc)."""
 
     POSITION_WRAP = 0x02
     SERVO_ON = 0x04
@@ -57,7 +57,7 @@ class Auxiliary(enum.IntFlag):
 
 
 class Load(enum.IntFlag):
-    """Control byte of LOAD_TRAJ (FACT, libnmc)."""
+    """Control byte for LOAD_TRAJ (FACT, libnmc)."""
 
     POSITION = 0x01
     VELOCITY = 0x02
@@ -67,7 +67,7 @@ class Load(enum.IntFlag):
 
 
 class StopMotorBits(enum.IntFlag):
-    """Control byte of STOP_MOTOR (FACT, libnmc)."""
+    """Control byte for STOP_MOTOR (FACT, libnmc)."""
 
     AMPLIFIER = 0x01
     MOTOR_OFF = 0x02
@@ -121,7 +121,7 @@ def sealed(body: bytes) -> bytes:
 
 
 def baud_of_divisor(divisor: int) -> int:
-    """Return the line rate selected by the data byte of SET_BAUD.
+    """Return the line rate selected by SET_BAUD's data byte.
 
     The divisors used by public hosts give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10 and 5
     for 230400); others follow the usual UART formula with a 20 MHz clock (assumed).

@@ -25,7 +25,7 @@ class NmcModule:
 
     Attributes:
         rejected: Number of commands since construction with an unsuitable length or kind. They have no effect (assumed:
-            the firmware would use whichever content its buffer has). Only trapezoidal trajectories that start
+            the firmware would use whatever its buffer contains). Only trapezoidal trajectories that start
             immediately are emulated; homing and outputs are not.
     """
 
@@ -44,7 +44,7 @@ class NmcModule:
         self._power_up()
 
     def set_limits(self, limit1: bool, limit2: bool) -> None:
-        """Set the state of the two limit switches."""
+        """Set the states of the two limit switches."""
         self.servo.limits = (limit1, limit2)
 
     def tick(self) -> None:
@@ -117,7 +117,7 @@ class NmcModule:
         return True
 
     def _reply(self, mask: int, *, intact: bool) -> bytes:
-        """Return the status byte, the items in the order of the mask's bits, and the checksum (FACT, libnmc)."""
+        """Return the status byte, the items in mask-bit order, and the checksum (FACT, libnmc)."""
         servo = self.servo
         items: tuple[Callable[[], bytes], ...] = (
             lambda: struct.pack("<i", servo.measured_counts),

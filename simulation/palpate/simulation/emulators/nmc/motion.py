@@ -42,7 +42,7 @@ class Profile:
         self.done = self.accelerated = self.slewed = True
 
     def shift(self, counts: int) -> None:
-        """Move the origin of the position register, which shifts all positions by the same number of counts."""
+        """Move the position register's origin, which shifts all positions by the same number of counts."""
         self.position += counts * ONE_COUNT
         if self._target is not None:
             self._target += counts * ONE_COUNT

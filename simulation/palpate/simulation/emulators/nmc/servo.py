@@ -1,4 +1,4 @@
-"""Servo of a PIC-SERVO module, with set-points, encoder register, trips and limits."""
+"""Servo in a PIC-SERVO module, with set-points, encoder register, trips and limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TURN: Final = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class GainParameters:
-    """Parameters of SET_GAIN. All are zero at power-up, so the servo cannot move anything (INFERENCE).
+    """Parameters for SET_GAIN. All are zero at power-up, so the servo cannot move anything (INFERENCE).
 
     Attributes:
         kp: Proportional gain; with 0 the motor does not follow.
@@ -41,7 +41,7 @@ class GainParameters:
 
     @classmethod
     def decoded(cls, data: bytes) -> GainParameters:
-        """Return the parameters in the 14 data bytes of SET_GAIN. The last compensates a dead band (FACT, libnmc)."""
+        """Return the parameters in SET_GAIN's 14 data bytes. The last compensates for a dead band (FACT, libnmc)."""
         kp, kd, ki, il, ol, cl, el, sr, _ = struct.unpack("<hhhhBBhBB", data[:14])
         return cls(kp, kd, ki, il, ol, cl, el, max(sr, 1))
 
@@ -57,9 +57,9 @@ class Trajectory:
 
 
 class PicServo:
-    """Servo of a motor. At power-up, servo and amplifier are off, and the gains and the position register are zero.
+    """A motor's servo. At power-up, servo and amplifier are off, and the gains and the position register are zero.
 
-    The register is zero at the motor's position at power-up, regardless of the true pose of the arm (FACT: the encoders
+    The register is zero at the motor's position at power-up, regardless of the arm's true pose (FACT: the encoders
     are incremental).
     """
 

@@ -1,4 +1,4 @@
-"""Messages that the robot publishes and receives, in plain CDR with the type names of ROS 2."""
+"""Messages that the robot publishes and receives, in plain CDR with ROS 2 type names."""
 
 from collections.abc import Sequence
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Emulated robot with joints under a ros2_control forward_command_controller."""
+"""Emulated robot whose joints are controlled by a ros2_control forward_command_controller."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,7 +13,7 @@ WRENCH: Final = "force_torque_sensor_broadcaster/wrench"
 class Ros2Robot:
     """A robot whose joints are moved by the simulation. It uses neither sockets nor a clock.
 
-    According to the ros2_controllers source, commands of the wrong size are dropped, and the last command is held
+    According to the ros2_controllers source, wrong-sized commands are dropped, and the last command is held
     without a time limit.
 
     Args:

@@ -1,4 +1,4 @@
-"""Server for an emulated robot on this computer's loopback interface, using the DDS of ROS 2."""
+"""Server for an emulated robot on this computer's loopback interface, using ROS 2's DDS."""
 
 import socket
 import threading
@@ -23,7 +23,7 @@ class Ros2Server:
 
     Attributes:
         domain: A free ROS_DOMAIN_ID.
-        commands: Topic of the controller.
+        commands: The controller's command topic.
         network: Filter for messages; set it to change messages, or to drop them by returning None.
     """
 

@@ -57,12 +57,12 @@ _STATUS_BITS: Final = {
 
 @dataclass(frozen=True)
 class ControllerConfig:
-    """Configuration of the controller.
+    """Controller configuration.
 
     Attributes:
-        arm: Name of the arm.
-        payload_cog_m: Centre of gravity of the payload relative to the flange, (3,).
-        tcp_offset: Tool centre point relative to the flange: metres and rotation vector, (6,).
+        arm: Arm name.
+        payload_cog_m: The payload's centre of gravity relative to the flange, (3,).
+        tcp_offset: Tool centre point relative to the flange: position in metres and rotation vector, (6,).
     """
 
     version: tuple[int, int, int, int] = (5, 11, 1, 108318)
@@ -183,7 +183,7 @@ class UrController:
         self.safety_mode = SafetyMode.NORMAL
 
     def reboot(self) -> None:
-        """Restart the controller, as after a loss of power."""
+        """Restart the controller, as after a power loss."""
         self.end_program()
         self.safety_mode, self.robot_mode = SafetyMode.NORMAL, RobotMode.POWER_OFF
 

@@ -1,4 +1,4 @@
-"""Forward kinematics of the controller's arms, from the manufacturer's Denavit-Hartenberg tables."""
+"""Forward kinematics for the controller's arms, from the manufacturer's Denavit-Hartenberg tables."""
 
 from collections.abc import Sequence
 from math import cos, pi, sin

@@ -1,4 +1,4 @@
-"""Server for an emulated controller on this computer's sockets, at the standard ports of Universal Robots."""
+"""Server for an emulated controller on this computer's sockets, at Universal Robots' standard ports."""
 
 import select
 import socket

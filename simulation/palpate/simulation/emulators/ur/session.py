@@ -1,4 +1,4 @@
-"""Session of an RTDE client, version 2, with packages, recipes and data. It uses no sockets."""
+"""An RTDE version 2 client session, with packages, recipes and data. It uses no sockets."""
 
 import struct
 from typing import Final
@@ -27,7 +27,7 @@ def _names(payload: bytes) -> list[str]:
 
 
 class RtdeSession:
-    """Session of a client. An invalid package ends the session, and the client is then disconnected."""
+    """A client session. An invalid package ends the session, and the client is then disconnected."""
 
     def __init__(self, controller: UrController) -> None:
         self.is_broken = False
@@ -52,7 +52,7 @@ class RtdeSession:
         return answer
 
     def due(self, now_ns: int) -> bytes:
-        """Return the data package of this cycle, if there is one."""
+        """Return the data package for this cycle, if there is one."""
         if not self._started or now_ns + CYCLE_NS // 2 < self._due_ns:
             return b""
         is_late = now_ns - self._due_ns > self._period_ns

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 PRECISION: Final = (3.5, 0.2)
-"""Spread of the readings under a constant load, (force in N, torque in N m).
+"""Spread of readings under a constant load, (force in N, torque in N m).
 
 UR5e, technical specification, "Force sensing, tool flange": range 50 N, precision 3.5 N; range 10 N m, precision 0.2
 N m. Quoted from memory, not checked against the data sheet.
@@ -14,10 +14,10 @@ N m. Quoted from memory, not checked against the data sheet.
 
 
 class ToolForce:
-    """Source of noisy readings of the flange wrench, (6,).
+    """Source of noisy flange wrench readings, (6,).
 
     INFERENCE: precision is two standard deviations of white noise. A real flange has less noise between readings, and
-    drifts with temperature.
+        its readings drift with temperature.
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], seed: int = 0) -> None:
