@@ -121,7 +121,7 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
 
 
 def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
-    """Return a straight joint-space path that starts and ends at rest, with all joints arriving together.
+    """Return a straight joint-space path that starts and ends stationary, with all joints arriving together.
 
     A moving average of a constant speed over :data:`_RAMP_TICKS` gives constant acceleration and deceleration.
     """

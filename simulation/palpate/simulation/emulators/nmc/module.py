@@ -25,7 +25,7 @@ class NmcModule:
 
     Attributes:
         rejected: Number of commands since construction with an unsuitable length or kind. They have no effect (assumed:
-            the firmware would use whatever its buffer contains). Only trapezoidal trajectories that start
+            the firmware would use the contents of its buffer). Only trapezoidal trajectories that start
             immediately are emulated; homing and outputs are not.
     """
 
