@@ -187,7 +187,7 @@ class ReplayOptions(Settings):
     out: str = ""
     """New folder for the logs from a what-if."""
     strict: bool = False
-    """Fail if even the least significant bits differ from a log recorded on a different processor."""
+    """Fail even if only the least significant bits differ from a log recorded on a different processor."""
     jobs: Jobs = 0
     """Number of processes; 0 uses one per thirty logs, at most one per core."""
     verbose: bool = False

@@ -1,4 +1,4 @@
-"""Real-time display of a simulated rig in MuJoCo's passive viewer. It does not change a single bit in a trial."""
+"""Real-time display of a simulated rig in MuJoCo's passive viewer. It does not change a single bit of a trial."""
 
 import os
 import signal
