@@ -41,7 +41,7 @@ class UnfinishedTick:
 
     Attributes:
         calling: Port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty if no port call failed.
-        time_ns: Run-clock time of the tick; None if the clock was not read.
+        time_ns: Run-clock time at the tick; None if the clock was not read.
         wrench: The force sample; None if none was read.
         joints: The joint sample; None if none was read.
         command: The command to be sent; None until it is known.

@@ -27,7 +27,7 @@ from math import isfinite
 
 
 class PalpateError(Exception):
-    """Base class of all palpate errors; instances can be pickled."""
+    """Base class for all palpate errors; instances can be pickled."""
 
     def __reduce__(self) -> tuple[object, ...]:
         return _restored, (type(self), self.args, self.__dict__)
@@ -95,7 +95,7 @@ class LogError(PalpateError):
 
 
 class LifecycleError(PalpateError, RuntimeError):
-    """A request is not allowed in the current state of a port."""
+    """A request is not allowed in a port's current state."""
 
     def __init__(self, who: str, state: str, request: str, accepted: str) -> None:
         self.state, self.request = state, request
@@ -163,7 +163,7 @@ def describe(error: BaseException) -> str:
 
 
 def raised_at(error: BaseException) -> str:
-    """Return ``module.py:LINE`` of the third-party code that raised an error; empty if there is none.
+    """Return ``module.py:LINE`` for the third-party code that raised an error; empty if there is none.
 
     This is the innermost frame of the first third-party package in the traceback. Libraries used by that package are
     skipped.

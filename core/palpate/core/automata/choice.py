@@ -84,7 +84,7 @@ class Extract:
     """An automaton extracted with a given q, and its scores.
 
     Attributes:
-        wrong: Fraction of the training strings that it labels incorrectly; None for prediction.
+        wrong: Fraction of the training strings that it mislabels; None for prediction.
         agreement: Fraction of the held-out strings that it labels correctly; None if there are none.
         loss: Cross-entropy on the held-out strings, in nats per symbol; None for acceptance.
         price: Penalty for the number of states, in nats per symbol; None for acceptance.
@@ -133,7 +133,7 @@ def accepting_extract(
 
 
 def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
-    """Return the size-principle cost of labelled strings, in nats, up to an additive constant.
+    """Return the size-principle cost for labelled strings, in nats, up to an additive constant.
 
     Words of the same length and label are assumed to be equally likely. Of two acceptors that label all strings
     correctly, the one that accepts fewer words costs less (the size principle of Tenenbaum and Griffiths, 2001).
@@ -157,7 +157,7 @@ def size_principle_cost(machine: Machine, tree: PrefixTree) -> float:
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Return the automata for all values of q in ascending order, each with its loss and price."""
+    """Return the automata for all values of q, in ascending order, each with its loss and price."""
     found = []
     for cells in settings.partitions(network, training):
         machine = cells.minimal(settings.least_share)
@@ -172,7 +172,7 @@ def cheapest(extracts: Iterable[Extract]) -> Extract:
 
 
 def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
-    """Return the cross-entropy of an automaton on held-out strings, in nats per symbol.
+    """Return an automaton's cross-entropy on held-out strings, in nats per symbol.
 
     The probabilities come from the training strings. An :class:`AutomatonState` processes the strings as in a trial.
     Half a count is added for each outcome, so that unseen outcomes stay possible (Krichevsky and Trofimov, 1981). These
@@ -220,7 +220,7 @@ def last_symbols(tree: PrefixTree, count: int) -> Machine:
 
 
 def labelled(machine: Machine, tree: PrefixTree) -> Machine:
-    """Label each state of a machine with its last symbol and likely successors, such as ``C > A D``.
+    """Label each machine state with its last symbol and likely successors, such as ``C > A D``.
 
     A likely successor follows in at least a tenth of all cases. At most three are listed, the most likely one first.
     """
@@ -235,7 +235,7 @@ def labelled(machine: Machine, tree: PrefixTree) -> Machine:
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:
-    """Return the fraction of the labelled strings that the automaton labels incorrectly, given its cells."""
+    """Return the fraction of the labelled strings that the automaton mislabels, given its cells."""
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")

@@ -13,7 +13,7 @@
      ]
     }
 
-``next`` has an entry for each symbol of the alphabet; null denotes an unknown transition. An output is true or false in
+``next`` has an entry for each symbol in the alphabet; null denotes an unknown transition. An output is true or false in
 an acceptor, and a name or a list of names in a Moore machine (``"kind": "moore"``). The order of states and symbols is
 preserved, and identical machines produce identical bytes.
 """

@@ -12,7 +12,7 @@ from typing import Final, TypeAlias
 from palpate.core.errors import ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
-"""A state's output: acceptance (true or false), a name, or a set of names in the order of the alphabet."""
+"""A state's output: acceptance (true or false), a name, or a set of names in alphabet order."""
 
 
 _MARKS: Final = frozenset('",{}/\\')
@@ -34,7 +34,7 @@ class Machine:
 
     Attributes:
         transitions: Next state for each state and symbol, (states, symbols); None if unknown.
-        state_outputs: Output of each state.
+        state_outputs: Output in each state.
         labels: Readable state names; empty for numbered names. They do not affect the behaviour.
 
     Raises:

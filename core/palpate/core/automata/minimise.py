@@ -24,7 +24,7 @@ _MOST_NAMES = 3
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
     """Return the smallest machine with the same outputs for all words, with its states numbered breadth-first.
 
-    Machines of the same kind and alphabet with the same output for every word give the same result, except for labels.
+    Machines with the same kind, alphabet and output for every word give the same result, except for labels.
     Unreachable states are dropped. A merged state is labelled with the names of its members, ``a|b``; with more than
     three members, the label is the first name and the number of others. A machine without labels stays unlabelled.
 
@@ -126,7 +126,7 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
         other: A machine of the same kind with the same alphabet.
 
     Returns:
-        None if there is no such word.
+        None if no such word exists.
 
     Raises:
         ConfigurationError: The machines are of different kinds, or their alphabets differ, even if only in order.

@@ -40,7 +40,7 @@ class Partition:
         vectors: Hidden state that represents each state, (n, h).
         transitions: Next state for each state and symbol, (n, s); -1 if no string leads there.
         cells: Cell number of each state, (n,).
-        last: Last symbol of each state, (n,); -1 for the start, or for all states if symbols are not distinguished.
+        last: Last symbol in each state, (n,); -1 for the start, or for all states if symbols are not distinguished.
     """
 
     network: Network
@@ -135,7 +135,7 @@ class _Search:
         self._enter(network.start_state, self._cells(network.start_state), NONE)
 
     def go(self, states: Integers, symbols: Integers) -> Integers:
-        """Return the next state for each pair of state and symbol; all arrays are (m,)."""
+        """Return the next state for each state-symbol pair; all arrays are (m,)."""
         codes = states * self.symbols + symbols
         listed = codes.tolist()
         fresh = list(dict.fromkeys(code for code in listed if code not in self._target_of))

@@ -1,6 +1,6 @@
 """Networks with the same architecture, stored as one batch of parameters and evaluated together over a prefix tree.
 
-Every restart is trained on all strings at once. The tree shares the common prefixes of strings, and a batch of small
+Every restart is trained on all strings at once. The tree shares the strings' common prefixes, and a batch of small
 matrix products takes barely longer than a single one. Training a network in a batch therefore costs about a fortieth of
 the time it takes alone.
 """
@@ -36,7 +36,7 @@ class TreeLevel:
 
 
 class Restarts:
-    """Parameters of R networks, (R, ...) each, drawn from a normal distribution.
+    """Parameters for R networks, (R, ...) each, drawn from a normal distribution.
 
     Network r depends on the seed and r alone, not on the number of networks. The first ``skip`` networks are omitted.
     """

@@ -102,7 +102,7 @@ class Strings:
             share: Fraction of strings to hold out, above 0 and below 1; each part gets at least one string.
 
         Raises:
-            ConfigurationError: The fraction is out of range, or a part is not a valid set of strings.
+            ConfigurationError: The fraction is out of range, or a part is not a valid string set.
         """
         total = len(self.words)
         if not 0.0 < share < 1.0 or total < 2:
@@ -147,7 +147,7 @@ def brief(names: Sequence[str]) -> str:
 Integers: TypeAlias = npt.NDArray[np.int64]
 
 UNLABELLED = -1
-"""Label of a prefix that is not a string in the set."""
+"""Label for a prefix that is not a string in the set."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

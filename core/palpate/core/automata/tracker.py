@@ -36,7 +36,7 @@ class AutomatonState(Settings):
     Attributes:
         automaton: Names of the automaton's states.
         transitions: Next state for each state and symbol, (states, symbols); None if unknown.
-        anchors: Anchor of each symbol, (symbols,); None for a symbol without one.
+        anchors: Anchor for each symbol, (symbols,); None for a symbol without one.
 
     Raises:
         ConfigurationError: The sizes are inconsistent, or a state is named ``lost``.
@@ -76,7 +76,7 @@ class AutomatonState(Settings):
         Args:
             machine: Any machine; only its transitions are used.
             strings: Strings from which it was inferred. Transitions that no string takes are then unknown because a
-                network has a transition even for input that it was not trained on. The anchor of a symbol is the state
+                network has a transition even for input that it was not trained on. A symbol's anchor is the state
                 to which it leads most often in the strings, or, without strings, in most transitions.
             symbols: Symbol names in the order used in the trials; None uses the machine's order.
 

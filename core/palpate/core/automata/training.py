@@ -74,7 +74,7 @@ OnProgress: TypeAlias = Callable[[Progress], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainedNetwork:
-    """The best version of a network during training, with its scores.
+    """A network's best version during training, with its scores.
 
     Attributes:
         loss: Cross-entropy in nats per symbol, on held-out strings if there are any; in nats per string for acceptance.

@@ -18,16 +18,16 @@ N_PER_KGF: Final = 9.80665
 _PAPERS_SHARE: Final = 0.7 / (0.5 * 14.5)
 """Torque threshold in the source paper, divided by the pressing force and the peg radius."""
 _NOISES_PRESSED: Final = 26.0
-"""Pressing force, in standard deviations of the force, at which the torque is as clear as in the paper's cell with the
-noisiest acceptable sensor."""
+"""Pressing force, in standard deviations of the force noise, at which the torque is as clear as in the paper's cell
+with the noisiest acceptable sensor."""
 _CONTACT_SHARE: Final = 0.2
 """Contact threshold as a fraction of the pressing force, as in the source paper."""
 _MOST_CONTACT_SHARE: Final = 0.9
 """Maximum contact threshold as a fraction of the pressing force, even for a sensor too noisy for the job."""
 _NOISES_CONTACT: Final = 4.0
-"""Contact threshold in standard deviations of the force; it yields one false contact in 30 000 samples."""
+"""Contact threshold in standard deviations of the force noise; it yields one false contact in 30 000 samples."""
 _NOISES_TORQUE: Final = 2.5
-"""Torque threshold in standard deviations of the filtered torque."""
+"""Torque threshold in standard deviations of the filtered torque noise."""
 NOISE_BAND: Final = 1.11
 """Noise bandwidth of a second-order Butterworth low-pass filter, divided by its cut-off frequency."""
 _NOISES_UNEXPECTED: Final = 9.3
@@ -45,13 +45,13 @@ _OVER_JAM: Final = 1.3
 MOST_PRESS_SHARE: Final = 0.4
 """Maximum pressing force during insertion as a fraction of the force limit; walls and stops add to it."""
 _FRICTION_PEAK: Final = 1.3
-"""Pressing force at the peak of the dither, divided by the mean pressing force."""
+"""Pressing force at the dither's peak, divided by the mean pressing force."""
 _NOISE_SHARE: Final = 0.15
 """Four standard deviations of the force divided by the pressing force, for the noisiest acceptable sensor."""
 _STEP_SHARE: Final = 0.2
 """Step length divided by half the width of the area: five steps from the centre to the edge, as in the paper."""
 _SWEEP_SLACK: Final = 1.25
-"""Time for a search, divided by the time for one sweep of the area."""
+"""Search time divided by the time for one sweep of the area."""
 _SMALLEST_SWEEP: Final = 1.8
 """Distance between neighbouring paths in a reliable sweep, divided by the capture half-width."""
 
@@ -75,7 +75,7 @@ class Constants:
         least_unexpected_N: Threshold for an unexpected contact with a quiet sensor and a light tool.
         least_rate_N_s: Force-rate limit never reached by a soft gripper at the paper's pressing force.
         least_torque_Nm: Torque limit never reached by a light contact with a short tool.
-        ready_height_m: Height of the ready pose for a known plate and an untilted tool.
+        ready_height_m: Ready pose height for a known plate and an untilted tool.
         height_margin_m: Height that remains in the worst case.
         period_s: Control period.
         cutoff_Hz: Cut-off frequency of the perception's low-pass filter.
@@ -108,14 +108,14 @@ class Quantities:
     """A job expressed as physical quantities, in the same units as its :class:`Constants`.
 
     Attributes:
-        radius_m: Radius of the peg, or of its inscribed circle.
+        radius_m: Peg radius, or the radius of its inscribed circle.
         lever_m: Distance from the sensor's origin to the tip.
-        deviation_m: Maximum distance of the hole from its nominal position.
-        start_m: Maximum distance of a start from the nominal position.
+        deviation_m: Maximum deviation of the hole from its nominal position.
+        start_m: Maximum distance from the nominal position to a start.
         height_m: Maximum error in the plate's height.
         mass_kg: Mass of everything on the sensor.
         speed_m_s: Maximum speed in free space.
-        lag_s: Lag of the arm behind its commands.
+        lag_s: The arm's lag behind its commands.
     """
 
     radius_m: float

@@ -15,7 +15,7 @@ from palpate.core.job.verification import ACROSS, FAIR, MOST_SAMPLES, PUSH_SHARE
 _STEP, _STEPS = 1.05, 48
 """Factor between successive remedies, and number of steps down to a tenth or up to ten times the value."""
 _NAMED: Final = 3
-"""Maximum number of remedies in a message."""
+"""Maximum number of remedies listed in a message."""
 _BUDGET_S: Final = MOST_SAMPLES * Constants().period_s
 
 

@@ -1,4 +1,4 @@
-"""Convert derived quantities to tables of settings, in the units of those settings."""
+"""Convert derived quantities to settings tables, in the units that the settings use."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def derived_settings(job: Job, sensor: SensorFacts, task: str) -> dict[str, Any]
     """Return nested tables of all settings derived from a job.
 
     Args:
-        sensor: Noise of the job's force sensor.
+        sensor: Noise figures for the job's force sensor.
         task: Task name; insertion-6dof has additional options.
 
     Raises:
@@ -215,12 +215,12 @@ def _spatial(job: Job, found: Derived) -> dict[str, Any]:
 
 
 def attempts(part: PartConfig) -> float:
-    """Return the expected number of pushes until the yaw of a peg with corners is within the play c / (D / 2)."""
+    """Return the expected number of pushes until the yaw of a cornered peg is within the play c / (D / 2)."""
     return max(_TURN_RAD * part.peg_mm / (2.0 * part.clearance_mm), 1.0)
 
 
 def corner_distance_mm(part: PartConfig) -> float:
-    """Return the distance of a peg's corners, or of its flat, from its axis; the radius if it has neither."""
+    """Return the distance from a peg's axis to its corners or its flat; the radius if it has neither."""
     half_mm, sides = part.peg_mm / 2.0, SIDES.get(part.shape, 0)
     if part.shape == KEYED:
         return half_mm - part.flat_mm

@@ -18,7 +18,7 @@ SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "
 KEYED: Final = "keyed"
 ROUNDED: Final = "rounded-square"
 _NM: Final = 6
-"""Number of decimals to keep in the difference between two sizes in millimetres: one nanometre."""
+"""Number of decimals to keep in the difference between two sizes in millimetres, a resolution of one nanometre."""
 _MOST_CLEARANCE_MM: Final = 5.0
 
 _MOST_FLAT: Final = 0.8
@@ -49,9 +49,9 @@ class PartConfig(Settings):
     shape: Annotated[str, OneOf(ROUND, *SIDES)] = ROUND
     """Cross-section of peg and hole: round, triangle, square, hexagon, rounded-square, or keyed (round with a flat)."""
     peg_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
-    """Diameter of the peg; width across flats if it has sides."""
+    """Peg diameter; width across flats if it has sides."""
     hole_mm: Annotated[float, Range(1.002, 110.0)] = 29.15
-    """Diameter, or width across flats, of the hole."""
+    """Hole diameter, or width across flats."""
     corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
     """Corner radius of a rounded square."""
     flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
@@ -61,7 +61,7 @@ class PartConfig(Settings):
     depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Required insertion depth."""
     hole_depth_mm: Annotated[float, Range(0.0, 80.0)] = 0.0
-    """Depth of the hole's floor; 0 uses depth_mm."""
+    """Depth to the hole's floor; 0 uses depth_mm."""
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """Tolerance on the reached depth."""
     friction_max: Annotated[float, Range(0.0, 1.5)] = 0.6
@@ -74,7 +74,7 @@ class PartConfig(Settings):
 
     @property
     def floor_mm(self) -> float:
-        """Return the depth of the hole's floor."""
+        """Return the depth to the hole's floor."""
         return self.hole_depth_mm or self.depth_mm
 
     def describe(self) -> str:
@@ -181,7 +181,7 @@ class ToolConfig(Settings):
 
 @dataclass(frozen=True)
 class PlaceConfig(Settings):
-    """Nominal pose of the hole and its uncertainty."""
+    """Nominal hole pose and its uncertainty."""
 
     TABLE: ClassVar[str] = "place"
 
@@ -190,17 +190,17 @@ class PlaceConfig(Settings):
     y_mm: _Place = 0.0
     """Leftward distance from the arm's base to the hole's mouth."""
     z_mm: _Place = 20.0
-    """Height of the plate's surface above the base."""
+    """Height of the plate surface above the base."""
     further_mm: tuple[_Point, ...] = ()
     """Centres (x, y, z) of more holes like this one; a run's trials use them in turn."""
     rpy_deg: tuple[_Angle, _Angle, _Angle] = (0.0, 0.0, 0.0)
-    """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
+    """Roll, pitch and yaw of the hole about the base axes; all 0 if it points straight down."""
     position_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
-    """Maximum lateral distance of the hole from its nominal position."""
+    """Maximum lateral deviation of the hole from its nominal position."""
     height_uncertainty_mm: Annotated[float, _none_or(0.01, 5.0)] = 0.5
     """Maximum error in the plate's height."""
     tilt_uncertainty_mrad: Annotated[float, _none_or(0.05, 100.0)] = 0.0
-    """Maximum angle between the axes of peg and hole."""
+    """Maximum angle between the peg and hole axes."""
     yaw_uncertainty_deg: Annotated[float, _none_or(0.1, 45.0)] = 0.0
     """Maximum rotation of the hole about its axis relative to the peg."""
     start_uncertainty_mm: Annotated[float, _none_or(0.02, 20.0)] = 0.0
@@ -208,7 +208,7 @@ class PlaceConfig(Settings):
 
     @property
     def centres_mm(self) -> tuple[Vector3, ...]:
-        """Return the centres of all holes, (x, y, z) each."""
+        """Return all hole centres, (x, y, z) each."""
         return (self.x_mm, self.y_mm, self.z_mm), *self.further_mm
 
 
@@ -223,9 +223,9 @@ class LimitsConfig(Settings):
     drawn_from_N: Annotated[float, _none_or(1.0, 500.0)] = 0.0
     """Minimum force limit in training, where simulated trials draw limits up to force_N; 0 disables this."""
     speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
-    """Maximum speed of the tip in free space."""
+    """Maximum tip speed in free space."""
     lag_ms: Annotated[float, Range(0.0, 500.0)] = 10.0
-    """Lag of the arm behind its commands; a longer lag requires slower force control."""
+    """The arm's lag behind its commands; a longer lag requires slower force control."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ BELIEF_AREA_MM: Final = 8.0
 _SLIDES_SHARE: Final = 0.52
 """Maximum fraction of the sticking friction at which a corner still slides in time."""
 _TIGHT_MM: Final = 0.05
-"""Radial clearance above which a corner that sticks next to its corner of the hole still enters along broken edges."""
+"""Radial clearance above which a corner stuck next to its corner of the hole still enters along broken edges."""
 _MOST_WEDGED: Final = 1.6
 """Maximum wedge number at which the search and the gripper can still free a peg."""
 _MANY_ATTEMPTS: Final = 5.0
@@ -36,7 +36,7 @@ class Choice:
 
     Attributes:
         learner: Learner to train; ``q-learning``, the default setting, for a rule that needs no training.
-        policy: Name of the rule; empty for a learner.
+        policy: Rule name; empty for a learner.
         reason: Reason for the choice.
     """
 
@@ -74,7 +74,7 @@ def judge(job: Job, sensor: SensorFacts, *, step_mm: float, task: str = "") -> V
 
     Args:
         step_mm: Standard deviation of the tip position along the tool due to encoder steps.
-        task: Name of the task; empty selects the best built-in one.
+        task: Task name; empty selects the best built-in one.
     """
     quantities = Quantities.of(job, sensor)
     found = derive(quantities)

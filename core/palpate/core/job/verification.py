@@ -28,10 +28,10 @@ AXIAL: Final = (0.65, 1.5)
 _SMOOTHED: Final = 0.5
 """RMS dither force divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0
-"""Half-width of the 95 % confidence interval, in standard deviations."""
+"""Half-width of a 95 % confidence interval, in standard deviations."""
 NARROW: Final = 0.25
 FAIR: Final = 0.5
-"""Maximum half-widths of the interval, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
+"""Maximum interval half-widths, divided by the stiffness: NARROW for a result that ends the trial, FAIR to
 continue. Both distinguish half and twice the stiffness."""
 _FEWEST: Final = 18
 """Number of samples in the shortest window, three dither periods. Two periods would match by chance within a second."""
@@ -107,5 +107,5 @@ def farthest_m(speed_m_s: float, period_s: float) -> float:
 
 
 def _per_root_sample(noise_N: float, half_width: float) -> float:
-    """Return the dither amplitude times the square root of the sample count for an interval of a given half-width."""
+    """Return the dither amplitude times the square root of the sample count for an interval with a given half-width."""
     return DEVIATIONS_95 * noise_N / (_SMOOTHED * half_width)

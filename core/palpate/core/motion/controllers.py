@@ -17,7 +17,7 @@ class Controller(Protocol):
 
         Args:
             reference_m: Commanded tip position, (3,), task frame.
-            target_m: End position of the action, (3,), task frame.
+            target_m: Position at the end of the action, (3,), task frame.
             force_N: Force exerted by the environment on the tool, tared but not low-pass filtered, (3,), task frame.
         """
 
@@ -133,8 +133,8 @@ class ForceControl(Controller):
     force controller that commands positions.
 
     Stability: with a contact of stiffness K and control period T the loop e' = e - K (k_i T e + k_p (e - e_before)) is
-    stable (Jury's criterion) if K k_p < 1 and K k_i T < 2 (1 - K k_p). Half of that bound is accepted, because of the
-    lag of servos and sensor.
+    stable (Jury's criterion) if K k_p < 1 and K k_i T < 2 (1 - K k_p). Half of that bound is accepted, because of
+    servo and sensor lag.
 
     Args:
         integral_m_per_N_s: Integral gain k_i.

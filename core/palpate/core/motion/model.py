@@ -97,7 +97,7 @@ class Kinematics:
         velocity_limit_rad_s: Joint velocity limits, (n,), at most :data:`FASTEST_RAD_S`.
         tip_position_m: Tip position in the base frame, (3,); a view that is refreshed by ``update``.
         tip_rotation: Rotation from tip frame to base frame, (3, 3); also a view.
-        tip_in_sensor: Placement of the tip frame in the sensor frame.
+        tip_in_sensor: Tip frame placement in the sensor frame.
 
     Raises:
         AssetError: The URDF is missing or cannot be read, has no such flange, or does not move it with six or seven

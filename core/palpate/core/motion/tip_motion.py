@@ -73,7 +73,7 @@ class AngularCompliance:
 
 
 FASTEST_TURN_RAD_S: Final = radians(20.0)
-"""Maximum angular speed of the reference; faster reactions to torque would oscillate between the walls of a hole."""
+"""Maximum angular speed of the reference; faster reactions to torque would oscillate between a hole's walls."""
 FASTEST_JOINT_RAD_S: Final = 8e-3 / 20e-3
 """Maximum joint speed in a turn. An arm with a lag of 20 ms is then 8 mrad behind; the supervisor accepts 10 mrad."""
 
@@ -91,7 +91,7 @@ class TipMotion:
 
     Args:
         kinematics: Kinematics for the commanded configuration; must not be shared with the measured one.
-        tip_rotation_in_base: Orientation of the upright tool, (3, 3).
+        tip_rotation_in_base: Upright tool orientation, (3, 3).
 
     Attributes:
         reference_m: Commanded tip, (3,), task frame.

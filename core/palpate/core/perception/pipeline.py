@@ -1,4 +1,4 @@
-"""The upper layers of perception: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
+"""The upper perception layers: measurement vector -> features -> symbol -> state (paper, Fig. 1)."""
 
 from dataclasses import dataclass
 from typing import Any, Final

@@ -7,7 +7,7 @@ from palpate.core.perception.signal import require_finite
 from palpate.core.ports import CHANNELS, Names, Settings
 
 FACTS: Final = ("tilt", "corner_depth", "depth", "wall_force", "yaw_torque")
-"""Values, each a fraction of its threshold: tilt of the tool over a corner; depth of the lowest corner in the hole;
+"""Values, each a fraction of its threshold: tool tilt over a corner; depth of the lowest corner in the hole;
 depth of an upright tool in the hole, or of a tilted one whose corner is in its place; the smaller force on the corner's
 two walls; the torque about the tool's axis that turns it."""
 
@@ -69,7 +69,7 @@ class Situations(Settings):
         return FACTS
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the index of the situation."""
+        """Return the situation's index."""
         require_finite("features", features)
         tilt, corner, tip, wall, torque = features
         if tilt < self.tilted:

@@ -98,7 +98,7 @@ class Thresholds(Settings):
         return cls(tuple(thresholds), tuple(tuple(cuts) for cuts in thresholds.values()))
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Return the symbol for the features' combination of bands."""
+        """Return the symbol for the features' band combination."""
         require_finite("features", features)
         number = 0
         for value, (low, high, bands) in zip(features, self._cuts, strict=True):

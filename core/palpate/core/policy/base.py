@@ -66,7 +66,7 @@ class Spatial:
 
     @classmethod
     def of(cls, controller: str, numbers: Sequence[float]) -> Self:
-        """Create the parameters from a controller and the numbers of :meth:`numbers`."""
+        """Create the parameters from a controller and the numbers that :meth:`numbers` returns."""
         rise_m, tilt_x, tilt_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
         return cls(ControllerKind(controller), rise_m, (tilt_x, tilt_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
 
@@ -176,7 +176,7 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """Result of one action.
+    """Result of an action.
 
     Attributes:
         reinforcement: Immediate reward, at most 0.

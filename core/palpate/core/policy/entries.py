@@ -202,7 +202,7 @@ class TableRow:
     Attributes:
         source: Origin of the action: programmed, examples or learned.
         action: Name of the assigned action or the best learned one.
-        q: Q value of each action, (n actions,); None if there is no Q table.
+        q: Q value for each action, (n actions,); None if there is no Q table.
         visits_per_action: Number of updates for each action; None if there is no Q table.
         best: Index of ``action``.
     """

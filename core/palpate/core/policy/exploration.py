@@ -29,7 +29,7 @@ class TemperatureSchedule(Settings):
     decay: TemperatureDecay
     """Factor from one trial to the next."""
     floor: Temperature
-    """Lowest temperature, at most the initial one."""
+    """Minimum temperature, at most the initial one."""
     in_use: Temperature | None = None
     """Temperature for a frozen policy if it is below the floor; None uses the floor."""
 
@@ -53,7 +53,7 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
     Below :data:`GREEDY_BELOW`, the best actions are equally probable and all others are excluded.
 
     Args:
-        values: Finite Q value of each action, (n,) with n > 0.
+        values: Finite Q value for each action, (n,) with n > 0.
         temperature: T, in Q-value units.
     """
     best = max(values)

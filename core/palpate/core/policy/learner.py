@@ -55,7 +55,7 @@ class Learner(Policy):
         """Restore the state that :meth:`get_state` returned.
 
         Raises:
-            ConfigurationError: The state belongs to a learner of a different size; nothing is changed.
+            ConfigurationError: The state belongs to a learner with a different size; nothing is changed.
         """
 
 

@@ -106,7 +106,7 @@ class MixedPolicy(Policy):
     Every part receives every transition, regardless of which part chose the action. Q-learning is off-policy, and a
     learner needs the values of states in which others act to judge the actions that lead there. In those states, it
     must not use the best of all actions: untried actions would keep their initial value of 0, and the state would look
-    as good as the goal. Therefore ``next_action_index`` of the transition names the action if the next state belongs to
+    as good as the goal. Therefore the transition's ``next_action_index`` names the action if the next state belongs to
     a part with a fixed action.
 
     Args:

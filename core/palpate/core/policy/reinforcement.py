@@ -58,7 +58,7 @@ class ActionPenalty(Settings, Reinforcement):
 
 @dataclass(frozen=True, slots=True)
 class TimePenalty(Settings, Reinforcement):
-    """A penalty proportional to an action's duration, for options of variable duration."""
+    """A penalty proportional to an action's duration, for options with variable durations."""
 
     TABLE: ClassVar[str] = "reinforcement"
 
@@ -85,7 +85,7 @@ class InternalEffort(Settings, Reinforcement):
     per_N_s: _Cost = -1.0
     """Reward for each N s of impulse above the free force."""
     free_force_N: Annotated[float, Range(0.0)] = 0.0
-    """Contact force that has no cost, such as the set-point of the force control."""
+    """Contact force that has no cost, such as the force control set-point."""
 
     @override
     def check(self) -> None:

@@ -120,11 +120,11 @@ class TabularLearner(Learner):
 
     @abstractmethod
     def _value(self, state: int, transition: Transition) -> float:
-        """Return the value of the next state."""
+        """Return the next state's value."""
 
     @abstractmethod
     def _update(self, state: int, action: int, target: float) -> None:
-        """Move the Q value of a pair towards a target."""
+        """Move a pair's Q value towards a target."""
 
     def _drawn(self, state: int) -> int:
         return boltzmann(self._q[state], self._temperature, drawing_from(self._rng, type(self).__name__))

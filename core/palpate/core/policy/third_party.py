@@ -24,7 +24,7 @@ _METHODS: Final = ("serves", "begin_trial", "choose", "learn")
 
 @dataclass(frozen=True, slots=True)
 class PolicyContext:
-    """Information about the task, passed to the constructor of a policy.
+    """Information about the task, passed to a policy's constructor.
 
     Attributes:
         actions: The action set; ``Decision.index`` is an index into it.
@@ -47,7 +47,7 @@ class ThirdPartyEntry(Settings):
     distribution: str
     """Installed package that contains the code; empty for a module outside any package."""
     version: str
-    """Version of that package."""
+    """That package's version."""
     source_sha256: str
     """SHA-256 digest of the module's source; empty if there is none."""
     trials_learned: Annotated[int, Range(0)]

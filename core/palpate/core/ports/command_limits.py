@@ -85,7 +85,7 @@ class CommandLimiter:
 
         Args:
             requested_rad: The command, (n,).
-            now_ns: Time of the command on any monotonic clock.
+            now_ns: Command time on any monotonic clock.
         """
         if self._now_ns != now_ns:
             # An arm that has just started has unlimited credit.

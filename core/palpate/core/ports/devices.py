@@ -5,7 +5,7 @@ specified by the contract suites (:mod:`palpate.adapters.contracts`), which ever
 
 Units are SI, with angles in rad and times in integer ns on the run's clock. A sample carries its source time, receive
 time, sequence number and validity. Silence is never hidden: an old sample is marked ``STALE``, and a dead device raises
-``DeviceError``. Observations at tick *t* do not depend on the command of tick *t*. Only the latest command counts;
+``DeviceError``. Observations at tick *t* do not depend on the command at tick *t*. Only the latest command counts;
 there is no queue. ``send`` returns the applied command. ``stop`` works at any time, even repeatedly. A fault latches
 until a person acknowledges it.
 """

@@ -30,7 +30,7 @@ class FaultLatch:
 
     Attributes:
         cause: The trip or fault; empty if there is none.
-        acknowledgements: All acknowledgements so far, in order; the log of every later trial contains them.
+        acknowledgements: All acknowledgements so far, in order; every later trial's log contains them.
     """
 
     def __init__(self) -> None:

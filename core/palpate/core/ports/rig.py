@@ -99,7 +99,7 @@ class WorldRecord:
     """Record of the world behind the ports, for the log.
 
     Attributes:
-        kind: ``simulator``, or the name of a rig.
+        kind: ``simulator``, or a rig's name.
         facts: Plain JSON values that reproduce the world for this trial, with the ground truth if there is one.
     """
 
@@ -149,7 +149,7 @@ class Rig(Protocol):
         raise ConfigurationError("place.further_mm", "further places", "left out: this rig has one place")
 
     def stopped_by(self) -> str:
-        """Return the external cause of a stop since the last :meth:`prepare`; empty if there is none."""
+        """Return the external cause of any stop since the last :meth:`prepare`; empty if there is none."""
         return ""
 
     def device_behind(self, sample: str) -> str:

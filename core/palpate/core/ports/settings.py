@@ -29,7 +29,7 @@ class Range:
     """Restriction to a finite number between two bounds.
 
     Attributes:
-        unit: Unit, if the name of the setting does not give it or a message needs it.
+        unit: Unit, if the setting's name does not give it or a message needs it.
         above: True if ``low`` itself is not accepted.
         below: True if ``high`` itself is not accepted.
         text: Description of the accepted values, if the bounds alone do not explain them.

@@ -23,7 +23,7 @@ ZERO_VELOCITY: Final[Vector3] = (0.0, 0.0, 0.0)
 
 
 class Validity(enum.Enum):
-    """Validity of a sample; if several values apply, the worst one is used."""
+    """A sample's validity; if several values apply, the worst one is used."""
 
     VALID = "valid"
     SATURATED = "saturated"
@@ -64,7 +64,7 @@ class WrenchSample:
         sequence: Sample number from the device; equal numbers denote the same sample.
         validity: Validity of the sample.
         kind: Raw, tared or gravity-compensated.
-        frame: Name of the right-handed frame, normally ``"sensor"``: z along the tool axis, out of
+        frame: Name of a right-handed frame, normally ``"sensor"``: z along the tool axis, out of
             the tool, so that pressing on a surface gives a negative ``force_N[2]``.
 
     The producer must mark a sample that is not finite as ``INVALID``.
@@ -90,7 +90,7 @@ class JointSample:
     """An encoder sample: the joint angles.
 
     Attributes:
-        position_rad: Joint angles, (n,), in the order of the kinematic model. For the other fields, see
+        position_rad: Joint angles, (n,), in the kinematic model's order. For the other fields, see
             :class:`WrenchSample`.
     """
 

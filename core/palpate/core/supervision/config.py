@@ -51,7 +51,7 @@ class SupervisionConfig(Settings):
     max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
     """Consecutive new force samples that repeat earlier ones in order, as from a recording."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
-    """Consecutive new force samples of a channel within a third of its noise, as from a dead channel."""
+    """Consecutive new force samples in which a channel stays within a third of its noise, as if dead."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
     """Channel noise during taring, while nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0

@@ -188,7 +188,7 @@ class JointMonitor:
         return self._stuck(snapshot.tick, q, commands[0][1]) if is_new else None
 
     def _stuck(self, tick: int, q: JointVector, command_rad: JointVector) -> Trip | None:
-        """Trip if all new samples of a joint show the same angle even though its earlier commands changed."""
+        """Trip if all new samples for a joint show the same angle even though its earlier commands changed."""
         if not self._same:
             self._same = [(angle, 0, command, command) for angle, command in zip(q, command_rad, strict=True)]
         same = self._same

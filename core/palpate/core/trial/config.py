@@ -15,23 +15,23 @@ _IN_TIME: Final = 0.95
 
 @dataclass(frozen=True)
 class GoalConfig(Settings):
-    """Nominal pose of the hole in the arm's base frame."""
+    """Nominal hole pose in the arm's base frame."""
 
     TABLE: ClassVar[str] = "task.goal"
 
     x_mm: Annotated[float, Range(-3000.0, 3000.0)] = 400.0
-    """Distance in front of the arm's base."""
+    """Distance forward from the arm's base."""
     y_mm: Annotated[float, Range(-3000.0, 3000.0)] = 0.0
-    """Distance to the left of the arm's base."""
+    """Distance leftward from the arm's base."""
     z_mm: Annotated[float, Range(-3000.0, 3000.0)] = 20.0
-    """Height of the plate's surface."""
+    """Plate surface height."""
     rpy_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Roll, pitch and yaw of the hole about the base's axes; all 0 if it points straight down."""
+    """Roll, pitch and yaw of the hole about the base axes; all 0 if it points straight down."""
 
 
 @dataclass(frozen=True)
 class TaskConfig(Settings):
-    """Settings for a trial of a task. Settings for peg, hole, exploration and actions apply only to insertions."""
+    """Settings for a task's trials. Settings for peg, hole, exploration and actions apply only to insertions."""
 
     TABLE: ClassVar[str] = "task"
 
@@ -47,9 +47,9 @@ class TaskConfig(Settings):
     area_half_width_mm: Annotated[float, Range(0.1, 50.0)] = 3.5
     """Half the side of the square exploration area."""
     area_centre: Annotated[str, OneOf("goal", "start")] = "goal"
-    """goal: the area is centred at the nominal goal; start: at the start of the trial, as in the paper."""
+    """goal: the area is centred at the nominal goal; start: at the trial's start, as in the paper."""
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
-    """Length of one exploratory step."""
+    """Exploratory step length."""
     slide_speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 32.84
     """Maximum speed on the plate, at which a wedged peg stops within the force limit."""
     directions: Annotated[int, Range(2, 360)] = 8
@@ -72,7 +72,7 @@ class TaskConfig(Settings):
     """Height difference between the two sides of a tilted peg's end, lost when the walls align the peg: radius times
     tilt."""
     tilt_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
-    """Maximum angle between the axes of peg and hole that the walls may correct by bending the gripper."""
+    """Maximum angle between the peg and hole axes that the walls may correct by bending the gripper."""
     lever_mm: Annotated[float, Range(10.0, 500.0)] = 60.0
     """Maximum lever, about the tip, of a force on the peg or of its inertia."""
     insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
@@ -84,9 +84,9 @@ class TaskConfig(Settings):
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """Maximum error in the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0
-    """Lateral play of the peg in the hole; 0 computes it from the shapes and the wear."""
+    """Lateral peg play in the hole; 0 computes it from the shapes and the wear."""
     chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Additional play in the mouth of the hole from chamfers or broken edges; 0 computes a value of at least 0.2."""
+    """Additional play in the hole's mouth from chamfers or broken edges; 0 computes a value of at least 0.2."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """Measured force above which the trial ends immediately. A trial with a true peak above it is not a success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0

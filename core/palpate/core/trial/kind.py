@@ -59,7 +59,7 @@ class TaskKind(Protocol):
     """Interface for the object behind an entry point in the group ``palpate.tasks``; its name selects the task.
 
     Attributes:
-        preset: Nested tables of initial settings for a run, which override those of the scenario.
+        preset: Nested tables of initial settings for a run, which override the scenario's.
         options: The class that reads ``task.options``.
     """
 

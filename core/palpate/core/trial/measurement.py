@@ -12,7 +12,7 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointSample, JointVector, Snapshot, Validity, Vector3
 
 _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
-"""Maximum age, relative to the encoders' sample, of a force sample that counts as simultaneous: one tick."""
+"""Maximum age, relative to the encoder sample, for a force sample to count as simultaneous: one tick."""
 _KEPT: Final = 16
 """Number of depths and deflections kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
@@ -31,8 +31,8 @@ class Measurement:
         depth_step_m: Standard deviation of the tip position along the tool axis caused by encoder steps.
         tip_lever_m: Distance from the sensor's origin to the tip.
         position_m: Tip position from the encoders, (3,), without the gripper's deflection.
-        tip_depth_m: Tip depth below the nominal plane, from the encoders and the deflection of spring and
-            damper, at the latest time for which both force and joint angles are known.
+        tip_depth_m: Tip depth below the nominal plane, from the encoders and the spring and damper
+            deflection, at the latest time for which both force and joint angles are known.
         turned_rad: Tool tilt and yaw, (2,); zero unless weight compensation is on, as for tools that turn.
         force_N: Tared, scaled, unfiltered force, (3,).
         force_norm_N: Norm of ``force_N``.

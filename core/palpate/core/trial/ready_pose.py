@@ -62,7 +62,7 @@ def find_ready_pose(
 
     Args:
         task: Task settings: goal pose, and exploration area and depth for an insertion.
-        workspace: Box to reach in place of that area and depth.
+        workspace: Box to reach instead of that area and depth.
 
     Raises:
         ConfigurationError: The arm is unknown.

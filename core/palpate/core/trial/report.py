@@ -75,7 +75,7 @@ class DecisionRecord:
         reinforcement: Reinforcement for the action; None until it is known, or if the action was interrupted.
         displacement_m: Commanded tip displacement, (2,), task frame.
         index: Index in the action set; None if the action is not in the set.
-        grounds: Inputs to the choice: force (3,), N, and torque (3,), N m, of the observation, the features, and
+        grounds: Inputs to the choice: the observation's force, (3,), N, and torque, (3,), N m, the features, and
             numbers that the policy adds.
         controller: Controller for an action in six degrees of freedom; empty for a step in the plane.
         spatial: The other parameters of such an action, (8,), in the order of :class:`~palpate.core.policy.Spatial`.
@@ -99,7 +99,7 @@ class TrialTiming:
     """Tick and sample timing in a trial; always perfect in a simulator.
 
     Attributes:
-        worst_late_ns: Maximum delay of a tick relative to its slot.
+        worst_late_ns: Maximum tick delay relative to its slot.
         late_ticks: Number of ticks that began more than a millisecond late.
         repeated_samples: Number of ticks at which a sensor had no new sample.
     """
@@ -142,7 +142,7 @@ INTERRUPT: Final = "interrupt"
 
 
 class Purpose(enum.IntEnum):
-    """Purposes of random numbers. Never renumber the values, because they are part of every log."""
+    """Purposes for which random numbers are drawn. Never renumber the values, because they are part of every log."""
 
     START = 0
     HOLE = 1

@@ -1,4 +1,4 @@
-"""A belief over the position of the hole, with a contact model learned from episode outcomes, and a planner."""
+"""A belief over the hole's position, with a contact model learned from episode outcomes, and a planner."""
 
 import lazy_loader
 

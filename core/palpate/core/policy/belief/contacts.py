@@ -72,7 +72,7 @@ class ContactObservation:
 
     @property
     def load(self) -> float:
-        """Return the pressing force divided by ``NOMINAL_N``; it multiplies the lever of the contact point."""
+        """Return the pressing force divided by ``NOMINAL_N``; it multiplies the contact point's lever."""
         return self.press * FORCE_N / NOMINAL_N
 
 
@@ -143,7 +143,7 @@ class Examples:
         torque_Nm: Torque about the tip, (n, 2).
         load: Pressing force divided by ``NOMINAL_N``, (n,).
         to_hole_m: Displacement from the commanded tip to the hole, (n, 2).
-        step_m: Displacement from the previous contact to this one, (n, 2); 0 for the first of a trial.
+        step_m: Displacement from the previous contact to this one, (n, 2); 0 for the first in a trial.
         trial: Trial number, (n,).
     """
 

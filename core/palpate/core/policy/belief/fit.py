@@ -22,7 +22,7 @@ _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
 """Weight, in contacts, with which a ring's cue is shrunk towards the cue for all rings."""
 _RESIDUAL_SHARE: Final = 0.12
-"""Prior standard deviation of the asymmetric residual, divided by that of all torques."""
+"""Prior standard deviation of the asymmetric residual, divided by that of the torques overall."""
 _GAIN: Final = 0.5
 """Prior standard deviation of a gain."""
 _UPRIGHT_TRIALS: Final = 1.0
@@ -34,7 +34,7 @@ _NOISE_COUNT: Final = 5.0
 _BORROWED: Final = 0.1
 """Fraction of the contacts in neighbouring rings that a ring also uses."""
 _BIAS_TRIALS: Final = 2.0
-"""Weight, in trials, of the prior on the bias, which has the variance of the noise."""
+"""Weight, in trials, of the prior on the bias, whose variance is that of the noise."""
 _LEAST_NM: Final = 1e-4
 """Lower bound on a standard deviation."""
 

@@ -156,7 +156,7 @@ class BeliefLearner(ModelLearner[ContactTrial]):
         return Decision(self._actions[displacement_m], None, LEARNED, grounds)
 
     def _way_to(self, place: tuple[int, int], passed: Floats) -> tuple[Floats, tuple[int, int]]:
-        """Return the cell weights, updated along the path from the last contact, and the cell of the next torque."""
+        """Return the cell weights, updated along the path from the last contact, and the cell for the next torque."""
         before = self._contacts[-1].place if self._contacts else place
         (x, y), (px, py) = ((a * LENGTH_M, b * LENGTH_M) for a, b in (place, before))
         widths_m = [widths * (self.parameters.capture_mm * 1e-3) for widths, _ in MISSED]

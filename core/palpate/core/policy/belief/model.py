@@ -12,7 +12,7 @@ are given for a few distance rings and interpolated linearly.
 A tool tilted in its grip makes contact with an edge, which adds a torque to every contact, the trial's bias; if the
 hole is under that edge, another edge carries the load. To first order in the tilt a round peg has no other effect: by
 symmetry the torque is linear in that bias, with different gains along and across the heading. Observations at one
-heading of the tilt therefore apply to all. After a regrip, only two numbers are unknown, and the belief integrates them
+tilt heading therefore apply to all. After a regrip, only two numbers are unknown, and the belief integrates them
 out. A zero offset of the sensor is a bias of this kind without a gain.
 """
 
@@ -42,7 +42,7 @@ class Directions:
     Attributes:
         ring: Ring below each distance, (n,).
         share: Position of each distance between that ring and the next one, 0 to 1, (n,).
-        sector: Sector of each heading, (n,).
+        sector: Sector for each heading, (n,).
         unit: Each heading as a unit vector, (n, 2); the x axis if the distance is zero.
     """
 

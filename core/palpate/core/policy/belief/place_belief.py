@@ -51,7 +51,7 @@ class ContactTable:
 
         Returns:
             Torque on an upright tool and gains, (2, size, size) each; cosine and sine of the heading; half the
-            precision; logarithm of the variance of a component.
+            precision; logarithm of a component's variance.
         """
         # Displacements from this cell to all cells; the first one is -row, -column.
         a, b = self._reach - row, self._reach - column

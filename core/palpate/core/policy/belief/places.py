@@ -13,7 +13,7 @@ from palpate.core.policy.belief.arithmetic import Floats, exponential
 PITCH_M: Final = 1e-4
 """Distance between grid points."""
 SINGLE: Final[np.dtype[Any]] = np.dtype(np.float32)
-"""Data type of beliefs. Single precision is faster, and its rounding errors are far below a sensor's noise."""
+"""Data type for beliefs. Single precision is faster, and its rounding errors are far below a sensor's noise."""
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
 """Kernel widths, for hole positions that are constant, vary slightly, or vary widely."""
 _MEMORY: Final = 0.9

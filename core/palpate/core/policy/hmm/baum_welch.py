@@ -109,7 +109,7 @@ class Batch:
 
 
 LEAST: Final = 1e-12
-"""Lower limit on the probability of a reading, so that a trial ruled out by a model does not abort the fit."""
+"""Lower limit on a reading's probability, so that a trial ruled out by a model does not abort the fit."""
 
 
 class Shifts:
@@ -192,7 +192,7 @@ class Expected:
 
 
 def expected_counts(batch: Batch, shifts: Shifts) -> Expected:
-    """Return the expected counts under the posterior of the hidden states."""
+    """Return the expected counts under the posterior over the hidden states."""
     goals = shifts.goals(batch)
     messages, log_likelihood = _forward(batch, shifts, goals)
     keys: list[Numbers] = []
@@ -250,7 +250,7 @@ def _padded(rows: Floats) -> Floats:
 
 
 def _sums_by(keys: Numbers, rows: Floats, groups: int) -> Floats:
-    """Return the sum of the rows for each key, (groups, ...), added in the order of the rows."""
+    """Return the sum of the rows for each key, (groups, ...), added in row order."""
     order = np.argsort(keys, kind="stable")
     present, begins = np.unique(keys[order], return_index=True)
     result = np.zeros((groups, *rows.shape[1:]))

@@ -24,7 +24,7 @@ from palpate.core.policy.learner import ModelLearner
 from palpate.core.ports import Range, Settings
 
 REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
-"""Numbers of trials after which the model is fitted; later fits follow each time the number has grown by half. All
+"""Trial counts after which the model is fitted; later fits follow each time the number has grown by half. All
 actions are random before the first fit."""
 
 GREEDY_ACTIONS: Final = 20
@@ -45,7 +45,7 @@ class HmmParameters(Settings):
     """Maximum offset from the goal along x or y, in steps."""
     lattice: Annotated[int, Range(0, 20)] = 0
     """Number of steps in the longest displacement along x or y; all displacements are rounded to whole steps. If 0, all
-    must be whole multiples of the shortest."""
+    must be integer multiples of the shortest."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
     """Fraction of random actions once there is a model; before that, all actions are random."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 1000

@@ -124,7 +124,7 @@ _SHARE: Final = 2.0**22
 
 
 def _on_grid(values: Floats, steps: float) -> Floats:
-    """Round values to whole multiples of 1 / ``steps``, and return the multiples."""
+    """Round values to integer multiples of 1 / ``steps``, and return the multiples."""
     result: Floats = np.rint(values * steps)
     return result
 

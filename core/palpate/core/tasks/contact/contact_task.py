@@ -60,7 +60,7 @@ class ContactTask(Task):
 
     @abstractmethod
     def _follow(self) -> None:
-        """Enter the next phase or end the trial, after settling or one of the task's own phases."""
+        """Enter the next phase or end the trial, after the settling phase or one of the task's own."""
 
     def _may_end(self) -> bool:
         """Return True if an interrupted trial may end at the current tick."""

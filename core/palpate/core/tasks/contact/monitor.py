@@ -29,7 +29,7 @@ _PUSH_N: Final = 3.0
 _GROWTH: Final = 1.02
 """Push growth per tick against a wall whose response is still unknown: it doubles in a quarter of a second."""
 _SIMILAR: Final = 0.5
-"""Cosine of the maximum angle between similar pushes, such as those against two walls of a corner."""
+"""Cosine of the maximum angle between similar pushes, such as those against a corner's two walls."""
 _ANGULAR_PER_S: Final = pi / (HALF_PERIOD * PERIOD_S)
 """Angular frequency of a dither with half-periods of mean length."""
 _TOUCH_SHARE: Final = 0.5 * DITHER_SHARE
@@ -47,12 +47,12 @@ PAST_PLATE_M: Final = 1e-3
 
 
 class Monitor:
-    """Contact monitor for a trial, with dither, response and budget along and across the tool axis.
+    """Contact monitor for a trial, with a dither, response and budget along and across the tool axis.
 
     The budget limits how far the gripper bends between verifications, because a faulty sensor may not show it.
 
     Args:
-        step_m: Standard deviation of the tip position from the encoders.
+        step_m: Standard deviation of the encoder tip position.
         turns_rad: Tool tilt in a hole; 0 for a tool that neither turns nor dithers in air.
 
     Attributes:
@@ -153,7 +153,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bend_N(self, reference_m: Vector3) -> float:
-        """Return the gripper deflection, as a force, at a reference position if the tip has not moved since."""
+        """Return the gripper deflection, as a force, at a reference position, assuming a stationary tip."""
         if self._from_m is None:
             self._from_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall

@@ -49,7 +49,7 @@ class Lift(RunningPhase):
 
 
 class Transfer(RunningPhase):
-    """Phase that moves the tool to the start of the trial at the ready height, and rotates it upright if necessary."""
+    """Phase that moves the tool to the trial's start at the ready height, and rotates it upright if necessary."""
 
     def __init__(self, task: TaskConfig, motion: TipMotion, controller: Controller, state: TrialState) -> None:
         self._motion, self._controller, self._state = motion, controller, state

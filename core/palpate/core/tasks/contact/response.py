@@ -1,4 +1,4 @@
-"""Regress the measured force on the flange motion to check the response of the gripper's spring."""
+"""Regress the measured force on the flange motion to check the gripper spring's response."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _OUTLIER: Final = 1.5
 _NORMAL: Final = 1.48
 """Standard deviation divided by median deviation, for a normal distribution."""
 _LAGS: Final = 5
-"""Maximum lag of the force behind its timestamp, in ticks."""
+"""Maximum force lag behind its timestamp, in ticks."""
 _DECIDED: Final = 7e-3
 """Relative likelihood, exp(-5), below which a lag is excluded."""
 _EVERY: Final = 2
@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 class Response:
     """Least-squares fit of force = -share * (k * (z + damping_s * v) + rigid_kg * a) + constant, in a sliding window.
 
-    z, v and a are the encoders' position and its derivatives at the time of the force.
+    z, v and a are the encoders' position and its derivatives at the time of the force sample.
 
     Args:
         longest: Maximum number of samples in the window for a stationary tool.
@@ -182,7 +182,7 @@ def _repetition(x: Array, rest: Array) -> float:
     """Return the number of samples per independent sample for two autocorrelated series.
 
     A late or recorded force oscillates like the dither, so a few of its samples can match the dither by chance. The
-    variance of a product of two such series is that of independent samples times 1 + 2 * sum of products of their
+    product of two such series has the variance of independent samples times 1 + 2 * the sum of products of their
     autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
     """
     count, lags = len(x), HALF_PERIOD_TICKS[1] - 1

@@ -1,4 +1,4 @@
-"""The learning part of the task, which perceives a state, chooses an action and learns from the result."""
+"""The task's learning component, which perceives a state, chooses an action and learns from the result."""
 
 import numpy as np
 

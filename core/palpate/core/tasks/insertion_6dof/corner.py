@@ -1,4 +1,4 @@
-"""The motions that move a corner of a peg, or its flat, into the matching corner of the hole, and the forces there."""
+"""The motions that move a peg's corner, or its flat, into the matching corner of the hole, and the forces there."""
 
 from math import ceil, cos, hypot, inf, pi, radians, sin
 from typing import Final
@@ -22,7 +22,7 @@ _SUNK_SHARE: Final = 0.15
 """Fractions of the depth that classify the tool. A shallower tilted corner is on the plate, and a deeper one is in its
 corner of the hole. The same applies to an upright tool."""
 _CLEARS_M: Final = 0.4e-3
-"""Height of a corner that moves over the plate; depth is known to 0.15 mm, and a dither adds as much again."""
+"""Height at which a corner moves over the plate; depth is known to 0.15 mm, and a dither adds as much again."""
 _WEDGED_N: Final = 1.5
 """Lateral force above which a tool is wedged on an edge and must first move straight up."""
 _FREE_N: Final = 1.2
@@ -73,7 +73,7 @@ class Corner:
         self.take(0)
 
     def take(self, number: int) -> None:
-        """Select a corner by its number in the order of attempts."""
+        """Select a corner by its number in attempt order."""
         # The neighbours of the first corner, alternating between both sides: 0, -1, 1, -2, 2 ...
         place = -(number + 1) // 2 if number % 2 else number // 2
         self.number, self._heading_rad = number, 0.0 if self._flat else (2 * place + 1) * self.half_rad

@@ -21,7 +21,7 @@ LONGEST_WITHDRAWAL: Final = 20
 STAND_SHARE: Final = 0.2
 """Turn towards upright per action, as a fraction of the tilt."""
 _STUCK_SHARE: Final = 0.62
-"""Depth, divided by that of a tilted corner, at which an almost upright tool counts as stuck; it is inserted again,
+"""Depth, divided by a tilted corner's depth, at which an almost upright tool counts as stuck; it is inserted again,
 then withdrawn."""
 
 
@@ -37,7 +37,7 @@ class CornerFirst(FixedPolicy):
     """Policy that pushes a corner against both walls until no torque remains, then inserts or tries another corner.
 
     A peg pressed flat does not reveal its yaw relative to the hole. A corner in the hole that is pushed against both
-    walls does. The flat of a keyed peg is used as its only corner: the arcs at its ends are the walls that centre it,
+    walls does. A keyed peg's flat is used as its only corner: the arcs at its ends are the walls that centre it,
     and the flat itself turns it.
 
     Args:

@@ -25,19 +25,19 @@ _GIVEN_M: Final = 3e-4
 """Maximum compliance of a tool wedged during a lift: 12 N in the gripper's spring, in case the sensor is wrong."""
 _WITHDRAW_M_S: Final = 12e-3
 _CLEAR_M: Final = 3e-4
-"""Height of the lowest corner above the plate at which there is no contact."""
+"""Height of the lowest corner above the plate at which contact is ruled out."""
 _WALL_N: Final = 1.0
 """Force that indicates contact with a wall."""
 _RAISED_M: Final = 4e-4
 """Lift that frees a waiting tool: more than the dither, and 2 N of gripper force if it is held."""
 _RAISED_AFTER: Final = 0.25
-"""Fraction of the time-out after which the tool is raised."""
+"""Fraction of the time-out period after which the tool is raised."""
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(ControllerKind.LIFT)
 _SUNK_SHARE: Final = 0.62
-"""Depth, divided by that of a tilted corner, at which an upright pushing tool is in the hole."""
+"""Depth, divided by a tilted corner's depth, at which an upright pushing tool is in the hole."""
 _DEEPEST_SHARE: Final = 0.93
-"""Maximum depth of a pushing tool; the insertion, with its contact verification, covers the rest."""
+"""Maximum depth for a pushing tool; the insertion, with its contact verification, covers the rest."""
 _HEIGHT_GAIN_PER_S: Final = 5.0
 _SWIFT: Final = 1.0
 """Compliance gain times the arm's lag; above 1, the tool oscillates at a wall, and at pi / 2 it never stops."""

@@ -21,7 +21,7 @@ _SEATING_TICKS: Final = CONTROL_RATE_HZ
 _CIRCLE_TICKS: Final = CONTROL_RATE_HZ // 2
 """Number of ticks per turn of a wobble, and number of ticks without progress before it begins."""
 TILTED_RAD: Final = 0.03
-"""Maximum tilt of an inserted peg (26 mrad in trials without a fault); withdrawing a peg with more tilt bends the
+"""Maximum tilt for an inserted peg (26 mrad in trials without a fault); withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
 """Distance that a wobbling peg must sink to indicate that the walls held it."""

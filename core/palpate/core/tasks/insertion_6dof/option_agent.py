@@ -16,7 +16,7 @@ from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
 _TILT, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("tilt", "push", "drive", "stand", "insert", "withdraw")
 _FAR_SHARE: Final = 0.7
-"""Maximum distance of a pushed tool from the centre, divided by the area's half-width."""
+"""Maximum distance from the centre to a pushed tool, divided by the area's half-width."""
 _TILTS: Final = (1.0, 1.2)
 """Fractions of the tilt. With less tilt, one corner in three or four slips out; with more, it becomes a lever between
 its walls."""
@@ -45,7 +45,7 @@ OPTIONS: Final = tuple(
         (_WITHDRAW, Spatial(ControllerKind.WITHDRAW)),
     )
 )
-"""Parameters of each option for a corner in the x direction, the same for all shapes; the settings scale them."""
+"""Parameters for each option, for a corner in the x direction, the same for all shapes; the settings scale them."""
 
 _ANYWHERE: Final = ("upright", "tilted", "corner")
 _INITIATION: Final = {
@@ -80,14 +80,14 @@ class OptionRunner:
 
     Args:
         options: Options for the peg's corners and weight.
-        half_width_m: Half the side of the tip's area.
+        half_width_m: Half the side of the area for the tip.
     """
 
     def __init__(self, options: SpatialOptions, half_width_m: float) -> None:
         self._options, self._far_m = options, _FAR_SHARE * half_width_m
 
     def begin_trial(self) -> None:
-        """Clear the list of corners tried so far."""
+        """Clear the list of corners already tried."""
         self._corner, self._kind, self._tried = Corner(self._options), "", False
 
     def begin(self, option: Action, observation: Observation) -> None:
@@ -124,7 +124,7 @@ class OptionRunner:
         return self._quiet >= QUIET_ACTIONS or slipped
 
     def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
-        """Return the next action of the option: its displacement in m, (2,), and its other parameters."""
+        """Return the option's next action: its displacement in m, (2,), and its other parameters."""
         corner, kind, none = self._corner, self._kind, (0.0, 0.0)
         if kind == _TILT:
             # A tool in the hole is withdrawn first; a lift would pull against the walls.

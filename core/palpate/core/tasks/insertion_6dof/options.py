@@ -13,7 +13,7 @@ from palpate.core.ports import Range, Settings
 
 @dataclass(frozen=True)
 class SpatialOptions(Settings):
-    """Shape, weight and compliance of the tool."""
+    """The tool's shape, weight and compliance."""
 
     TABLE: ClassVar[str] = "task.options"
 
@@ -27,7 +27,7 @@ class SpatialOptions(Settings):
     tilt_deg: Annotated[float, Range(1.0, 15.0)] = 5.0
     """Tilt at which one corner goes down first."""
     down_share: Annotated[float, Range(0.1, 1.0)] = 0.9
-    """Depth to which a tilted corner or flat is lowered in the hole, divided by the height of its neighbours or tip."""
+    """Depth to which a tilted corner or flat is lowered in the hole, divided by its neighbours' or the tip's height."""
     inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5
     """Distance inside the nominal corner of the hole, along its diagonal, at which the peg's corner comes down."""
     push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
@@ -56,12 +56,12 @@ class SpatialOptions(Settings):
 
     @property
     def neighbour_height(self) -> float:
-        """Return the height of a tilted corner's neighbours above it, divided by the height of the tip; at most 1."""
+        """Return the height of a tilted corner's neighbours above it, divided by the tip's height; at most 1."""
         return min(1.0 - cos(2.0 * pi / self.corners), 1.0) if self.corners else 1.0
 
     @property
     def down_m(self) -> float:
-        """Return the depth of a tilted corner in the hole, with its neighbours above the plate."""
+        """Return a tilted corner's depth in the hole, with its neighbours above the plate."""
         return self.down_share * self.neighbour_height * self.corner_mm * 1e-3 * sin(radians(self.tilt_deg))
 
     @override

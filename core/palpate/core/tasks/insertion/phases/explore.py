@@ -174,9 +174,9 @@ class Explore(RunningPhase):
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """Return the amount by which the surface may be higher due to the filter's delay or the edge of a hole.
+        """Return the amount by which the surface may be higher due to the filter's delay or a hole's edge.
 
-        The amount is 0 if the peg has rested farther from here than the mouth of a hole extends.
+        The amount is 0 if the peg has rested farther from here than a hole's mouth extends.
         """
         x, y, _ = self._motion.reference_m
         mouth_m = _MOUTH_M + 1e-3 * (self._task.play_mm + self._task.chamfer_mm)

@@ -36,7 +36,7 @@ _PAST_FLOOR_M: Final = 3e-4
 _LOOK_TICKS: Final = 2 * CONTROL_RATE_HZ
 """Number of ticks at depth within which floor or wall must respond: five of the longest windows."""
 _SEAT_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Duration in ticks of harder pressing, or of the release."""
+"""Duration, in ticks, of harder pressing or of the release."""
 _HARDER_SHARE: Final = 0.25
 """Maximum increase in the pressing force, divided by the force limit."""
 _RELEASE_SHARE: Final = 0.8
@@ -279,7 +279,7 @@ class Insert(RunningPhase):
             self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
 
     def _deviation_m(self, samples: int) -> float:
-        """Return the standard deviation of the depth between floor and surface."""
+        """Return the standard deviation of the depth from surface to floor."""
         step_m, noise_m = self._measurement.depth_step_m, self._state.noise[2] / self._monitor.axial_N_per_m
         tilt_m = 1e-3 * self._equipment.task.end_tilt_mm
         # The tilt and the height of an untouched surface are uniformly distributed.
@@ -323,7 +323,7 @@ class Insert(RunningPhase):
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
     def _hold(self) -> Vector3:
-        """Keep the tool at its depth and compare two averages of the force, which differ if the sensor drifts.
+        """Keep the tool at its depth and compare two force averages, which differ if the sensor drifts.
 
         With such a sensor, the tool would press ever harder on the plate while appearing to sink.
         """
