@@ -49,7 +49,7 @@ class TaskConfig(Settings):
     area_centre: Annotated[str, OneOf("goal", "start")] = "goal"
     """goal: the area is centred at the nominal goal; start: at the trial's start, as in the paper."""
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
-    """Exploratory step length."""
+    """Length of one exploratory step."""
     slide_speed_mm_s: Annotated[float, Range(0.1, 100.0)] = 32.84
     """Maximum speed on the plate, at which a wedged peg stops within the force limit."""
     directions: Annotated[int, Range(2, 360)] = 8
