@@ -13,7 +13,7 @@ from palpate.core.job.derived import Constants, Derived, Quantities, jamming_for
 from palpate.core.job.verification import AXIAL, Spring, farthest_m
 
 DEVIATIONS: Final = 4.0
-"""Tolerance in standard deviations of depth; one floor in 16 000 is outside it."""
+"""Tolerance in standard deviations of depth; one floor measurement in 16 000 is outside it."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from palpate.core.ports import SensorFacts
 PLAIN: Final = "insertion"
 SPATIAL: Final = "insertion-6dof"
 BELIEF_AREA_MM: Final = 8.0
-"""Half the side of the largest area whose belief can be updated within a tick."""
+"""Half the side length of the largest area whose belief can be updated within a tick."""
 _SLIDES_SHARE: Final = 0.52
 """Maximum fraction of the sticking friction at which a corner still slides in time."""
 _TIGHT_MM: Final = 0.05

@@ -24,7 +24,7 @@ friction, about a tenth of the pressing force, does not hide the response."""
 _MOST_DITHER_SHARE: Final = 0.5
 """Maximum amplitude divided by the pressing force, for a noisy sensor; the rest of that force maintains contact."""
 AXIAL: Final = (0.65, 1.5)
-"""Accepted ratio of measured to nominal stiffness, known to about ten percent; half and twice are outside it."""
+"""Accepted ratio of measured to nominal stiffness, known to about ten percent; half and double are outside it."""
 _SMOOTHED: Final = 0.5
 """RMS dither force divided by its amplitude: 0.7 for a sine, reduced by the servos."""
 DEVIATIONS_95: Final = 2.0

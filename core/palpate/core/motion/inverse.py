@@ -35,7 +35,7 @@ class InverseKinematics:
     """Inverse kinematics that tracks a moving tip placement.
 
     Args:
-        kinematics: An instance that is not shared; every call changes it.
+        kinematics: An unshared instance; every call changes it.
         period_s: Time between two steps; with the velocity limits it bounds each step.
     """
 

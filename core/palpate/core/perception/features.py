@@ -1,7 +1,7 @@
 """Feature extraction, which reduces the measurement vector (paper, 3.2 and 5.2).
 
 There are three methods: selected channels, principal components, and a self-organising map. The last two are fitted to
-samples offline with scikit-learn and MiniSom, which are imported only then. The results are stored as plain numbers,
+samples offline with scikit-learn and MiniSom, imported only for fitting. The results are stored as plain numbers,
 and extraction needs neither library.
 """
 

@@ -13,7 +13,7 @@ _FIELD = "policy.examples"
 class ExamplesPolicy(AssignedPolicy):
     """Policy that takes the most frequent action in the examples for a state; in a tie, the first in the set.
 
-    The policy does not serve states without an example.
+    The policy does not handle states without an example.
 
     Raises:
         ConfigurationError: ``policy.examples`` names an unknown state or action.

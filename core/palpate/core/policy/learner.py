@@ -18,7 +18,7 @@ class TaskBounds:
     """Task bounds for a learner with a model.
 
     Attributes:
-        half_width_m: Half the side of the square around the nominal goal that contains the hole and the tip.
+        half_width_m: Half the side length of the square around the nominal goal that contains the hole and the tip.
         longest_m: Longest step that an action completes within the force limit.
     """
 
@@ -52,7 +52,7 @@ class Learner(Policy):
 
     @abstractmethod
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Restore the state that :meth:`get_state` returned.
+        """Restore the state returned by :meth:`get_state`.
 
         Raises:
             ConfigurationError: The state belongs to a learner with a different size; nothing is changed.

@@ -45,7 +45,7 @@ class TaskConfig(Settings):
     start_shape: Annotated[str, OneOf("disc", "ball")] = "disc"
     """disc: uniform over the circle; ball: uniform in a ball, projected onto the plate."""
     area_half_width_mm: Annotated[float, Range(0.1, 50.0)] = 3.5
-    """Half the side of the square exploration area."""
+    """Half the side length of the square exploration area."""
     area_centre: Annotated[str, OneOf("goal", "start")] = "goal"
     """goal: the area is centred at the nominal goal; start: at the trial's start, as in the paper."""
     step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
@@ -57,7 +57,7 @@ class TaskConfig(Settings):
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz; 14 give ten actions a second."""
     motion_duty: Annotated[float, Range(0.1, 1.0)] = 0.8
-    """Fraction of an action's time during which the tip moves; the torque settles in the rest. 1 means no pause."""
+    """Fraction of an action's time during which the tip moves; the torque settles during the rest. 1 means no pause."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Time after which exploration ends."""
     contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10
@@ -80,7 +80,7 @@ class TaskConfig(Settings):
     depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """Maximum shortfall in the estimated depth; covers errors from encoders, force noise and contact height."""
     release_s: Annotated[float, Range(0.0, 10.0)] = 0.0
-    """Time without pressing after which an inserted peg must not have moved; 0 ends the trial while pressing."""
+    """Time without pressing during which an inserted peg must not move; 0 ends the trial while pressing."""
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """Maximum error in the plate's nominal height; matters if the peg never touches the plate."""
     play_mm: Annotated[float, Range(0.0, 30.0)] = 0.0

@@ -16,7 +16,7 @@ _ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 _KEPT: Final = 16
 """Number of depths and deflections kept; the supervisor treats samples this many ticks apart as stale."""
 History: TypeAlias = deque[tuple[int, float]]
-"""Pairs of time in ns and value in m, the latest one last."""
+"""Pairs of a time in ns and a value in m, latest last."""
 
 
 class Measurement:

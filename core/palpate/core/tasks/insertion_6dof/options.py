@@ -18,7 +18,7 @@ class SpatialOptions(Settings):
     TABLE: ClassVar[str] = "task.options"
 
     corners: Annotated[float, Range(0.0, 12.0)] = 0.0
-    """Number of corners, evenly spaced about the axis; the first is at half their angle from the task's x; 0 if there
+    """Number of corners, evenly spaced about the axis; the first is half a spacing from the task's x axis; 0 if there
     are none."""
     corner_mm: Annotated[float, Range(0.1, 100.0)] = 20.0
     """Distance from the peg's axis to the corners or the flat."""
