@@ -1,4 +1,3 @@
-from .bags import IMPORTED as IMPORTED
 from .bags import BagTopics as BagTopics
 from .bags import export_bags as export_bags
 from .bags import log_of_bag as log_of_bag
@@ -30,6 +29,7 @@ from .raised import BY_POLICY as BY_POLICY
 from .raised import raised_by as raised_by
 from .reader import TrialLog as TrialLog
 from .reader import read_log as read_log
+from .records import IMPORTED as IMPORTED
 from .records import CallEntry as CallEntry
 from .records import DecisionEntry as DecisionEntry
 from .records import EndRecord as EndRecord

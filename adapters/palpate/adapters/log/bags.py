@@ -21,7 +21,7 @@ from palpate.adapters.log.export_csv import names_for
 from palpate.adapters.log.json_text import dump_json
 from palpate.adapters.log.messages import encode
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import EndRecord, EventEntry, StartRecord, TickRecord
+from palpate.adapters.log.records import IMPORTED, EndRecord, EventEntry, StartRecord, TickRecord
 from palpate.adapters.log.schema import BY_RECORD, SCHEMA
 from palpate.adapters.log.series import config_of
 from palpate.adapters.log.trial_recorder import start_facts
@@ -46,8 +46,6 @@ _TOPICS: Final = {
     TEXT: "/palpate/events",
 }
 _FRAME: Final = "sensor"
-IMPORTED: Final = "imported"
-"""Outcome given in a log that was converted from a bag."""
 _NS: Final = 1_000_000_000
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from palpate.adapters.log.bags import IMPORTED
 from palpate.adapters.log.info import LATE_S
+from palpate.adapters.log.records import IMPORTED
 from palpate.adapters.log.tables import aligned, counted
 
 _MOST_LINES: Final = 5

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Sequence
+from typing import Final
 
 from palpate.core.ports import AppliedCommand, JointCommand, JointSample, JointVector, Snapshot, WrenchSample
 from palpate.core.trial import TRIALS_OF_A_SERIES, DecisionRecord
@@ -116,6 +117,10 @@ class LossEntry:
     problem: str
     text: str = ""
     dropped_messages: int = 0
+
+
+IMPORTED: Final = "imported"
+"""Outcome given in a log that was converted from a bag."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from palpate.adapters.log.bags import IMPORTED
 from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.records import IMPORTED
 from palpate.adapters.log.series import Series, series_of
 from palpate.core.trial import Outcome
 
