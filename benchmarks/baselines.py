@@ -8,7 +8,7 @@ The policies are frozen, as stored in their folders. With ``--dqn 350``, an agen
 350 trials in the same cell, and the trial from which the mean of ten is at most 0.5 s is printed. This requires
 ``pip install -e '.[gymnasium]' -r examples/stable_baselines3/requirements.txt -c constraints.txt``.
 
-Times are simulated. "Search" is the exploration time, with 20 s for a failure. "Cycle" is the time from the first
+Times are simulated. "Search" is the exploration time; a failure counts as 20 s. "Cycle" is the time from the first
 contact to full depth, including contact verification on the way down, for trials that ended at full depth. The mean
 force is the sensor reading in that time relative to its reading in free air; the peak force is the cell's ground truth.
 """

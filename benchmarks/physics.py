@@ -90,7 +90,7 @@ def bench_of(case: Case, arm: str) -> Bench:
 
 
 def cue(bench: Bench, count: int) -> Iterator[str]:
-    """Yield the RMS direction error over all offsets, that of the worst offset, and the maximum error."""
+    """Yield the RMS direction error over all offsets, the RMS at the worst offset, and the maximum error."""
     errors = {
         offset_m: [bench.cue_error_deg(offset_m, heading) for heading in headings(count)] for offset_m in OFFSETS_M
     }

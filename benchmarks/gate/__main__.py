@@ -4,7 +4,7 @@
     python -m benchmarks.gate --packages supervision tasks motion replay log --out gate.jsonl
 
 A mutant is one small change (a dropped statement, another operator, constant, comparison, branch) at a place that a
-recorded trial runs; checks of settings and texts are left out. Each seed draws ``--count`` places by their digests, so
+recorded trial runs; checks on settings and texts are left out. Each seed draws ``--count`` places by their digests, so
 that a change elsewhere draws no others. A mutant is killed when a golden log does not replay equal in every bit, or
 else by the first unit test of its package that fails. Every log is replayed twice, in a fork of this process.
 

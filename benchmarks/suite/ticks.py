@@ -1,4 +1,4 @@
-"""Costs of a control tick: a run over its bare physics, the tick without physics, the supervisor, recording."""
+"""Cost of a control tick: a run relative to its bare physics, a tick without physics, supervisor and recording."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class SilentError(DriverError):
 
 
 class LateError(SilentError):
-    """The answer came after the deadline, or this computer was delayed; the device may be intact."""
+    """The reply came after the deadline, or this computer was delayed; the device may be intact."""
 
 
 class GarbledError(DriverError):

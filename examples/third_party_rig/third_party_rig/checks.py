@@ -1,4 +1,4 @@
-"""Contract checks of all three ports over TCP. Run them with ``palpate rig check third_party_rig.checks:ArmChecks``.
+"""Contract checks for all three ports over TCP. Run them with ``palpate rig check third_party_rig.checks:ArmChecks``.
 
 The checks use fake devices and a clock that only ``advance`` moves. For your devices, use ``MonotonicClock``, sleep in
 ``advance``, set ``runs_by_itself=True``, and omit arguments that do not apply. Checks that need them are then skipped.
@@ -54,7 +54,7 @@ class ArmBench:
 
 
 class ArmChecks(ArmCommandContract):
-    """Checks of the ArmCommand contract."""
+    """Checks for the ArmCommand contract."""
 
     def make(self) -> ArmCommandRig:
         """Create a new rig."""
@@ -79,7 +79,7 @@ class ArmChecks(ArmCommandContract):
 
 
 class EncoderChecks(JointEncoderContract):
-    """Checks of the JointEncoder contract."""
+    """Checks for the JointEncoder contract."""
 
     def make(self) -> JointEncoderRig:
         """Create a new rig."""
@@ -102,7 +102,7 @@ class EncoderChecks(JointEncoderContract):
 
 
 class ForceChecks(ForceSensorContract):
-    """Checks of the ForceSensor contract."""
+    """Checks for the ForceSensor contract."""
 
     def make(self) -> ForceSensorRig:
         """Create a new rig. The adapter does not remove the sensor's offset or the weight of its tool."""

@@ -1,4 +1,4 @@
-"""Base class of both devices. It opens, closes and renews the link, and monitors the age of samples."""
+"""Base class for both devices. It opens, closes and renews the link, and monitors the age of samples."""
 
 from __future__ import annotations
 

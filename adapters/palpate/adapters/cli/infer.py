@@ -42,7 +42,7 @@ class InferOptions(Settings):
 
 
 def infer(options: InferOptions) -> int:
-    """Infer, report and save an automaton; return 0, or 2 if no network was consistent with labelled strings."""
+    """Infer, report and save an automaton; return 0, or 2 if no network was consistent with the labelled strings."""
     if options.show and options.compare:
         raise UsageError("palpate infer takes --show or --compare, not both")
     if options.show:

@@ -26,7 +26,7 @@ class Interrupts:
 
     SIGINT and SIGTERM raise it even if the parent shell ignores them. Another signal within ``QUIET_S`` is ignored,
     because it would interrupt the closing of logs and devices. Later signals raise it again. With ``last``, SIGINT is
-    ignored after the context, because the process ends with the command.
+    ignored after the context exits, because the process ends with the command.
     """
 
     def __init__(self, *, last: bool = False) -> None:

@@ -38,7 +38,7 @@ class _Lines:
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Yield an object whose ``update`` prints the progress to the error stream."""
+    """Yield an object whose ``update`` prints progress to standard error."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

@@ -13,7 +13,7 @@ from palpate.core.job import ToolConfig
 
 
 class _Terminal(Person):
-    """Operator at the terminal. Questions are printed to the error stream, because the report may be redirected."""
+    """Operator at the terminal. Questions are printed to standard error, because the report may be redirected."""
 
     def ask(self, question: str) -> str | None:
         self.notify(question)

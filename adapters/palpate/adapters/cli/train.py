@@ -105,7 +105,7 @@ def _lately(rows: Sequence[experiments.TrialRow]) -> str:
 
 
 def results_line(rows: Sequence[experiments.TrialRow]) -> str:
-    """Summarise the first and the last trials, without overlap."""
+    """Summarise the first and last trials without overlap."""
     count, times, wins = len(rows), [row.exploration_time_s for row in rows], [row.success for row in rows]
     if count <= experiments.WINDOW:
         return f"{counted(count, 'trial')}, mean time {sum(times) / count:.2f} s; success: {sum(wins)} of {count}"

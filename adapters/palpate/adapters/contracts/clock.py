@@ -1,4 +1,4 @@
-"""The contract for the :class:`palpate.core.ports.devices.Clock` port, and a clock for tests in virtual time."""
+"""The contract for the :class:`palpate.core.ports.devices.Clock` port, and a virtual-time clock for tests."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

@@ -117,7 +117,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
 
 
 def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
-    """Run one complete trial in the simulator with separate objects, without effect on the run.
+    """Run one complete trial in the simulator with separate objects, without affecting the run.
 
     This keeps late imports, cold caches and interpreter warm-up from delaying the first ticks of a real arm.
     """

@@ -263,8 +263,8 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     """Return the policy stored in a file, frozen or ready to continue learning with the configured parameters.
 
     Raises:
-        ConfigurationError: Its states, actions or learner differ, or its code cannot be loaded.
-        PolicyError: The code rejects its learned state.
+        ConfigurationError: The stored states, actions or learner differ, or the policy's code cannot be loaded.
+        PolicyError: The policy's code rejects its learned state.
     """
     _require_same_tool(document, config)
     if document.third_party is not None:

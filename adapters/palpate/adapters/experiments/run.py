@@ -56,7 +56,7 @@ class Run:
         acknowledge: A person's acknowledgement of the rig's open fault, in the form ``NUMBER NAME: why``.
         accept_kinematics: Whether the operator accepts motion with the arm's nominal model.
         live: Live view of the trials.
-        notify: Function that receives messages for the user; by default they are printed to the error stream on a rig,
+        notify: Function that receives messages for the user; by default they are printed to standard error on a rig
             and discarded in the simulator.
         make_rig: Function that creates the rig in place of :func:`open_rig`, without entering it.
         presets: ``scenario``, ``learner``, ``task``, ``arm`` and ``settings``, as for :func:`configured`.
@@ -128,8 +128,8 @@ class Run:
         """Check a policy, by default the run's own, before any rig is opened.
 
         Raises:
-            ConfigurationError: The policy is unknown or does not fit the configuration, or a setting for the trials is
-                rejected.
+            ConfigurationError: The policy is unknown or does not match the configuration, or a setting for the trials
+                is rejected.
         """
         chosen = ChosenPolicy(policy or self.policy, self.config)
         if chosen.name.startswith("oracle") and self.rig_file:
@@ -289,7 +289,7 @@ class Run:
 
     @contextmanager
     def opened(self) -> Iterator[Rig]:
-        """Yield the rig, which stays open until the context ends."""
+        """Yield the rig, which stays open until the context exits."""
         with self:
             yield self.rig
 

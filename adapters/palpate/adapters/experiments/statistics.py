@@ -82,7 +82,7 @@ def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, 
     """Return a confidence interval for a quantile, between two of the values, from exact binomial probabilities.
 
     Unlike the bootstrap, it covers the true quantile with at least 95 % probability, for any distribution.
-    It is None with too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
+    It is None if there are too few values: fewer than 6 for the median, fewer than 72 for the 95th percentile.
     """
     from scipy.stats import quantile_test
 
@@ -120,7 +120,7 @@ def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[f
 
 
 def shown_interval(value: float, low: float | None, high: float | None) -> str:
-    """Return a value with its interval in brackets, if there is one."""
+    """Return a value with its interval, if there is one, in brackets."""
     return f"{value:.2f}" if low is None or high is None else f"{value:.2f} [{low:.2f}, {high:.2f}]"
 
 
@@ -146,7 +146,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
 
 
 def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Return the decrease in exploration time during training, in windows of trials (numbered from 1)."""
+    """Return the decrease in exploration time during training, per window of trials (numbered from 1)."""
     windows: dict[str, Any] = {}
     for first, last in ((1, 25), (126, 150), (126, 175), (301, 350)):
         part = rows[first - 1 : last]

@@ -70,7 +70,7 @@ def outcome_of(report: TrialReport) -> Outcome | None:
 
 
 def trip_of(report: TrialReport) -> str:
-    """Return the name and text of the reason why the supervisor, sensors or operator ended a trial, or "" if none."""
+    """Return the name and text of the reason that the supervisor, sensors or operator ended a trial, or "" if none."""
     if report.trip is not None:
         return str(report.trip)
     return report.events[-1].detail if report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED) else ""

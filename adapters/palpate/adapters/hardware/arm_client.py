@@ -236,7 +236,7 @@ class ArmClient(ManagedDevice, JointEncoder, ArmCommand):
         answered = 0
         try:
             host.line.send((self._requests, name))
-            # The answer of a request that timed out may arrive first.
+            # The reply to a request that timed out may arrive first.
             while answered != self._requests:
                 while not host.line.poll(0):
                     if self._clock.now_ns() > deadline_ns:

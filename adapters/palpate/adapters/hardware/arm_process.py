@@ -171,7 +171,7 @@ class ArmLoop:
             )
         except Exception as error:
             problem = DeviceError(self._arm.name, self._cause(error))
-        # Published before the answer: the client then finds the result in the memory.
+        # Published before the reply: the client then finds the result in the memory.
         if not self._closed:
             self._publish()
         self._line.send((number, found, problem, self._fault))

@@ -46,6 +46,6 @@ class PlannedEvent:
         return cls(found[3], float(found[2]), bool(found[1]))
 
     def due(self, now_ns: int, begun_ns: int, moved_ns: int) -> bool:
-        """Return True if the event is due; ``moved_ns`` is the time of the arm's first motion, or 0 before it."""
+        """Return True if the event is due; ``moved_ns`` is the time of the arm's first motion, 0 until then."""
         from_ns = begun_ns if self.from_start else moved_ns
         return bool(from_ns) and now_ns >= from_ns + self.after_s * _NS

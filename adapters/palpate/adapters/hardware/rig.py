@@ -115,7 +115,7 @@ class DeviceRig(Rig):
 
 
 class HardwareRig(DeviceRig):
-    """Real devices behind the ports. When the context ends, the arm is stopped and every device is closed.
+    """Real devices behind the ports. When the context exits, the arm is stopped and every device is closed.
 
     Args:
         latch: Latch that persists after the program ends, or None for a temporary latch.

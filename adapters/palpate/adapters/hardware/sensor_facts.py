@@ -1,4 +1,4 @@
-"""Properties of a rig's force sensor, combined from the rig file and from the sensor's reports."""
+"""Properties of a rig's force sensor, combined from the rig file and the sensor's reports."""
 
 from abc import abstractmethod
 from dataclasses import asdict

@@ -75,10 +75,10 @@ def make_ur_rtde(table: UrTable, context: RigContext, link: Callable[[], UrLink]
 
 
 def judged(driver: ArmDriver, context: RigContext) -> list[str]:
-    """Return lines that say whether the model and the tool agree with an open arm.
+    """Return lines that report how well the model and the tool agree with an open arm.
 
     Raises:
-        ConfigurationError: They do not agree.
+        ConfigurationError: The model or the tool disagrees with the arm.
     """
     if not isinstance(driver, UrArm) or (seen := driver.seen) is None:
         return []

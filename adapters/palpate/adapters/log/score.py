@@ -139,7 +139,7 @@ def _falling(most: float, value: float, best: float, worst: float) -> float:
 
 
 def mean_jerk_m_s3(tip_m: np.ndarray, time_s: np.ndarray) -> float:
-    """Return a moving tip's mean jerk magnitude, for positions (n, 3) m at times (n,); skip repeated positions."""
+    """Return a moving tip's mean jerk magnitude from positions (n, 3) m at times (n,), skipping repeated positions."""
     fresh = np.r_[True, np.any(np.diff(tip_m, axis=0) != 0.0, axis=1)] if len(tip_m) else np.zeros(0, bool)
     tip_m, time_s = tip_m[fresh], time_s[fresh]
     if len(tip_m) < _WINDOW:

@@ -79,7 +79,7 @@ class Series:
     tare: Tare
 
     def time_of(self, tick: int) -> float:
-        """Return the time of a tick in seconds since the first tick, interpolated if it is not in the log."""
+        """Return the time of a tick in seconds since the first tick, interpolated if the tick is not in the log."""
         there = self.ticks >= 0
         return float(np.interp(tick, self.ticks[there], self.time_s[there]))
 

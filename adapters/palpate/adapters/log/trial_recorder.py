@@ -1,4 +1,4 @@
-"""Recorder for the trials of a run, with one log per trial. Each log contains the complete initial state."""
+"""Recorder for a run's trials, with one log per trial. Each log contains the complete initial state."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Recorder that logs trials in a folder until the context ends. ``losses`` lists lost data with reasons."""
+    """Recorder that logs trials in a folder until the context exits. ``losses`` lists lost data with reasons."""
 
     def __init__(self, sink: Sink, folder: Path, config: RecordingConfig) -> None:
         self._sink, self._folder, self._stop = sink, folder, config.on_loss == "stop"

@@ -102,7 +102,7 @@ class DrawnCell:
         self._path, self.contour = log.path, cell.contour.shape != "none"
 
     def pose(self, moment: Moment) -> None:
-        """Move the arm and the spring-mounted peg to their poses at a given moment.
+        """Move the arm and the spring-mounted peg to their poses at a given time.
 
         The encoders do not measure the gripper springs, so the spring deflection is computed from the measured wrench.
 

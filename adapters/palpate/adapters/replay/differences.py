@@ -1,4 +1,4 @@
-"""Differences between a replay and its recording, and the tolerance for numbers."""
+"""Differences between a replay and its recording, and the numeric tolerance."""
 
 import struct
 from collections.abc import Iterable
@@ -65,7 +65,7 @@ _ABSOLUTE: Final = 1e-12
 
 
 def close_enough(a: float, b: float) -> bool:
-    """Return True if two numbers differ by no more than a change of processor may cause."""
+    """Return True if two numbers differ by no more than a different processor may cause."""
     return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
 
 

@@ -78,7 +78,7 @@ def replay(
 
     Raises:
         LogError: The log cannot be replayed.
-        ConfigurationError: A change does not fit the log.
+        ConfigurationError: A change does not match the log.
     """
     if log.missing:
         raise LogError(log.path, "", log.missing, "a trial can only be replayed whole")

@@ -164,7 +164,7 @@ class Rebuilder:
 
         Raises:
             LogError: The log lacks required data.
-            ConfigurationError: A change does not fit the log.
+            ConfigurationError: A change does not match the log.
         """
         try:
             return self._rebuilt(log)

@@ -55,7 +55,7 @@ class _ViewedClock(Clock):
 
 @contextmanager
 def viewed(rig: SimulatedRig) -> Iterator[None]:
-    """Show the rig in a window until the context ends.
+    """Show the rig in a window until the context exits.
 
     Raises:
         UsageError: There is no display.

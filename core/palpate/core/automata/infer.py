@@ -111,7 +111,7 @@ def infer(
         The best automaton found, even if it does not label every string correctly (see ``consistent``).
 
     Raises:
-        ConfigurationError: The settings do not fit the strings.
+        ConfigurationError: The settings do not match the strings.
     """
     settings = settings or InferenceSettings()
     whole, held_out = strings, None

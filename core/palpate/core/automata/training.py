@@ -173,7 +173,7 @@ class _Batch:
         self._right = torch.zeros(count, dtype=torch.bool)
 
     def run(self, task: TrainingTask) -> Iterator[Progress]:
-        """Train the batch, and yield the progress at each evaluation."""
+        """Train the batch and yield progress at each evaluation."""
         import torch
 
         settings, restarts = self._settings, self._restarts

@@ -1,7 +1,7 @@
 """Settings derived from the part, the tool, the place, the limits and the sensor, each with a single formula.
 
 All quantities use one consistent system of units: metres, newtons and seconds give the same settings as millimetres,
-newtons and seconds. Dimensioned constants that are not part of the job are in :class:`Constants`. Figures in
+newtons and seconds. Dimensional constants that are not part of the job are in :class:`Constants`. Figures in
 parentheses refer to measurements in the simulated cell (``docs/results.md``).
 """
 
@@ -58,7 +58,7 @@ _SMALLEST_SWEEP: Final = 1.8
 
 @dataclass(frozen=True)
 class Constants:
-    """Dimensioned constants that are independent of the job, with the rationale for each.
+    """Dimensional constants that are independent of the job, with the rationale for each.
 
     Attributes:
         press_N: Pressing force in the source paper, 0.5 kgf; sufficient for sensors with up to 0.19 N of noise.

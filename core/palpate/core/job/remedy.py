@@ -51,7 +51,7 @@ class Verification:
 
     @property
     def needs_wall(self) -> bool:
-        """Return True if the descent bends the gripper by more than the budget, unless a wall responds."""
+        """Return True if a wall must respond during the descent because the full deflection would exceed the budget."""
         return self.job.depth_m * self.job.axial_N_per_m > self.push_N[1] / PUSH_SHARE
 
     @property
@@ -62,7 +62,7 @@ class Verification:
 
     @property
     def axis(self) -> str:
-        """Return the name of the tool stiffness setting with no detectable response."""
+        """Return the name of the tool stiffness setting whose response is undetectable."""
         return "axial_N_per_mm" if self.regime.window_s >= 1.001 * _BUDGET_S else "lateral_N_per_mm"
 
     def refusal(self) -> str:

@@ -146,7 +146,7 @@ class ToolConfig(Settings):
 
     @property
     def moving_mass_kg(self) -> float:
-        """Return the mass that moves on the gripper's compliance."""
+        """Return the mass that the compliant gripper supports."""
         return round(self.mass_kg - self.rigid_mass_kg, 9)
 
     @property

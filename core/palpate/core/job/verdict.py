@@ -117,7 +117,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
-    """Return four standard deviations of depth, in mm, and a remedy if the tolerance is smaller; else None.
+    """Return four standard deviations of depth, in mm, and a remedy if they exceed the tolerance; else None.
 
     Args:
         parts: Standard deviations from noise, tilt and encoders.

@@ -169,7 +169,7 @@ class Kinematics:
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
         """Return the tip's Jacobian, (6, n), from joint velocities to its twist (linear first), in the tip frame.
 
-        This also performs ``update``, and takes only slightly longer.
+        This also performs ``update`` and takes only slightly longer.
         """
         self._set_q(*q_rad)
         pin.computeJointJacobians(self.model, self._data, self._q)

@@ -125,7 +125,7 @@ class GatedThresholds(Settings):
         inner: Thresholds for the features that follow them in the feature vector.
 
     Raises:
-        ConfigurationError: An outer feature has no middle band, or a feature is in both.
+        ConfigurationError: An outer feature has no middle band, or a feature is both outer and inner.
     """
 
     TABLE: ClassVar[str] = _TABLE

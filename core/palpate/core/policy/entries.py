@@ -54,7 +54,7 @@ def new_learner(
         bounds: Task bounds for a belief learner.
 
     Raises:
-        ConfigurationError: A value is out of range, a name is repeated, or the learner does not fit the task.
+        ConfigurationError: A value is out of range, a name is repeated, or the learner is not suitable for the task.
     """
     if isinstance(parameters, BeliefParameters):
         return BeliefLearner(parameters, bounds, frozen=frozen)

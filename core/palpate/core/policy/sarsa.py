@@ -33,7 +33,7 @@ class Sarsa(TabularLearner):
     """Sarsa learner: ``Q(i, a) <- Q(i, a) + alpha e(i, a) delta``, with ``delta = r + gamma Q(j, b) - Q(k, c)``.
 
     ``k, c`` is the step just made, ``j, b`` the step after it, and ``e`` the trace of each pair: 1 for the pair just
-    tried, 0 for the other actions in its state from then on, decayed by ``gamma lambda`` with every step.
+    tried, 0 for the other actions in its state from then on, decayed by ``gamma lambda`` at every step.
 
     The action ``b`` is drawn as soon as its state is known, so that nothing is left to learn at the end of a trial;
     ``choose`` then returns it. The value of the goal is 0. If another policy acts in ``j``, ``b`` is its action.

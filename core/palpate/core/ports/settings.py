@@ -189,7 +189,7 @@ def optional_of(base: Any) -> Any:
 
 
 def table_or(base: Any) -> type[Settings] | None:
-    """Return the table that an annotation accepts in place of a name, or None if there is none."""
+    """Return the table type that an annotation accepts instead of a name, or None if there is none."""
     if get_origin(base) not in (Union, types.UnionType):
         return None
     return next((kind for kind in get_args(base) if isinstance(kind, type) and issubclass(kind, Settings)), None)
@@ -225,7 +225,7 @@ def accepted_by(kind: Any) -> str:
 
 @cache
 def _analysed(kind: Any) -> tuple[Any, ...]:
-    """Return the type, metadata, type without None, table in place of a name, origin and items of an annotation."""
+    """Split an annotation for :func:`fitted`: type, metadata, optional type, table, origin and items."""
     base, marks = parts_of(kind)
     return base, marks, optional_of(base), table_or(base), get_origin(base) or base, get_args(base)
 

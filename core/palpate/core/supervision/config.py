@@ -13,13 +13,13 @@ _FINITE_FORCE: Final = Holds(lambda force_N: True, "a finite number of newtons: 
 
 
 class Limit(Range):
-    """Range for a limit; a larger value is weaker."""
+    """Range for a limit; a larger value weakens the limit."""
 
     __slots__ = ()
 
 
 class Motion(Range):
-    """Range for a retraction parameter; a smaller value is weaker."""
+    """Range for a retraction parameter; a smaller value weakens the retraction."""
 
     __slots__ = ()
 
@@ -49,7 +49,7 @@ class SupervisionConfig(Settings):
     max_equal_samples: Annotated[int, Limit(1, 1_000_000, "samples")] = 5
     """Consecutive new force samples that are equal in all six channels; a live sensor has noise that prevents this."""
     max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
-    """Consecutive new force samples that repeat earlier ones in order, as from a recording."""
+    """Consecutive new force samples that repeat earlier ones in order, as in a replayed recording."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
     """Consecutive new force samples in which a channel stays within a third of its noise, as if dead."""
     max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8

@@ -228,7 +228,7 @@ _NS_PER_MS = 1e6
 
 
 class SampleMonitor:
-    """Monitor for the validity, age and progress of both sensors' samples, and for the time between ticks.
+    """Monitor for the validity, age and progress of encoder and force samples, and for the time between ticks.
 
     Args:
         sensor: Facts about the sensor. All wrenches use its frame. If it has noise, equal samples mean that it froze.
@@ -308,10 +308,10 @@ class SampleMonitor:
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
-    """Reject a wrench that is of a different kind or in a different frame, before anything moves.
+    """Before anything moves, reject a wrench of the wrong kind or in the wrong frame.
 
     Raises:
-        DeviceError: The wrench is of a different kind or in a different frame.
+        DeviceError: The wrench is of the wrong kind or in the wrong frame.
     """
     if wrench.kind is not WrenchKind.RAW or wrench.frame != frame:
         raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task requires raw wrenches in {frame!r}")

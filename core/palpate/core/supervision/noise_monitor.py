@@ -14,7 +14,7 @@ BAND: Final = 1.0 / 3.0
 
 White noise stays within this distance of its start for 20 samples with a probability of 1.9e-12, the integral of phi(x)
 (Phi(x + 1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels, this means 2e-5 false trips. A
-dead channel, with a twentieth of the noise, stays within it with a probability close to one.
+dead channel with a twentieth of the noise stays within it with a probability close to one.
 """
 _FEWEST: Final = 8
 """Minimum number of samples for a meaningful standard deviation."""

@@ -104,9 +104,9 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Run one cycle: send set-points and the SYNC, then wait for the drives' answers.
+        """Run one cycle: send set-points and the SYNC, then wait for the drives' replies.
 
-        The set-point takes effect at this SYNC. The angles are measured at the same moment, so they do not depend on
+        The set-point takes effect at this SYNC. The angles are measured at the same time, so they do not depend on
         it. Without a set-point, an enabled arm keeps its last one. If less than a period has passed since the last
         call, the maximum step is reduced in proportion.
         """

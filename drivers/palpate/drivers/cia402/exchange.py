@@ -1,4 +1,4 @@
-"""A bus cycle with set-points, SYNC and answers, and the interpretation of each joint's answer."""
+"""A bus cycle with set-points, SYNC and replies, and the interpretation of each joint's reply."""
 
 import contextlib
 from collections.abc import Callable, Sequence
@@ -72,10 +72,10 @@ class CyclicExchange:
         return tuple(view.counts or 0 for view in self.views) or (0,) * len(self._nodes)
 
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:
-        """Run one cycle: send set-points in counts and the SYNC, then wait for all answers until the deadline."""
+        """Run one cycle: send set-points in counts and the SYNC, then wait for all replies until the deadline."""
         self._link.require_alive()
         if self._unheard_until_ns is not None:
-            # A broadcast does not wait, so answers to its SYNC must not count as answers to the next SYNC.
+            # A broadcast does not wait, so replies to its SYNC must not count as replies to the next SYNC.
             self._mailbox.wait(self._unheard_until_ns)
             self._unheard_until_ns = None
         begin_ns = self._now_ns()

@@ -27,8 +27,8 @@ class NodeBox:
     """Latest data from one node; the cycle receives copies.
 
     Attributes:
-        answered: True if the node answered the latest SYNC in time. A late answer cannot be distinguished from an
-            answer to the next SYNC, because process data contain no sequence number.
+        answered: True if the node answered the latest SYNC in time. A late reply cannot be distinguished from a
+            reply to the next SYNC, because process data contain no sequence number.
         active: EMCY messages for errors that have not been cleared.
     """
 
@@ -85,7 +85,7 @@ class Mailbox:
             box.active = () if clears else (*box.active[-_EMCY_KEPT:], emergency)
 
     def begin(self) -> None:
-        """Prepare for a SYNC: process data received from now on count as answers to this SYNC."""
+        """Prepare for a SYNC: process data received from now on count as replies to this SYNC."""
         with self._all_here:
             for box in self._boxes.values():
                 box.answered = False

@@ -23,7 +23,7 @@ class AxisView:
     Attributes:
         state: State in the statusword; also None if it matches no pattern.
         position_rad: Position as a joint angle.
-        moved_counts: Change in the position counts since the previous answer.
+        moved_counts: Change in the position counts since the previous reply.
         mode: Operating mode reported by the drive.
     """
 

@@ -21,7 +21,7 @@ _STALL_PERIODS: Final = 20
 ACK_TIMEOUT_NS: Final = 250_000_000
 ATTEMPTS: Final = 3
 PING_ATTEMPTS: Final = 16
-"""Number of attempts for the first request. FACT: yarp-devices waits 0.25 s for an answer; the board boots in 2 s."""
+"""Number of attempts for the first request. FACT: yarp-devices waits 0.25 s for a reply; the board boots in 2 s."""
 _REMEDY: Final = "check power, wiring, bit rate and termination, and that the sensor is plugged into its board"
 
 
@@ -77,7 +77,7 @@ class Jr3(PolledSensor):
         self._decoder.forget()
 
     def stop(self) -> None:
-        """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if it is already closed."""
+        """Stop the stream; poll until ``phase`` is CLOSED. Raises StateError if the sensor is already closed."""
         self._wish(Jr3Event.STOP_REQUESTED)
 
     def acknowledge(self) -> None:
@@ -145,8 +145,8 @@ class Jr3(PolledSensor):
     def _ask(self, op: Op) -> None:
         attempts = PING_ATTEMPTS if self.phase is Jr3Phase.PINGING else ATTEMPTS
         if self.phase is Jr3Phase.READING_SCALES:
-            # The request is not simply repeated: answers for forces and moments look alike, so a late answer could be
-            # mistaken for the other. The state is requested first; its short answer cannot overtake a late long one.
+            # The request is not simply repeated: replies for forces and moments look alike, so a late reply could be
+            # mistaken for the other. The state is requested first; its short reply cannot overtake a late long one.
             attempts = 1
         self._exchange.begin(op, attempts, ACK_TIMEOUT_NS)
 
@@ -241,7 +241,7 @@ def start_up(device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], 
 def shut_down(
     device: Jr3, clock_ns: Callable[[], int], sleep: Callable[[float], None], timeout_s: float = 10.0
 ) -> None:
-    """Stop the stream and wait for the board's answer or a time-out; has no effect if the sensor is closed."""
+    """Stop the stream and wait for the board's reply or a time-out; has no effect if the sensor is closed."""
     if device.phase is not Jr3Phase.CLOSED:
         device.stop()
         _wait(device, clock_ns, sleep, {Jr3Phase.CLOSED, Jr3Phase.FAULTED}, timeout_s)

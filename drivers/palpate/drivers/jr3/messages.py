@@ -1,4 +1,4 @@
-"""Requests from the host and answers from the board.
+"""Requests from the host and replies from the board.
 
 FACT (README of jr3-mbed-firmware-can): an acknowledgement carries the sensor's state, but does not identify its
 command. Therefore only one request may be pending.

@@ -21,7 +21,7 @@ class Ros2Wrench(PolledSensor):
 
     Args:
         frame: Required ``frame_id`` in the messages.
-        sign: 1 if the messages contain the wrench that the world exerts on the tool, -1 for the opposite.
+        sign: 1 if the messages contain the wrench that the world exerts on the tool, -1 if they contain the opposite.
     """
 
     def __init__(self, link: Ros2Link, frame: str, sign: int = 1) -> None:

@@ -24,7 +24,7 @@ HOME_RAD: Final = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)
 """Joint angles of the home pose, in which the arm rests when its counters are zeroed. FACT: client and port."""
 
 ARM_COUNTS_PER_RAD: Final = 30557.75
-"""C, for joints 1 to 3. FACT: client and port."""
+"""C, the ratio for joints 1 to 3. FACT: client and port."""
 WRIST_COUNTS_PER_RAD: Final = 11034.53
 """W, the base ratio for the wrist. FACT: client and port."""
 ALTERNATIVE_WRIST_FACTOR: Final = 24.0 / 17.33

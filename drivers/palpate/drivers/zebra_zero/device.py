@@ -110,7 +110,7 @@ class ZebraZero(LatchingArm):
         self._state = ArmState.ENABLED
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
-        """Send the set-point, if any, and read the pose before it, in one exchange with every axis.
+        """Send any set-point and return the pose measured before it takes effect, in one exchange with every axis.
 
         Call it at ``settings.rate_Hz``; an earlier call shortens the step in proportion.
 

@@ -38,7 +38,7 @@ class JointLimits:
 
 
 REPLY_ITEMS: Final = nmc.StatusItem.POSITION | nmc.StatusItem.AUX
-"""Items in every reply in a cycle. AUX takes one byte per axis and shows immediately if a servo is off."""
+"""Items in every reply in a cycle. AUX adds one byte per axis and immediately shows whether a servo is off."""
 FIRMWARE_WITH_MOVING_TARGETS: Final = 10
 """Firmware of the PIC-SERVO SC that accepts a new trapezoid while one is running. FACT: data sheet."""
 

@@ -46,7 +46,7 @@ MOST_CELLS: Final = 2_000_000
 15 x 15 maps need tens of thousands."""
 MOST_BLIND_CELLS: Final = 100_000
 """The limit for maps with a single symbol, whose readings contain no information: 15 cells need 8400, 19 about 62 000
-and 24 about 595 000. The search reaches it in one or two seconds."""
+and 24 about 595 000. The search reaches the limit in one or two seconds."""
 
 
 @lru_cache(maxsize=64)

@@ -86,7 +86,7 @@ class PegConfig(Settings):
 
     @property
     def facets(self) -> tuple[int, int]:
-        """Return the numbers of walls and peg corners in round parts; a hull has half the configured numbers."""
+        """Return the numbers of walls and peg corners in round parts; a hull uses half as many as configured."""
         return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @property

@@ -179,7 +179,7 @@ def _load(x: Array, down: Array) -> Array:
 
 
 def _linear_load(down: Array, means: Array) -> Array:
-    """Return an initial value for the fit: weight and angle from transverse forces, and the rest from both."""
+    """Return an initial value for the fit, from transverse forces, the mean axial residual and the mean torque."""
     count = len(down)
     if count < 3:
         raise UndeterminedError("weight", f"{count} poses", "at least 3, that tilt the tool about two axes")

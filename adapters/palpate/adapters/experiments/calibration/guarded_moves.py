@@ -50,7 +50,7 @@ class GuardedMoves:
 
     @contextmanager
     def moving(self) -> Iterator[None]:
-        """Allow motion within the context, and always stop the arm at its end."""
+        """Allow motion within the context, and always stop the arm when it exits."""
         rig, ports, arm = self._rig, self._rig.ports, self._rig.ports.arm
         with self._loop():
             if arm.life is Life.ACTIVE:

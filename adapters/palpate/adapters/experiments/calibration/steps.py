@@ -169,7 +169,7 @@ class Commissioning:
         self.arm.go(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M])))
 
     def _tilted(self, above_rad: estimates.Array) -> list[estimates.Array]:
-        """Return poses, with the tool tilted about its centre, that the arm can reach without flipping."""
+        """Return poses that tilt the tool about its centre and that the arm can reach without flipping."""
         tip = self.arm.place(above_rad)
         lever = np.array([0.0, 0.0, _MIDDLE * (self._tool.sensor_m[2] + self._tool.tip_m[2])])
         middle = tip.act(-lever)

@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 
 class Examination:
-    """Check of a single rig.
+    """A check on one rig.
 
     Args:
         seconds: Measurement time per device.

@@ -69,7 +69,7 @@ class MeasuredNoise(NamedTuple):
 
 
 def listen(read: Callable[[], SampleT], clock: Clock, seconds: float) -> Series[SampleT]:
-    """Read samples for the given number of seconds, at a higher rate than any loop."""
+    """Read samples for the given number of seconds, at a higher rate than any loop runs at."""
     reads: list[tuple[int, SampleT]] = []
     end_ns = clock.now_ns() + round(seconds * 1e9)
     while (now_ns := clock.now_ns()) < end_ns:

@@ -83,7 +83,7 @@ def _go(
 def report_pose(
     position_rad: JointVector, lower_rad: JointVector, upper_rad: JointVector, report: DeviceReport
 ) -> None:
-    """Check that the joint angles fit the arm's model."""
+    """Check that the joint angles match the arm's model."""
     report.facts["joints"] = f"{', '.join(f'{angle:+.4f}' for angle in position_rad)} rad"
     fits = len(position_rad) == len(lower_rad)
     text = f"{len(position_rad)} joint angles, the model of the arm has {len(lower_rad)}"

@@ -58,7 +58,7 @@ Row: TypeAlias = tuple[float, ...]
 
 
 class LiveView(TrialsObserver):
-    """Live view of trials, with a Rerun recording stream and a server, both of which end with the context."""
+    """Live view of trials, with a Rerun recording stream and a server, both of which end when the context exits."""
 
     def __init__(self, stream: rr.RecordingStream, server: subprocess.Popen[bytes] | None = None, address: str = ""):
         self._stream, self._server, self.address = stream, server, address
@@ -270,7 +270,7 @@ class CellShapes:
                 self.shapes[self._names[int(model.geom_bodyid[geom])]][f"shape_{geom}"] = shape
 
     def at(self, moment: Moment) -> tuple[dict[str, tuple[Row, Row]], tuple[Row, Row] | None, Row]:
-        """Return the frames, the force arrow and the tip at a given moment.
+        """Return the frames, the force arrow and the tip at a given time.
 
         Returns:
             Position (3,) in m and quaternion (w, x, y, z) of each frame, and origin and vector of the force arrow in m,

@@ -74,10 +74,10 @@ class Painter:
         self._stage = Stage(self._cell, size)
 
     def paint(self, moment: Moment) -> Image.Image:
-        """Return the RGB image for a moment.
+        """Return the RGB image at a given time.
 
         Raises:
-            LogError: The joint angles do not fit the arm.
+            LogError: The joint angles do not match the arm.
         """
         self._cell.pose(moment)
         view = self._arm if self._camera == "arm" else self._close
@@ -144,7 +144,7 @@ def _font(size_px: int) -> ImageFont.FreeTypeFont:
 
 
 def now_text(moment: Moment, force_N: Sequence[float] | None) -> str:
-    """Return the caption for a moment, with the measured force in the task frame, (3,) N, or None if not measured."""
+    """Return the caption at a given time. ``force_N`` is the force in the task frame, (3,); None if not measured."""
     decision, force, parts = moment.decision, "not measured", "-"
     if force_N is not None:
         x, y, z = (round(value, 1) + 0.0 for value in force_N)

@@ -63,7 +63,7 @@ class PlaceBelief:
     """Evidence for each position from one trial's torques.
 
     The torque caused by the tilt is integrated out: contacts are linear in it, and its prior is a mixture of two normal
-    distributions, one for the tilt in the last trials and one for any tilt. Six running sums thus give the evidence.
+    distributions, one for the tilt in recent trials and one for any tilt. Six running sums thus give the evidence.
 
     Args:
         log_prior: Logarithm of the belief at the start of the trial, (size, size).

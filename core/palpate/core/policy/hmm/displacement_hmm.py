@@ -142,8 +142,8 @@ def fit_displacement_hmm(
 ) -> DisplacementHmm:
     """Fit a model from scratch.
 
-    Trials that reached the goal are fitted first, because each ends at a known offset. The offsets in others are
-    ambiguous; without an initial model, they would spread over arbitrary offsets.
+    Trials that reached the goal are fitted first, because each ends at a known offset. The other trials
+    have no known offset; fitted without this initial model, they could be placed at arbitrary offsets.
 
     Args:
         trials: Readings and actions from at least one trial.

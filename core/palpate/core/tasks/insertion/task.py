@@ -1,4 +1,4 @@
-"""The insertion task, with approach to contact, exploration of the surface, and insertion to full depth.
+"""The insertion task: approach until contact, explore the surface, and insert to full depth.
 
 The task is a state machine without I/O. At 140 Hz, it turns each :class:`~palpate.core.ports.values.Snapshot`
 into one joint command. An external policy may choose an action between the two halves of a tick. The task uses port

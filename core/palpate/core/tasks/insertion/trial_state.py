@@ -15,7 +15,7 @@ class InsertionState(TrialState):
         agent: Agent that learns from the end of the trial.
 
     Attributes:
-        explore_start: Tick at the first contact; 0 before it.
+        explore_start: Tick at the first contact; 0 until then.
         hole_tick: Tick at which the hole was found; None before that, and after a false drop.
         surface_m: Estimated depth of the plate's surface below the nominal plane.
         slack_m: Uncertainty in that depth; 0 if the plate was touched.

@@ -50,7 +50,7 @@ class SpatialExplore(Explore):
 
     Args:
         equipment: Objects shared by the phases.
-        monitor: Contact monitor, which dithers the tool and stops it until the force responds.
+        monitor: Contact monitor, which dithers the tool and holds it in place until the force responds.
         options: Options for the tool's compliance and its turn limits.
     """
 
@@ -225,7 +225,7 @@ class SpatialExplore(Explore):
         return self._dithering(velocity)
 
     def _dithering(self, velocity_m_s: Vector3) -> Vector3:
-        """Add the dither to a velocity, also laterally at a wall; if the budget is spent, only dither in place."""
+        """Add the dither to a velocity, including laterally at a wall; if the budget is spent, only dither in place."""
         monitor, (vx, vy, vz), (fx, fy, _) = self._monitor, velocity_m_s, self._measurement.force_N
         ux, uy = monitor.direction or (0.0, 0.0)
         if not monitor.spent:

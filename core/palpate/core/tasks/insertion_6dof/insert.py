@@ -24,7 +24,7 @@ TILTED_RAD: Final = 0.03
 """Maximum tilt for an inserted peg (26 mrad in trials without a fault); withdrawing a peg with more tilt bends the
 gripper."""
 _SUNK_M: Final = 1e-4
-"""Distance that a wobbling peg must sink to indicate that the walls held it."""
+"""Distance that a wobbling peg must sink to show that the walls were holding it."""
 
 
 class SpatialInsert(Insert):
@@ -70,7 +70,7 @@ class SpatialInsert(Insert):
         self._motion.turn((x, y, yaw))
 
     def _begin_look(self) -> None:
-        """Wobble and comply on a possible floor until the peg is flat, before it is checked."""
+        """Before checking a possible floor, wobble and comply on it until the peg is flat."""
         measured, past = self._measurement, self._depth_m - self._state.slack_m > self._full_m + self._tolerance_m
         if self._flat_ticks == 0 or self._depth_m > self._flat_from_m + _SUNK_M:
             # A wedge is detected if the peg sinks further.

@@ -209,7 +209,7 @@ class CanopenDrive(CanNode):
             self._servo.retarget()
 
     def send_message(self, can_id: int, data: bytes) -> None:
-        """Send an answer from the SDO server. The ``canopen`` library requires this name."""
+        """Send a reply from the SDO server. The ``canopen`` library requires this name."""
         self._send(can_id, bytes(data))
 
     def _send(self, identifier: int, data: bytes) -> None:

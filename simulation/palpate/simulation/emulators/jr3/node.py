@@ -134,7 +134,7 @@ class Jr3Node:
             self._stop_sampling()
 
     def full_scale_words(self) -> tuple[int, ...]:
-        """Return the six unsigned 16-bit words in a full-scale answer.
+        """Return the six unsigned 16-bit words in a full-scale reply.
 
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready does not change the buffer, so the words are its
         previous contents. The contents of a new buffer are assumed.

@@ -22,7 +22,7 @@ class CanNode(Protocol):
     """
 
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """Pass a frame from the bus to the node and return its immediate answers."""
+        """Pass a frame from the bus to the node and return its immediate replies."""
         ...
 
     def advance(self, now_ns: int) -> list[BusFrame]:

@@ -26,7 +26,7 @@ class SerialEmulator(Protocol):
         """The device's current line rate, 8N1."""
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Receive bytes from the host, the last of which arrived at `now_ns`, and return the device's answer."""
+        """Receive bytes from the host, the last of which arrived at `now_ns`, and return the device's reply."""
 
     def advance(self, now_ns: int) -> bytes:
         """Advance the time and return the bytes that the device sends unprompted."""
@@ -48,7 +48,7 @@ class SerialLine(Generic[Emulator]):
         self._rx_clear_ns = self._tx_clear_ns = self._polled_ns = 0
 
     def connect(self, host_baud: Callable[[], int], now_ns: int) -> None:
-        """Connect a host, whose line rate `host_baud` returns."""
+        """Connect a host; `host_baud` returns its line rate."""
         self._host_baud = host_baud
         self._rx_clear_ns = self._tx_clear_ns = now_ns
 

@@ -53,7 +53,7 @@ class ArmGears:
 
 
 def _rows(matrix: npt.NDArray[np.float64]) -> tuple[tuple[tuple[int, float], ...], ...]:
-    """Return the non-zero elements of the matrix. Rounding residues of the inverse count as zero."""
+    """Return the non-zero elements of the matrix. Rounding errors from the inversion are treated as zero."""
     return tuple(
         tuple((i, float(value)) for i, value in enumerate(row) if abs(value) > 1e-12 * np.abs(matrix).max())
         for row in matrix

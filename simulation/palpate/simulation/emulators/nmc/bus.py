@@ -12,11 +12,11 @@ _IDLE_LINE = 0xFF
 
 
 class NmcChain:
-    """A daisy chain of servo modules, beginning at power-up. It is a `SerialEmulator` without a wall clock.
+    """A daisy chain of servo modules, simulated from power-up on. It is a `SerialEmulator` without a wall clock.
 
-    A module receives nothing until its predecessor has an address (FACT, libnmc's start-up). It continues to receive if
-    the predecessor is reset later (assumed). Simultaneous answers from two modules are mixed (assumed: wired AND). Axis
-    i of the plant belongs to the i-th module in the chain.
+    A module receives nothing until its predecessor has an address (FACT, libnmc's start-up). It keeps receiving even
+    if its predecessor is later reset (assumed). Simultaneous replies collide and are combined (assumed: wired AND).
+    Axis i of the plant belongs to the i-th module in the chain.
     """
 
     def __init__(self, plant: JointPlant, modules: int = AXES) -> None:

@@ -29,7 +29,7 @@ class Explore(RunningPhase):
     """Exploration by actions that move across the plate, each a steady step followed by a pause.
 
     Args:
-        monitor: Contact monitor, which dithers the tool and stops it until the force responds.
+        monitor: Contact monitor, which dithers the tool and holds it in place until the force responds.
     """
 
     def __init__(self, equipment: Equipment, monitor: Monitor) -> None:
