@@ -44,8 +44,7 @@ def test_films_in_every_format(palpate, desk):
 def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate, desk):
     require_graphics()
     for name in ("a.gif", "b.gif"):
-        printed = palpate.succeed("render", "sound.mcap", "--to", name, "--size", "200x150", "--fps", 1)
-        assert "3 pictures" in printed
+        palpate.succeed("render", "sound.mcap", "--to", name, "--size", "200x150", "--fps", 1)
     assert (desk / "a.gif").read_bytes() == (desk / "b.gif").read_bytes()
     assert (desk / "sound.mcap").read_bytes() == INSERTION.read_bytes()
 
