@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp
+from math import exp, fsum
 from typing import ClassVar, Final
 
 import numpy as np
@@ -62,7 +62,7 @@ def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list
     else:
         # Subtracting the best value keeps every exponent at or below 0, which prevents overflow.
         weights = [exp((value - best) / temperature) for value in values]
-    total = sum(weights)
+    total = fsum(weights)
     return [weight / total for weight in weights]
 
 

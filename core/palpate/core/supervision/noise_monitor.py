@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence
-from math import nan, sqrt
+from math import fsum, nan, sqrt
 from typing import Final, TypeAlias
 
 from palpate.core.ports import SensorFacts, Snapshot
@@ -133,8 +133,8 @@ class NoiseMonitor:
 
 def _deviation(values: Sequence[float]) -> float:
     """Return the sample standard deviation; the standard library's exact version is too slow."""
-    mean = sum(values) / len(values)
-    return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
+    mean = fsum(values) / len(values)
+    return sqrt(fsum((value - mean) ** 2 for value in values) / (len(values) - 1))
 
 
 def _bands(noise: Sequence[float]) -> _Six:

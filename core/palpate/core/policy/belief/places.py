@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, exp, floor, pi
+from math import ceil, exp, floor, fsum, pi
 from typing import Any, Final
 
 import numpy as np
@@ -102,16 +102,16 @@ def _weights(holes_m: Sequence[Hole], area_m2: float) -> list[float]:
         scores = [
             score**_MEMORY * (value / even + 1e-3) for score, value in zip(scores, [*foretold, even], strict=True)
         ]
-        total = sum(scores)
+        total = fsum(scores)
         scores = [score / total for score in scores]
-    total = sum(scores)
+    total = fsum(scores)
     # The uniform part never vanishes, because a hole may be where none has been before.
     return [0.98 * score / total for score in scores[:-1]] + [0.98 * scores[-1] / total + 0.02]
 
 
 def _density(holes_m: Sequence[Hole], x: float, y: float, width: float) -> float:
     scale = -0.5 / (width * width)
-    total = sum(exp(scale * ((x - hx) ** 2 + (y - hy) ** 2)) for hx, hy in holes_m)
+    total = fsum(exp(scale * ((x - hx) ** 2 + (y - hy) ** 2)) for hx, hy in holes_m)
     return total / (len(holes_m) * 2 * pi * width * width)
 
 

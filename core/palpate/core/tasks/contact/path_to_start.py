@@ -1,7 +1,7 @@
 """The phases in free space: lift, transfer to the start, and a pause for taring."""
 
 from abc import abstractmethod
-from math import radians, sqrt
+from math import fsum, radians, sqrt
 from operator import sub
 from typing import Final, Protocol
 
@@ -100,7 +100,7 @@ class Settle(RunningPhase):
             self.bias = (a, b, c, d, e, f)
             self._measurement.tare(self.bias)
             self._state.noise = tuple(
-                sqrt(sum((value - mean) ** 2 for value in values) / max(self._tare_ticks - 1, 1))
+                sqrt(fsum((value - mean) ** 2 for value in values) / max(self._tare_ticks - 1, 1))
                 for values, mean in zip(zip(*self._values, strict=True), self.bias, strict=True)
             )
             self._state.event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")

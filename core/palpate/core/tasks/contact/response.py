@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import inf, sqrt
+from math import fsum, inf, sqrt
 from typing import Final
 
 import numpy as np
@@ -193,4 +193,4 @@ def _repetition(x: Array, rest: Array) -> float:
     shifted: Array = np.ndarray((lags, 2, count), buffer=padded, strides=(sample, series, sample))
     products = np.add.reduce(shifted * padded[:, :count], axis=2)
     correlated: list[float] = np.multiply.reduce(products, axis=1).tolist()
-    return max(1.0 + 2.0 * sum(correlated[1:]) / max(correlated[0], _LEAST**2), 1.0)
+    return max(1.0 + 2.0 * fsum(correlated[1:]) / max(correlated[0], _LEAST**2), 1.0)

@@ -1,5 +1,7 @@
 """The task's learning component, which perceives a state, chooses an action and learns from the result."""
 
+from math import fsum
+
 import numpy as np
 
 from palpate.core.errors import LifecycleError
@@ -136,7 +138,5 @@ class Agent:
 
     def _outcome(self) -> ActionOutcome:
         ticks = max(len(self.effort_N), self._least_ticks)
-        total_N = 0.0
-        for force_N in self.effort_N:  # sum() rounds differently in newer versions of Python
-            total_N += force_N
-        return ActionOutcome(ticks * self._tick_s, total_N / ticks)
+        # Unlike sum(), this rounds the same in all versions of Python.
+        return ActionOutcome(ticks * self._tick_s, fsum(self.effort_N) / ticks)

@@ -1,7 +1,7 @@
 """The insertion, which lowers the peg until it rests on the floor, or is past its depth and a wall responds."""
 
 from enum import Enum
-from math import ceil, hypot, sqrt
+from math import ceil, fsum, hypot, sqrt
 from typing import Final
 
 from typing_extensions import override
@@ -249,7 +249,7 @@ class Insert(RunningPhase):
     def _judge(self, window: int) -> None:
         """Decide whether the depth is sufficient, given its uncertainty."""
         state, seen_m = self._state, self._depths_m[-window:]
-        depth_m, error_m = sum(seen_m) / len(seen_m), self._deviation_m(len(seen_m))
+        depth_m, error_m = fsum(seen_m) / len(seen_m), self._deviation_m(len(seen_m))
         tilt_m = 0.5e-3 * self._equipment.task.end_tilt_mm
         short_m = self._full_m - self._tolerance_m - (depth_m - tilt_m - _DEVIATIONS * error_m)
         text = f"depth {depth_m * 1e3:.3f} mm, standard deviation {error_m * 1e3:.3f} mm"
@@ -336,7 +336,7 @@ class Insert(RunningPhase):
         halves, rest = divmod(self._ticks - _SETTLE_TICKS, half)
         if halves >= 2 and not rest:
             first_N, second_N = self._held_N[-2 * half : -half], self._held_N[-half:]
-            drift_N = (sum(second_N) - sum(first_N)) / half
+            drift_N = (fsum(second_N) - fsum(first_N)) / half
             if drift_N <= self._drift_N_per_tick * half:
                 self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
                 if self._found:
