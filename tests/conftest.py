@@ -97,10 +97,10 @@ def golden_here(tmp_path_factory):
 
 
 def pytest_configure():
-    """Wait for no disk, and take signals of the keyboard also in the background of a script, which ignores them."""
-    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGQUIT, signal.SIG_DFL)):
+    """Wait for no disk, and take signals also in the background of a script or under nohup, where they are ignored."""
+    for number in (signal.SIGINT, signal.SIGQUIT, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_IGN:
-            signal.signal(number, handler)
+            signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
     # What tests write need not outlast a power cut.
     os.fsync = lambda fd: None
     # Little garbage is cyclic; to look for it takes 5 % of the time.
