@@ -249,6 +249,7 @@ def onnx_network(monkeypatch, tmp_path):
 
 @pytest.mark.usefixtures("onnx_network")
 def test_a_network_of_onnx_is_run_and_replayed(palpate):
+    pytest.importorskip("onnxruntime")
     palpate.succeed(*RUN_NETWORK)
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
 
