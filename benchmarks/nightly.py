@@ -39,6 +39,7 @@ TOOLS: Final = (
     "netft>=2.0.1",
     "rosbags>=0.11",
     "hatchling>=1.27",
+    "grpcio-tools>=1.85",
 )
 ROOM: Final = 1.15
 """Maximum factor by which a ratio to its floor may exceed the committed ratio."""
