@@ -270,8 +270,8 @@ class Monitor:
         """Return the dither's velocity along a push.
 
         Args:
-            met: True if there is contact with a wall. The push then grows until the wall responds, by the motion of the
-                flange, because the arm's servos yield to a stiff gripper.
+            met: True if there is contact with a wall. The push then grows until the wall responds, as shown by the
+                motion of the flange, because the arm's servos yield to a stiff gripper.
         """
         budget_m, dither = self.budget_N / self.lateral_N_per_m, self._push_dither
         # Even if the flange then suddenly follows fully, it bends the gripper by no more than the budget.
