@@ -90,8 +90,8 @@ def test_a_training_run(palpate, run):
     palpate.succeed("report", run)
     page = Page(run)
     page.require_complete()
-    assert page.cells["h2"] == ["In figures", "Trial by trial", "Policy", "Forces of single trials", "Settings"]
-    assert (page.facts["Policy"], page.facts["Where"], page.facts["Trials"]) == ("q-learning", "simulator", "3")
+    assert page.cells["h2"] == ["Summary", "Trials", "Policy", "Forces in individual trials", "Settings"]
+    assert (page.facts["Policy"], page.facts["Run on"], page.facts["Trials"]) == ("q-learning", "simulator", "3")
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", page.facts["Date"])
     assert page.alts[0].startswith("Exploration time of each trial. q-learning: ")
     assert any(alt.startswith("Best action of each state. x- y-: ") for alt in page.alts)
@@ -101,10 +101,10 @@ def test_a_training_run(palpate, run):
     palpate.succeed("report", run)
     assert Page(run).text == page.text
     palpate.succeed("report", run, "--no-logs")
-    assert "Forces of single trials" not in Page(run).cells["h2"]
+    assert "Forces in individual trials" not in Page(run).cells["h2"]
     (run / "run.toml").write_text((run / "run.toml").read_text().replace("[run]\n", "[run]\nrig = 'rig bench'\n"))
     palpate.succeed("report", run, "--no-logs")
-    assert Page(run).facts["Where"] == "rig bench"
+    assert Page(run).facts["Run on"] == "rig bench"
 
 
 def test_a_claim_is_on_the_page(palpate):
@@ -120,7 +120,7 @@ def test_a_study_says_what_its_trials_say(palpate, study):
     palpate.succeed("report", study)
     page = Page(study)
     page.require_complete()
-    assert page.cells["h2"] == ["In figures", "Against the swept settings", "Learning curves", "Settings"]
+    assert page.cells["h2"] == ["Summary", "Effect of the swept settings", "Learning curves", "Settings"]
     assert page.facts["Swept: task.step_mm"] == "0.5, 0.7"
     assert "unfinished" not in page.text
     assert sum("Learning curve" in alt for alt in page.alts) == len(STEPS)

@@ -55,13 +55,14 @@ def learning_picture(
             upper.axhline(mean_s(rows), color=GREY, linestyle=line, linewidth=1.3, label=name)
             lower.axhline(sum(row.success for row in rows) / len(rows), color=GREY, linestyle=line, linewidth=1.3)
             ends.append(f"{name}: {mean_s(rows):.3g} s")
-        upper.set_ylabel("exploration time [s]")
-        upper.set_ylim(bottom=0.0)
+        upper.set(ylabel="exploration time [s]", ylim=(0.0, None))
+        lower.locator_params(axis="x", integer=True)
         lower.set(xlabel="trial", ylabel="success", ylim=(-0.04, 1.04))
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
     caption = (
-        f"{title}Lines: moving average over {experiments.WINDOW} trials, or single trials below twice as many. Bands:"
-        " 95 % interval of the mean over seeds (Student's t). Failed trials count with their time."
+        f"{title}Lines: moving average over {experiments.WINDOW} trials, or individual trials if there are fewer than"
+        f" {2 * experiments.WINDOW}. Bands: 95 % interval of the mean over seeds (Student's t). Failed trials are"
+        " included with their actual duration."
     )
     return Picture(f"Learning curve. {title}{'; '.join(ends)}.", caption, canvas.content)
 
@@ -92,10 +93,9 @@ def sweep_picture(field: str, values: Sequence[str], lines: Mapping[str, Mapping
                     upper.vlines(place, low, high, color=colour)
                 lower.vlines(place, *experiments.exact_interval(wins, len(rows)), color=colour)
                 described.append(f"{name} at {value}: {mean:.3g} s")
-        upper.set(ylabel="mean time [s]")
-        upper.set_ylim(bottom=0.0)
+        upper.set(ylabel="mean time [s]", ylim=(0.0, None))
         lower.set(xlabel=field, ylabel="success", ylim=(-0.04, 1.04))
         lower.set_xticks(range(len(values)), values)
         canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
-    caption = "Bars: 95 % intervals, Student's t over seeds of times, exact over trials of success."
+    caption = "Bars: 95 % intervals; Student's t over seeds for times, exact over trials for success."
     return Picture(f"Mean time and success against {field}. {'; '.join(described)}.", caption, canvas.content)

@@ -51,7 +51,7 @@ def policy_picture(document: PolicyDocument) -> Picture:
             colour = _UNKNOWN if seen is None else values.to_rgba(seen)  # type: ignore[arg-type]
             _draw(axes, places[row.state], row, steps, longest, colour)
     best = "; ".join(f"{row.state}: {row.action}" for row in shown[:20])
-    caption = "Best action of each state, on the colour of its value; grey was never visited."
+    caption = "Arrow: best action in the state. Colour: its value. Grey: state never visited."
     if len(shown) < len(document.states):
         caption += f" The {len(shown)} most visited of {len(document.states)} states."
     return Picture(f"Best action of each state. {best}.", caption, canvas.content)

@@ -73,11 +73,11 @@ class RunSource:
 def run_page(folder: Path, *, logs: bool) -> Page:
     """Return the page about a run."""
     run = RunSource.read(folder)
-    sections = [_figures(run), PageSection("Trial by trial", pictures=(_curve(run),))]
+    sections = [_figures(run), PageSection("Trials", pictures=(_curve(run),))]
     if (document := run.document) is not None:
         sections.append(_policy(document))
     if logs:
-        sections.append(PageSection("Forces of single trials", _score(run), pictures=tuple(_forces(run))))
+        sections.append(PageSection("Forces in individual trials", _score(run), pictures=tuple(_forces(run))))
     sections.append(settings_section(folder / "run.toml"))
     notices = []
     if run.missing:
@@ -109,18 +109,18 @@ def figures_row(name: str, rows: Sequence[experiments.TrialRow]) -> tuple[str, .
 
 
 HEAD: Final = ("", "trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]", "trips")
-CAPTION: Final = "Brackets: 95 % intervals, exact for success, by order statistics for medians"
+CAPTION: Final = "Brackets: 95 % intervals; exact for success, order statistics for medians"
 
 
 def _facts(run: RunSource) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, object]] = [("Policy", run.facts.get("policy")), ("Arm", run.settings.get("arm"))]
-    facts += [("Part", run.facts.get("part")), ("Where", run.facts.get("rig", "simulator")), ("Date", run.date)]
+    facts += [("Part", run.facts.get("part")), ("Run on", run.facts.get("rig", "simulator")), ("Date", run.date)]
     facts += [("Scenario", run.settings.get("scenario"))]
     facts += [("Seed", run.settings.get("seed")), ("Trials", len(run.rows))]
     if "claim" in run.summary:
         facts.append(("Claim", f"{run.summary['claim']}: {run.summary.get('verdict')}"))
     versions = run.facts.get("versions", {})
-    facts.append(("Made with", ", ".join(f"{name} {version}" for name, version in versions.items())))
+    facts.append(("Software", ", ".join(f"{name} {version}" for name, version in versions.items())))
     return tuple((name, str(value)) for name, value in facts if value not in (None, ""))
 
 
@@ -135,7 +135,7 @@ def _figures(run: RunSource) -> PageSection:
     if tripped := [(str(row.trial), row.trip) for row in run.rows if row.trip]:
         caption = f"Trips, each counted as a failure at the time limit: {len(tripped)} of {len(run.rows)} trials"
         tables.append(PageTable(caption, ("trial", "reason"), tuple(tripped[:_MOST_TRIPS])))
-    return PageSection("In figures", text, tuple(tables))
+    return PageSection("Summary", text, tuple(tables))
 
 
 def _policy(document: PolicyDocument) -> PageSection:
@@ -155,13 +155,13 @@ def _score(run: RunSource) -> str:
     if not paths:
         return ""
     mean = sum(score_of(read_log(path)).score.total for path in paths) / len(paths)
-    return f"Score by the sheet of the AI for Industry Challenge: {mean:.1f} of 100, mean of {len(paths)} trials."
+    return f"AI for Industry Challenge score: {mean:.1f} of 100 (mean of the last {len(paths)} recorded trials)."
 
 
 def _curve(run: RunSource) -> Picture:
     name, times_s = run.facts.get("policy", ""), [row.exploration_time_s for row in run.rows]
     alt = f"Exploration time of each trial. {name}: {times_s[0]:.3g} s at first, {times_s[-1]:.3g} s at the end."
-    caption = "Failed trials count with their time."
+    caption = "Failed trials are included with their actual duration."
     if run.learns:
         return Picture(alt, caption, experiments.learning_curve(run.rows, str(name)))
     limit_N = float(run.settings["task"]["max_force_N"])
@@ -178,6 +178,6 @@ def _forces(run: RunSource) -> list[Picture]:
     for row, words in chosen.values():
         if (path := _log_of(run, row.trial)).exists():
             caption = f"Trial {row.trial} ({words}): {', '.join(filter(None, (row.outcome, row.trip)))}."
-            caption += f" Largest measured force {row.measured_peak_force_N:.1f} N."
+            caption += f" Peak force {row.peak_force_N:.1f} N, {row.measured_peak_force_N:.1f} N measured."
             pictures.append(Picture(f"Force, torque, tip and decisions. {caption}", caption, timeline(read_log(path))))
     return pictures

@@ -49,17 +49,17 @@ def study_page(folder: Path) -> Page:
     swept = {name: _distinct(run.fields[name] for run in runs) for name in study.fields}
     swept = {name: values for name, values in swept.items() if len(values) > 1}
     sections = (
-        PageSection("In figures", tables=(_figures(groups),)),
-        PageSection("Against the swept settings", pictures=tuple(_sweep(name, swept[name], runs) for name in swept)),
+        PageSection("Summary", tables=(_figures(groups),)),
+        PageSection("Effect of the swept settings", pictures=tuple(_sweep(name, swept[name], runs) for name in swept)),
         PageSection("Learning curves", pictures=tuple(_curves(groups))),
         settings_section(folder / STUDY_FILE),
     )
-    facts = [("Conditions", str(len(runs))), ("Where", "simulator"), ("Date", max(run.source.date for run in runs))]
+    facts = [("Conditions", str(len(runs))), ("Run on", "simulator"), ("Date", max(run.source.date for run in runs))]
     facts += [("Part", "; ".join(_distinct(run.source.facts.get("part", "") for run in runs)))]
     facts += [(f"Swept: {name}", ", ".join(values)) for name, values in swept.items()]
     facts += [("Policies", ", ".join(_distinct(run.policy for run in runs)))]
     facts += [("Seeds", ", ".join(_distinct(run.seed for run in runs)))]
-    facts += [("Trials in all", str(sum(len(run.source.rows) for run in runs)))]
+    facts += [("Total trials", str(sum(len(run.source.rows) for run in runs)))]
     missing = study.count - len(runs)
     notices = (f"This study is unfinished: {missing} of {study.count} conditions are missing.",) if missing else ()
     return Page(folder.resolve().name, "study", tuple(facts), sections, notices)
@@ -73,8 +73,8 @@ def _figures(groups: Mapping[tuple[Setting, str], Sequence[ReportedCondition]]) 
         mean = shown_interval(*mean_with_interval([mean_s(run.source.late) for run in runs]))
         rows.append((name, str(len(runs)), trials, success, mean, *others))
     caption = (
-        "Brackets: 95 % intervals, exact for success, Student's t over seeds for the mean, order statistics for"
-        " medians. For policies that learn, the last trials count"
+        "Brackets: 95 % intervals; exact for success, Student's t over seeds for the mean, order statistics for"
+        " medians. For learners, only the last trials are used"
     )
     return PageTable(caption, (HEAD[0], "seeds", *HEAD[1:]), tuple(rows))
 
