@@ -140,9 +140,9 @@ def write_pages(pages: Path) -> list[dict[str, object]]:
         elif path.is_file():
             language = path.suffix.removeprefix(".").replace("py", "python")
             text = path.read_text(encoding="utf-8")
-            (pages / place).write_text(f"# {name}\n\n````{language}\n{text}````\n", encoding="utf-8")
+            (pages / place).write_text(f"# `{name}`\n\n````{language}\n{text}````\n", encoding="utf-8")
     shown = sorted(place for name, place in places.items() if (ROOT / name).is_file() and not name.endswith(".md"))
-    rows = "".join(f"- [{place.removesuffix('.md')}]({os.path.relpath(place, 'examples')})\n" for place in shown)
+    rows = "".join(f"- [`{place.removesuffix('.md')}`]({os.path.relpath(place, 'examples')})\n" for place in shown)
     begin = "# Examples\n\nThe source distribution also contains these files.\n\n"
     (pages / "examples" / "index.md").write_text(begin + rows, encoding="utf-8")
     (pages / "settings.md").write_text(settings_page(), encoding="utf-8")
