@@ -44,7 +44,7 @@ def test_who_confirms_no_step_opens_no_device(palpate, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\nno\nn\nq\n"))
     done = palpate("rig", "calibrate", "--rig", "rig.toml", *JOB)
     assert done.code == 130
-    assert done.stderr.count("Enter starts it, s skips it, q ends") == 5
+    assert done.stderr.count("Press Enter to start, s to skip") == 5
     assert Path("rig.toml").read_text() == RIG
 
 
@@ -52,7 +52,7 @@ def test_where_input_is_closed_nobody_answers(palpate, monkeypatch):
     Path("rig.toml").write_text(RIG)
     monkeypatch.setattr("sys.stdin", None)
     done = palpate("rig", "calibrate", "--rig", "rig.toml", *JOB)
-    assert (done.code, "Enter starts it" in done.stderr) == (130, True)
+    assert (done.code, "Press Enter to start" in done.stderr) == (130, True)
     sys.stdin.close()
 
 

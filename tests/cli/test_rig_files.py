@@ -61,7 +61,7 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate, tmp_path
     assert "confirm must be 'rig', the name of this rig" in palpate(*words, "--confirm", "other").stderr
     done = palpate(*words, "--confirm", "rig")
     assert done.code == 1
-    assert "the arm of 'rig' will move: from where it is to 100 mm above (400, 0, 20) mm" in done.stderr
+    assert "the arm of 'rig' will move: from its current pose to 100 mm above (400, 0, 20) mm" in done.stderr
     assert "/dev/ttyNONE: cannot be opened" in done.stderr
     # The same call is to go through once the devices are plugged in.
     assert not (tmp_path / "run").exists()

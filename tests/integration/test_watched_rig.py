@@ -106,7 +106,7 @@ def test_fault_is_kept_until_it_is_acknowledged_and_no_device_reports_one(rig_of
     path = tmp_path / "rig.toml"
     rig, _ = rig_of(*quiet, FaultFile(path))
     with pytest.raises(DeviceError), rig:
-        raise DeviceError("arm", "fell silent")
+        raise FaultLatchedError("arm", "fell silent")
     assert "fault 1: arm: fell silent; kept in" in capsys.readouterr().err
     with pytest.raises(FaultLatchedError, match='--acknowledge "1 NAME: why"'):
         FaultFile(path)

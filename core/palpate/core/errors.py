@@ -134,16 +134,16 @@ class DeviceError(PalpateError, RuntimeError):
     """A device, or the connection to it, failed."""
 
     def __init__(self, device: str, problem: str) -> None:
-        self.device = device
-        super().__init__(f"{device}: {problem}")
+        self.device, self.cause = device, f"{device}: {problem}"
+        super().__init__(self.cause)
 
 
 class FaultLatchedError(DeviceError):
     """The device stopped after a fault; a person must acknowledge it."""
 
     def __init__(self, device: str, cause: str, remedy: str = "acknowledge it first") -> None:
-        self.cause = cause
         super().__init__(device, f"stopped by a fault ({cause}); {remedy}")
+        self.cause = f"{device}: {cause}"
 
 
 def one_line(said: object) -> str:

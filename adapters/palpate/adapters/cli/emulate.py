@@ -36,7 +36,7 @@ def emulate(options: EmulateOptions) -> int:
         rig = cell.rig_toml("" if job_path is None else job_path.name)
         _write(job_path, cell.job_toml())
         _write(path, rig)
-        say(rig + "\n# serving; end with Ctrl-C")
+        say(rig + "\n# running; press Ctrl-C to stop")
 
         def show(truth: GroundTruth) -> None:
             say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"

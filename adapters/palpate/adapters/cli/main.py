@@ -113,7 +113,7 @@ def _ended(words: Sequence[str], interrupts: Interrupts, *, debug: bool) -> int:
 
 def _stopped() -> int:
     with suppress(OSError):
-        sys.stderr.write("\npalpate: stopped at once; finished results are kept\n")
+        sys.stderr.write("\npalpate: stopped; finished results are kept\n")
     return 130
 
 

@@ -72,7 +72,7 @@ def ask_before_motion(options: RunOptions | TrainOptions) -> None:
     policy, trials = options.policy or run.learner, options.trials
     places = ", then ".join(f"({x:g}, {y:g}, {z:g})" for x, y, z in run.place.centres_mm)
     sys.stderr.write(
-        f"palpate: the arm of {file.name!r} will move: from where it is to 100 mm above"
+        f"palpate: the arm of {file.name!r} will move: from its current pose to 100 mm above"
         f" {places} mm and down to {run.task.ready_height_mm:g} mm above it,"
         f" joints at up to {file.approach_rad_s:g} rad/s; then {counted(trials, 'trial')}: {run.task.name}, {policy}\n"
     )

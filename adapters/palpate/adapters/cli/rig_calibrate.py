@@ -19,8 +19,8 @@ from palpate.core.supervision import limits_line
 from palpate.core.trial import find_ready_pose
 
 STEPS: Final = {
-    "payload": "lift the tool above the plate and tilt it by up to 25 degrees to all sides; no cable may pull",
-    "plate": "press the peg on the plate with up to 7 N at four places 5 mm away from the nominal hole",
+    "payload": "lift the tool 100 mm above the hole and tilt it by up to 25 degrees; keep its cables slack",
+    "plate": "press the peg on the plate with up to 7 N at four points 5 mm from the nominal hole",
     "hole": "insert the peg three times, guided by the torque",
 }
 _TABLE: Final = CalibrationTable.TABLE
@@ -53,7 +53,7 @@ def calibrate(options: CalibrateOptions) -> int:
                 _do(step, options, path, latch)
                 done = True
     except _LeaveError:
-        sys.stderr.write("palpate: ended; the results so far are in the rig file\n")
+        sys.stderr.write("palpate: ended; finished steps are in the rig file\n")
         return 130
     if done:
         job = ["--job", options.job] if options.job else []
@@ -104,7 +104,7 @@ def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) 
             "mounting_deg": load.mounting_deg.value,
         }
         turn = load.mounting_deg.text("degrees")
-        return values, f"weight {load.weight_N.text('N')}; centre of mass {centre}; turned by {turn}"
+        return values, f"weight {load.weight_N.text('N')}; centre of mass {centre}; mounting angle {turn}"
     if step == "plate":
         height, stiffness = commissioning.plate()
         values = {"plate_mm": height.value * 1e3, "axial_stiffness_N_per_mm": stiffness.value * 1e-3}
@@ -116,7 +116,7 @@ def _measured(step: str, commissioning: Commissioning, known: CalibrationTable) 
 def _confirmed(step: str, *, yes: bool) -> bool:
     sys.stderr.write(f"{step}: {STEPS[step]}\n")
     while not yes:
-        sys.stderr.write("Enter starts it, s skips it, q ends: ")
+        sys.stderr.write("Press Enter to start, s to skip this step, q to quit: ")
         sys.stderr.flush()
         answer = sys.stdin.readline()
         if not answer or answer.strip() == "q":

@@ -72,7 +72,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         )
 
     def _surprise(self, device: Jr3) -> str | None:
-        return "the board restarted in mid-run: readings may have jumped" if device.after_boot else None
+        return "the board restarted, so readings may have jumped; check its supply" if device.after_boot else None
 
     def _connect(self) -> None:
         table, bus = self._table, open_jr3_bus(self._table)

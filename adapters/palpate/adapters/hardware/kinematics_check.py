@@ -71,7 +71,7 @@ def judge_kinematics(context: RigContext, reported: ReportedPose) -> str:
     if not context.accept_kinematics:
         accepted = f"[arm] calibration = FILE, or --accept-kinematics: its nominal model is {offset}"
         raise ConfigurationError("arm", arm.name, accepted)
-    return f"the nominal model of {arm.name} is {offset}, and elsewhere it may be more"
+    return f"the nominal model of {arm.name} is {offset}; other poses may differ more, so set [arm] calibration = FILE"
 
 
 def judge_tool(context: RigContext, tool: ToolConfig, reported: ReportedPose) -> str:

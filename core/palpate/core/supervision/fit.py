@@ -102,4 +102,4 @@ def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
     ]
     # The sort is stable: of two equal limits the task's own is checked first.
     limits.sort(key=lambda limit: limit[0])
-    return "limits of the force: " + ", ".join(f"{limit_N:g} N ({setting})" for limit_N, setting in limits)
+    return "force limits: " + ", ".join(f"{limit_N:g} N ({setting})" for limit_N, setting in limits)

@@ -69,7 +69,7 @@ def outside(position_rad: float, joint: JointDrive) -> bool:
 
 def _restarted(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
     if view.box.boots > 0:
-        yield DeviceFaultError(f"drive {joint.node}", "has restarted by itself and forgot its set-up", _REMEDY)
+        yield DeviceFaultError(f"drive {joint.node}", "restarted and lost its configuration", _REMEDY)
     elif view.box.nmt_state not in (None, NMT_OPERATIONAL):
         problem = f"is no longer operational (NMT state 0x{view.box.nmt_state:02X})"
         yield DeviceFaultError(f"drive {joint.node}", problem, _REMEDY)

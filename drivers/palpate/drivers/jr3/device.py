@@ -218,7 +218,7 @@ class Jr3(PolledSensor):
         if self._heard:
             return SilentError(self.name, f"no answer while {self.phase.value}", _REMEDY)
         came = listed(self.errors + Counter({"frames of another kind": self._link.garbled}))
-        return WiringError(self.name, f"no answer ({came or 'nothing comes'})", f"{_REMEDY}; check its node number")
+        return WiringError(self.name, f"no answer ({came or 'no frames'})", f"{_REMEDY}; check its node number")
 
     def _fail(self, error: DriverError, cue: Jr3Event = Jr3Event.GAVE_UP) -> None:
         if self._advance(cue):

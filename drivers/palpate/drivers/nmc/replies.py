@@ -33,7 +33,7 @@ class Discarded(enum.Enum):
     """Reason for discarding a reply."""
 
     MISSING = "no reply in time"
-    LATE = "a reply that may be an earlier request's"
+    LATE = "a reply that may belong to an earlier request"
     TOGETHER = "two replies at once, of which one was kept back"
     SHORT = "reply cut short"
     CHECKSUM = "wrong checksum"

@@ -85,7 +85,7 @@ def test_ctrl_c_again_and_again_leaves_one_line_and_a_log_that_replays(palpate, 
     assert done.code == 130
     part, *rest = (line for line in done.stderr.splitlines() if line)
     assert "radial clearance" in part
-    assert rest == ["palpate: stopped at once; finished results are kept"]
+    assert rest == ["palpate: stopped; finished results are kept"]
     monkeypatch.setattr(TrialRecorder, "fail", fail_once)
     logs = sorted((tmp_path / "run/logs").glob("*.mcap"))
     assert f"{len(logs)} of {len(logs)} equal" in palpate.succeed("replay", *logs, "--jobs", 1)

@@ -17,7 +17,7 @@ from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.hardware import TurnedForceSensor, find_approach, withdrawal
 from palpate.core.control_loop import run_trial
-from palpate.core.errors import UndeterminedError, UnreachableError
+from palpate.core.errors import DeviceError, UndeterminedError, UnreachableError
 from palpate.core.motion import InverseKinematics, Kinematics, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Rig
 from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
@@ -104,7 +104,7 @@ class Commissioning:
             self._go_above()
             height_m = -_ABOVE_M
             for number, (x, y) in enumerate(_PLACES, start=1):
-                self._notify(f"place {number} of {len(_PLACES)}")
+                self._notify(f"point {number} of {len(_PLACES)}")
                 results.append(estimates.press(*self._press_at(x * _ASIDE_M, y * _ASIDE_M, height_m)))
                 height_m = results[-1][0].value - _AGAIN_M
             self._lift()
@@ -121,6 +121,7 @@ class Commissioning:
 
         Raises:
             UndeterminedError: The peg was not inserted.
+        DeviceError: The supervisor tripped.
         """
         ports = self._rig.ports
         turned = replace(ports, force_sensor=TurnedForceSensor(ports.force_sensor, mounting_deg))
@@ -143,6 +144,8 @@ class Commissioning:
             ports.arm.activate()
             with self._loop():
                 report = run_trial(task, turned, trial_setup(self.config, trial), supervisor)
+            if report.trip is not None:
+                raise DeviceError("rig", f"insertion {trial + 1}: {report.trip}")
             if report.outcome is not Outcome.INSERTED:
                 outcome = "nothing" if report.outcome is None else report.outcome.value
                 problem = f"insertion {trial + 1} ended with {outcome}: {report.events[-1].detail}"

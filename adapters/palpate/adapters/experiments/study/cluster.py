@@ -65,7 +65,8 @@ class DaskWorkers(Workers):
             self.close()
             # Dask raises a TypeError if there are no certificates.
             reason = "no certificates in its configuration" if isinstance(error, TypeError) else one_line(error)
-            raise UsageError(f"scheduler {address} or its workers cannot be reached ({reason}); {_START}") from error
+            remedy = f"check the certificates, or {_START}" if address.startswith("tls") else _START
+            raise UsageError(f"scheduler {address} or its workers cannot be reached ({reason}); {remedy}") from error
         except BaseException:
             self.close()
             raise

@@ -102,7 +102,7 @@ def report_pace(
             wanted_Hz, ill = 2.0 * least_Hz, Level.WRONG if expected_Hz <= least_Hz else Level.NOTE
             remedy = f"set it to {wanted_Hz:g} Hz, to verify contacts; a Net F/T on its page Communications"
     rate_Hz = series.rate_Hz
-    report.judge(Topic.RATE, rate_Hz >= _RATE_SHARE * wanted_Hz, f"{rate_Hz:.1f} new samples a second{of}", remedy, ill)
+    report.judge(Topic.RATE, rate_Hz >= _RATE_SHARE * wanted_Hz, f"{rate_Hz:.1f} samples per second{of}", remedy, ill)
 
 
 def report_samples(
@@ -162,7 +162,7 @@ def report_wrench(series: Series[WrenchSample], report: DeviceReport) -> Measure
         return None
     noise = MeasuredNoise(float(sigmas[:3].max()), float(sigmas[3:].max()), series.rate_Hz)
     text = f"noise {noise.force_N:.2g} N and {noise.torque_Nm:.2g} N m (one sigma)"
-    remedy = "leave the tool alone and keep the arm stationary; if it stays, check shield, ground and filter"
+    remedy = "do not touch the tool or the arm; if that does not help, check shield, ground and filter"
     report.judge(Topic.NOISE, noise.force_N <= _STILL_N, text, remedy, Level.NOTE)
     return noise
 
@@ -189,8 +189,8 @@ def report_facts(
     for value, known, unit in found:
         # Noise depends on machines nearby.
         good = known <= value * _LIMITS.max_noise_ratio and value <= known * _LIMITS.max_noise_ratio
-        text = f"measured noise {value:.2g} {unit}, stated {known:g} {unit}"
-        report.judge(Topic.FACTS, good, text, f"leave the tool alone and try again; if it stays, {remedy}")
+        text = f"measured noise {value:.2g} {unit}, specified {known:g} {unit}"
+        report.judge(Topic.FACTS, good, text, f"do not touch the tool; if that does not help, {remedy}")
 
 
 def report_clock(clock: Clock, report: DeviceReport) -> None:
@@ -204,8 +204,8 @@ def report_clock(clock: Clock, report: DeviceReport) -> None:
         due_ns = now_ns
     late_ns.sort()
     if late_ns[0] < 0:
-        text = f"the clock wakes {-late_ns[0] * 1e-6:.3f} ms before the time that it is to wait for"
+        text = f"the clock wakes up {-late_ns[0] * 1e-6:.3f} ms early"
         report.add(Level.WRONG, Topic.CLOCK, text, "choose another clock source of the system")
         return
-    text = f"this computer wakes {np.median(late_ns) * 1e-6:.2f} ms late (median), {late_ns[-1] * 1e-6:.2f} ms at most"
+    text = f"wake-ups are {np.median(late_ns) * 1e-6:.2f} ms late (median), {late_ns[-1] * 1e-6:.2f} ms at most"
     report.judge(Topic.CLOCK, late_ns[-2] <= _LATE_NS, text, _BUSY, Level.NOTE)

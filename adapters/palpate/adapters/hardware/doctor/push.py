@@ -18,6 +18,7 @@ _MEAN_S: Final = 0.7
 _READ_NS: Final = 5_000_000
 _ALONG: Final = 0.8
 _LEVER_M: Final = 0.01
+_SKEW: Final = 0.3
 
 
 class Person(Protocol):
@@ -47,7 +48,7 @@ class PushCheck:
         self._push_sideways()
 
     def _push(self) -> None:
-        self._person.notify(f"Push the tip of the tool straight up with {2 * PUSH_N:g} N or more for some seconds.\n")
+        self._person.notify(f"Push the tip of the tool straight up with {2 * PUSH_N:g} N or more for a few seconds.\n")
         change = self._changed(PUSH_N)
         if change is None:
             return
@@ -71,15 +72,15 @@ class PushCheck:
         if change is None:
             return
         fx, fy, _, tx, ty, _ = change
-        # A force F at the tip, r = (0, 0, L), makes the torque r x F = (-L Fy, L Fx, 0); mirrored axes make L negative.
+        # A force F at r = (0, 0, L) makes the torque r x F = (-L Fy, L Fx, 0), across F; mirrored axes make L < 0.
         across = fx**2 + fy**2
-        lever_m = (ty * fx - tx * fy) / across if across > 0.0 else 0.0
+        lever_m, skew_m = (ty * fx - tx * fy) / max(across, 1e-9), abs(tx * fx + ty * fy) / max(across, 1e-9)
         text = f"a sideways push acts {lever_m * 1e3:+.0f} mm from the sensor along its z"
-        if abs(lever_m) < _LEVER_M or across < (_ALONG * hypot(*change[:3])) ** 2:
+        if max(abs(lever_m), skew_m) < _LEVER_M or across < (_ALONG * hypot(*change[:3])) ** 2:
             self._report.add(Level.NOTE, Topic.AXES, f"{text}, too near or not across", "push at the tip, across")
             return
-        remedy = "the axes are mirrored; set [force_sensor] axes to the other value, or mirror one in the adapter"
-        self._report.judge(Topic.AXES, lever_m > 0.0, text, remedy)
+        remedy = "the axes are mirrored or swapped; set [force_sensor] axes to the other value, or correct the adapter"
+        self._report.judge(Topic.AXES, lever_m > max(_LEVER_M, skew_m / _SKEW), text, remedy)
 
     def _changed(self, least_N: float) -> tuple[float, ...] | None:
         """Return the mean change, (6,) in N and N m, after a sustained change in force."""

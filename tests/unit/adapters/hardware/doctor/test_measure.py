@@ -174,7 +174,6 @@ class Somebody(Person):
 
     def __init__(self, sensor, feel, up):
         self.sensor, self.feel, self.up = sensor, feel, up
-        self.answer = ""
         self.load((0.0, 0.0, 0.0))
 
     def load(self, force):
@@ -230,6 +229,7 @@ def test_sensor_with_the_contract_s_signs_passes():
     ("feel", "up", "answer", "code", "words"),
     [
         (mirrored, (0.0, 0.0, -8.0), "", "wrong axes", "the axes are mirrored"),
+        (lambda force, torque: ((-force[0], *force[1:]), torque), (0.0, 0.0, -8.0), "", "wrong axes", "or swapped"),
         (upside_down, (0.0, 0.0, -8.0), "", "wrong sign", "changed Fz by +8.00 N: Fz must become negative"),
         (well, (8.0, 0.0, -2.0), "", "wrong push", "push along the tool's axis"),
         (without_lever, (0.0, 0.0, -8.0), "", "note axes", "too near"),
