@@ -102,6 +102,8 @@ def public_modules() -> Iterator[tuple[str, list[str]]]:
             else:
                 names = [node.name for node in body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
                 names += [ast.unparse(node.targets[0]) for node in body if isinstance(node, ast.Assign)]
+            # A function with the name of its own module would otherwise be shown as that module.
+            names = [f"{one}.{one}" if (path.parent / f"{one}.py").exists() else one for one in names]
             if names := [one for one in names if not one.startswith("_")]:
                 yield module, names
 
@@ -208,6 +210,9 @@ def build(out: Path) -> int:
         str(out / "zensical.toml"),
     ]
     code = subprocess.run(words, check=False).returncode
+    for path in [] if code else [out / "html" / "search.json", *(out / "html" / "reference").rglob("index.html")]:
+        text = re.sub(r":(?:attr|class|data|func|meth|mod):(?=<code>)", "", path.read_text(encoding="utf-8"))
+        path.write_text(re.sub(r"<code>~[\w.]*\.(?=\w+</code>)", "<code>", text), encoding="utf-8")
     for name in [] if code else unshown(out / "html"):
         sys.stderr.write(f"{name} is a public name without an entry in the reference\n")
         code = 1

@@ -17,7 +17,7 @@ class ToolForce:
     """Source of noisy flange wrench readings, (6,).
 
     INFERENCE: precision is two standard deviations of white noise. A real flange has less noise between readings, and
-        its readings drift with temperature.
+    its readings drift with temperature.
     """
 
     def __init__(self, wrench: Callable[[int], tuple[float, ...]], seed: int = 0) -> None:
