@@ -134,8 +134,8 @@ class DeviceError(PalpateError, RuntimeError):
     """A device, or the connection to it, failed."""
 
     def __init__(self, device: str, problem: str) -> None:
-        self.device, self.cause = device, f"{device}: {problem}"
-        super().__init__(self.cause)
+        self.device, self.fault = device, f"{device}: {problem}"
+        super().__init__(self.fault)
 
 
 class FaultLatchedError(DeviceError):
@@ -143,7 +143,7 @@ class FaultLatchedError(DeviceError):
 
     def __init__(self, device: str, cause: str, remedy: str = "acknowledge it first") -> None:
         super().__init__(device, f"stopped by a fault ({cause}); {remedy}")
-        self.cause = f"{device}: {cause}"
+        self.cause, self.fault = cause, f"{device}: {cause}"
 
 
 def one_line(said: object) -> str:

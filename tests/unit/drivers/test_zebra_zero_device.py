@@ -236,11 +236,12 @@ def test_measured_pose_beyond_a_limit_is_a_fault(line):
     [(slice(2, 3), SilentError, "home pose"), (slice(6), WiringError, "not known any more")],
 )
 def test_reset_of_modules_in_mid_run_loses_the_position(line, modules, error, message):
-    arm = running(line)
+    arm, begin = running(line), line.clock.ns
     for module in line.modules[modules]:
         module.reset()
     with pytest.raises(SilentError):
         tick(arm, line, times=2)
+    assert (line.clock.ns - begin) * 1e-9 < 0.6
     with pytest.raises(error, match=message):
         arm.acknowledge()
     assert arm.is_faulted
@@ -298,7 +299,6 @@ def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line, end)
 
 
 def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():
-    """Ctrl-C at each read of a cycle in turn."""
     for where in range(6):
         line = Line()
         arm = running(line)

@@ -154,7 +154,7 @@ class HardwareRig(DeviceRig):
                         move_to_ready(way, self.ports, self._file.approach_rad_s, self._limit_N, monitor)
                     self._left.clear()
             except DeviceError as error:
-                self.latch.set(error.cause)
+                self.latch.set(error.fault)
                 raise
             # The arm needs no commands until the trial starts.
             self.ports.arm.stop()
@@ -197,7 +197,7 @@ class HardwareRig(DeviceRig):
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         self.ports.arm.stop()
         if isinstance(error, DeviceError):
-            self.latch.set(error.cause)
+            self.latch.set(error.fault)
         try:
             super().__exit__(kind, error, trace)
         finally:

@@ -81,7 +81,8 @@ def bring_to_rest(
     try:
         if are_all:
             bus.group(SMOOTH)
-        while moving and clock_ns() < deadline_ns:
+        # Modules that never answer, such as one that has restarted, do not prolong the stop.
+        while moving and clock_ns() < (deadline_ns if moving & reached or tries <= len(addresses) else dead_ns):
             for address in sorted(moving):
                 replies, tries = replies + _poll(bus, address, reached, moving), tries + 1
                 if not replies and tries >= _DEAD_TRIES and clock_ns() >= dead_ns:
