@@ -289,7 +289,7 @@ CASES = {
     "following error": (jammed, DeviceFaultError, "drive 2: reports EMCY 0x8611"),
     "no heartbeat": (heartless, SilentError, "drive 2: no heartbeat"),
     "no answers": (lambda b: on_answers(b.drives[1], lost, 3), SilentError, "drive 2: 3 SYNCs in.*; .*end other work"),
-    "restart": (lambda b: b.drives[1].reset(), DeviceFaultError, "drive 2: has restarted"),
+    "restart": (lambda b: b.drives[1].reset(), DeviceFaultError, "drive 2: restarted"),
     "NMT stopped": (
         lambda b: setattr(b.drives[1], "nmt", NmtState.STOPPED),
         DeviceFaultError,
