@@ -113,6 +113,7 @@ class Monitor:
         self.pull_N = 0.0
         self._rests_m, self._deepest_m = (0.0, 0.0), 0.0
         self._stationary_ticks = self._sunk_ticks = 0
+        self.blocked = False
         self.free()
         self.presses(self.press_N)
 
@@ -152,13 +153,14 @@ class Monitor:
         for response in self._unloaded:
             response.stationary_ticks = 0
 
-    def _bend_N(self, reference_m: Vector3) -> float:
-        """Return the gripper deflection, as a force, at a reference position, assuming a stationary tip."""
+    def _bends_N(self, reference_m: Vector3) -> tuple[float, float]:
+        """Return the gripper deflection, as a force, if the tip moved only by the play, and across it without play."""
         if self._from_m is None:
             self._from_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
-        across_N = max(hypot(x, y) - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
-        return self._carried_N + hypot(across_N, z * self.axial_N_per_m)
+        across_m = hypot(x, y)
+        across_N = max(across_m - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
+        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), across_m * self.lateral_N_per_m
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity, or zero if it would bend the gripper by more than the budget and the dithers.
@@ -169,8 +171,9 @@ class Monitor:
             return velocity_m_s
         (x, y, z), (vx, vy, vz) = self._reference_m, velocity_m_s
         x, y, z = x + vx * PERIOD_S, y + vy * PERIOD_S, z + vz * PERIOD_S
-        most_N = max(self.budget_N, self._spent_at_N) + self._dithers_N
-        if self._bend_N((x, y, z)) <= most_N:
+        bend_N, across_N = self._bends_N((x, y, z))
+        self.blocked = across_N > self.budget_N + self._dithers_N
+        if not self.blocked and bend_N <= max(self.budget_N, self._spent_at_N) + self._dithers_N:
             return velocity_m_s
         self.wait("before the tool may go further")
         return ZERO_VELOCITY
@@ -189,7 +192,7 @@ class Monitor:
             self._tared = True
             self._adapt(measured.tip_lever_m)
             self.push(None)
-        self._reference_m, self.spent_N = reference_m, self._bend_N(reference_m)
+        self._reference_m, (self.spent_N, _) = reference_m, self._bends_N(reference_m)
         if self.spent_N > self.budget_N and not self.spent:
             # A waiting tool still dithers along and across the axis.
             self.spent, self._spent_at_N = True, self.spent_N

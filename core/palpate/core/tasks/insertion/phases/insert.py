@@ -187,6 +187,10 @@ class Insert(RunningPhase):
             size_N = max(hypot(fx, fy), 1e-9)
             monitor.push((-fx / size_N, -fy / size_N))
         ux, uy = monitor.direction or (0.0, 0.0)
+        if monitor.blocked:
+            # There may be no wall within reach on this side.
+            ux, uy = -ux, -uy
+            monitor.push((ux, uy))
         share = min(max(1.0 + (fx * ux + fy * uy) / monitor.push_N, -1.0), 1.0)
         if self._out_of_reach(ux, uy):
             share = min(share, 0.0)
