@@ -294,7 +294,7 @@ class Insert(RunningPhase):
         """Press harder and wobble, then check again or continue sinking."""
         monitor, (vx, vy, vz) = self._monitor, self._pressing(push=False)
         self._ticks += 1
-        if self._ticks > _SEAT_TICKS or monitor.contradicted:
+        if self._ticks > _SEAT_TICKS or monitor.contradicted or monitor.spent:
             if self._found:
                 self._begin_look()
             else:
