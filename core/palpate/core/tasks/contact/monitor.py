@@ -231,7 +231,8 @@ class Monitor:
             against_N = -fx * ux - fy * uy
             self.across.add_force(wrench.source_time_ns, -against_N)
             met = against_N > 0.5 * self.push_N + self._friction * abs(fz)
-            if met and self.play_m > 0.0 and self._wall == (0.0, 0.0) and self._from_m is not None:
+            new_wall = ux * self._wall[0] + uy * self._wall[1] < _SIMILAR
+            if met and self.play_m > 0.0 and new_wall and self._from_m is not None:
                 # There is no play beyond the first contact either.
                 self._wall, self._from_m = self.direction, (*reference_m[:2], self._from_m[2])
         if self.verified:
