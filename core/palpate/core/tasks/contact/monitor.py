@@ -309,22 +309,12 @@ class Monitor:
         if self.axial.verified:
             return True
         live = self.walled or any(response.verified for response in self._unloaded)
-        return live and not (self.contradicted and self._sunk_ticks > self.axial.window)
+        return live and not (self.axial.contradicted and self._sunk_ticks > self.axial.window)
 
     @property
     def walled(self) -> bool:
         """Return True if a wall responds to a push."""
         return self.direction is not None and self.across.verified
-
-    @property
-    def supported(self) -> bool:
-        """Return True if the tool rests on something that responds like the gripper's spring."""
-        return self.axial.verified
-
-    @property
-    def contradicted(self) -> bool:
-        """Return True if the response along the axis does not match the gripper's stiffness."""
-        return self.axial.contradicted
 
     def moves_on(self) -> None:
         """Restart the responses that require a stationary tool, because the tool is now following the force."""
@@ -348,7 +338,7 @@ class Monitor:
             response.stationary_ticks = still_ticks
         if self.verified:
             self.free()
-        contradicted = supported and self.contradicted and still_ticks > self.axial.window + 2
+        contradicted = supported and self.axial.contradicted and still_ticks > self.axial.window + 2
         if contradicted or self.waited_ticks > self.timeout_ticks:
             self.mismatch(f"the force does not respond {where}")
 

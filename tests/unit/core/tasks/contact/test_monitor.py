@@ -54,7 +54,6 @@ def test_response_renews_the_budget():
     bench = Bench()
     bench.dither(60)
     assert bench.monitor.verified
-    assert bench.monitor.supported
     assert bench.monitor.spent_N == 0.0
 
 
@@ -106,7 +105,7 @@ def test_there_is_no_play_beyond_the_first_contact_with_a_wall(force_N, bend_N):
 def test_wrong_response_is_reported_within_a_window(scale, reason_ticks):
     bench = Bench()
     bench.dither(60, scale)
-    assert bench.monitor.contradicted
+    assert bench.monitor.axial.contradicted
     for _ in range(reason_ticks):
         bench.dither(1, scale)
         bench.monitor.wait("to the dither", supported=True)
@@ -125,7 +124,7 @@ def test_tool_that_slides_down_a_chamfer_contradicts_nothing():
         bench.z_m += 5e-5 + bench.monitor.dither_m_s() * PERIOD_S
         if tick > 20:
             bench.monitor.wait("to the dither", supported=True)
-    assert bench.monitor.contradicted
+    assert bench.monitor.axial.contradicted
     assert bench.state.constraints.mismatch is None
 
 

@@ -91,7 +91,7 @@ class Explore(RunningPhase):
                 state.edge_m, self.over = self._edge_m(), True
         else:
             self._lost_ticks = 0
-            if self._monitor.spent or self._monitor.contradicted:
+            if self._monitor.spent or self._monitor.axial.contradicted:
                 return self._wait()
             self.countdown -= 1
             if self.countdown <= 0:

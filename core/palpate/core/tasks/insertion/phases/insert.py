@@ -145,7 +145,7 @@ class Insert(RunningPhase):
                 self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
         elif stalled > _WEDGED_TICKS or state.tick - self._entered_tick > self._limit_ticks:
             self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
-        elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.supported:
+        elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.axial.verified:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
         elif self._pressed and self._dropped_m < self._drop_m and self._depth_m > self._held_m:
@@ -294,7 +294,7 @@ class Insert(RunningPhase):
         """Press harder and wobble, then check again or continue sinking."""
         monitor, (vx, vy, vz) = self._monitor, self._pressing(push=False)
         self._ticks += 1
-        if self._ticks > _SEAT_TICKS or monitor.contradicted or monitor.spent:
+        if self._ticks > _SEAT_TICKS or monitor.axial.contradicted or monitor.spent:
             if self._found:
                 self._begin_look()
             else:
