@@ -24,8 +24,7 @@ def test_golden_log_replays(name):
 
 
 def test_there_are_no_others():
-    logs = sorted(GOLDEN.glob("*.mcap"))
-    assert sorted(log.stem for log in logs) == sorted(NAMES)
+    assert sorted(log.stem for log in GOLDEN.glob("*.mcap")) == sorted(NAMES)
 
 
 def test_golden_logs_show_what_their_recipes_claim():
@@ -36,11 +35,6 @@ def test_golden_logs_show_every_outcome_and_trip_reason():
     claimed = {word for claim in CLAIMS.values() for word in claim.split(", ")}
     assert {one.value for one in set(Outcome) - ELSEWHERE} <= claimed
     assert {reason.name for reason in TripReason} <= claimed
-
-
-def test_no_two_golden_logs_are_alike():
-    ticks = {name: b"".join(read_log(GOLDEN / f"{name}.mcap").ticks) for name in NAMES}
-    assert len(set(ticks.values())) == len(NAMES)
 
 
 @pytest.mark.parametrize("name", ["first-joints-invalid", "first-kind", "trip-invalid"])

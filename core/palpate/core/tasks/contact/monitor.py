@@ -63,6 +63,7 @@ class Monitor:
         direction: Push direction, (2,); None if there is no push.
         spent_N: Gripper deflection, as a force, since the last verification, if the tip moved only by the play.
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
+        blocked: True if the latest motion was stopped because a stationary tip would bend the gripper too far sideways.
         budget_N: Maximum deflection without verification.
         play_m: Lateral distance that does not bend the gripper.
         waited_ticks: Number of ticks that the tool has spent waiting since the last verification.

@@ -77,16 +77,12 @@ def test_without_a_response_no_law_bends_the_gripper_by_more_than_the_budget_and
     assert (bench.monitor.blocked, bench.monitor.spent) == (False, play_m == 0.0)
 
 
-def test_dither_and_play_bend_nothing_and_restore_nothing():
+def test_dither_bends_nothing_and_restores_nothing():
     bench = Bench()
     for _ in range(30):
         led(bench, (8e-3, 0.0, 0.0), 4)
         led(bench, (-8e-3, 0.0, 0.0), 4)
-    assert not bench.monitor.spent
-    spent_N = bench.monitor.spent_N
-    bench.monitor.presses(5.0, play_m=1e-3)
-    led(bench, (8e-3, 0.0, 0.0), 17)
-    assert bench.monitor.spent_N == spent_N > 0.0
+    assert 0.0 < bench.monitor.spent_N < bench.monitor.budget_N
 
 
 @pytest.mark.parametrize(("force_N", "bend_N"), [(0.0, 0.0), (-8.0, 20.0)])
