@@ -98,10 +98,10 @@ def _process_state():
     numbers = (*ENDING, signal.SIGPIPE, signal.SIGCHLD)
     state = {
         "signal handlers": [signal.getsignal(number) for number in numbers],
-        # Libraries set variables of their own when they are imported.
+        # Libraries set variables and search folders of their own when they are imported.
         "environment": {name: os.environ.get(name) for name in ("MUJOCO_GL", "PATH", "PYTHONPATH", "OMP_NUM_THREADS")},
         "working directory": Path.cwd(),
-        "import path": list(sys.path),
+        "import path": [path for path in sys.path if Path(path).resolve().is_relative_to(Path.cwd())],
     }
     if "matplotlib" in sys.modules:
         state["matplotlib"] = dict.copy(sys.modules["matplotlib"].rcParams)
