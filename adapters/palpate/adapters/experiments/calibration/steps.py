@@ -121,7 +121,7 @@ class Commissioning:
 
         Raises:
             UndeterminedError: The peg was not inserted.
-        DeviceError: The supervisor tripped.
+            DeviceError: The supervisor tripped.
         """
         ports = self._rig.ports
         turned = replace(ports, force_sensor=TurnedForceSensor(ports.force_sensor, mounting_deg))

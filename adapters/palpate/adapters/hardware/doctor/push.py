@@ -19,6 +19,7 @@ _READ_NS: Final = 5_000_000
 _ALONG: Final = 0.8
 _LEVER_M: Final = 0.01
 _SKEW: Final = 0.3
+"""Torque along a sideways push, divided by that across it, above which axes are swapped (17 degrees)."""
 
 
 class Person(Protocol):
