@@ -192,7 +192,10 @@ def build_supervisor(
     kinematics = Kinematics(arm_named(config.arm), config.tool.geometry)
     ready_rad = tuple(ready.q_rad.tolist())
     workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration
-    return Supervisor(config.supervision, config.task, workspace, kinematics, sensor, scale, latch, ready_rad)
+    axial_N_per_m = config.control.axial_stiffness_N_per_mm * 1e3
+    return Supervisor(
+        config.supervision, config.task, workspace, kinematics, sensor, scale, axial_N_per_m, latch, ready_rad
+    )
 
 
 def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:

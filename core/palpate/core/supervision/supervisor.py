@@ -50,6 +50,7 @@ class Supervisor:
         task: Task settings, for the number of samples averaged for taring.
         sensor: Facts about the force sensor. Its samples must contain the declared noise.
         scale: The task's scale factors for the sensor's six channels after taring, (6,).
+        axial_N_per_m: Gripper stiffness along the tool axis, which limits the retraction.
         latch: The rig's latch; None creates a new one.
         ready_rad: The ready pose, (n,); each joint must be within half a turn of it at the start of a trial. None if
             unknown.
@@ -66,6 +67,7 @@ class Supervisor:
         kinematics: Kinematics,
         sensor: SensorFacts,
         scale: tuple[float, ...],
+        axial_N_per_m: float,
         latch: FaultLatch | None = None,
         ready_rad: JointVector | None = None,
     ) -> None:
@@ -78,7 +80,10 @@ class Supervisor:
         self._frame = sensor.frame
         self._joints, self._places = JointMonitor(config, lower, upper, velocity), WorkspaceMonitor(config, workspace)
         self._limiter = StepLimiter(lower, upper, velocity)
-        self._retreat = Retreat(kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, _PERIOD_S)
+        # A stuck peg is pulled by at most the force limit, even if the sensor does not show it.
+        stretch_m = (task.max_force_N + task.insertion_press_N) / axial_N_per_m
+        distance_m = min(config.retract_mm * 1e-3, stretch_m)
+        self._retreat = Retreat(kinematics, distance_m, config.retract_speed_mm_s * 1e-3, _PERIOD_S)
         self._lower, self._upper, self._count = lower, upper, len(lower)
         self._jump_rad, self._most_pull_N = config.max_command_jump_mrad * 1e-3, task.max_force_N
         self._retracts = config.on_trip == "retract"

@@ -27,7 +27,7 @@ def supervisor(config=None, arm="zebra-zero", *, noisy=False, sensor=None, **mor
         INSERTION.workspace(TaskConfig()),
         kinematics,
         sensor or (SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0)),
-        **{"scale": (1.0,) * 6, **more},
+        **{"scale": (1.0,) * 6, "axial_N_per_m": 1e3, **more},
     )
 
 

@@ -20,9 +20,9 @@ HOLD = SupervisionConfig(on_trip="hold", weakened=("on_trip",))
 ARMS = ("zebra-zero", "ur5", "panda")
 
 
-def hit(config=None, arm="zebra-zero"):
+def hit(config=None, arm="zebra-zero", **more):
     """A bench that has just tripped."""
-    bench = Bench(config, arm)
+    bench = Bench(config, arm, **more)
     bench.clean(1, force_N=(0, 0, -20.0))
     bench.tick(**HIT)
     assert bench.supervisor.trip is not None
@@ -143,6 +143,14 @@ def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm):
         assert within_limits(kinematics, after)
     last = bench.results[-1].command
     assert bench.tick().command == last
+
+
+def test_retraction_pulls_a_stuck_peg_by_at_most_the_force_limit():
+    bench = hit(axial_N_per_m=20e3)
+    while bench.supervisor.retracting:
+        bench.tick()
+    start_m, end_m = tips(bench, [bench.home_rad, bench.results[-1].command.position_rad])
+    assert np.linalg.norm(end_m - start_m) * 20e3 == pytest.approx(30.0 + 4.9, abs=0.3)  # less the pressing force
 
 
 def test_retraction_ends_where_something_holds_the_tool():

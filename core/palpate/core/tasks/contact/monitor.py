@@ -63,7 +63,6 @@ class Monitor:
         direction: Push direction, (2,); None if there is no push.
         spent_N: Gripper deflection, as a force, since the last verification, if the tip moved only by the play.
         spent: True if ``spent_N`` exceeds the budget; the tool must not advance until the force responds.
-        blocked: True if the latest motion was stopped because a stationary tip would bend the gripper too far sideways.
         budget_N: Maximum deflection without verification.
         play_m: Lateral distance that does not bend the gripper.
         waited_ticks: Number of ticks that the tool has spent waiting since the last verification.
@@ -114,7 +113,6 @@ class Monitor:
         self.pull_N = 0.0
         self._rests_m, self._deepest_m = (0.0, 0.0), 0.0
         self._stationary_ticks = self._sunk_ticks = 0
-        self.blocked = False
         self.free()
         self.presses(self.press_N)
 
@@ -155,13 +153,16 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bends_N(self, reference_m: Vector3) -> tuple[float, float]:
-        """Return the gripper deflection, as a force, if the tip moved only by the play, and across it without play."""
+        """Return the gripper deflection, as a force, if the tip moved only by the play, and the path's width across."""
         if self._from_m is None:
             self._from_m = reference_m
+            self._lowest_m = self._highest_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
-        across_m = hypot(x, y)
-        across_N = max(across_m - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
-        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), across_m * self.lateral_N_per_m
+        across_N = max(hypot(x, y) - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
+        # The tip may have stuck anywhere on the path.
+        below, above = map(sub, reference_m, self._lowest_m), map(sub, self._highest_m, reference_m)
+        width_m = hypot(*list(map(max, below, above))[:2])
+        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), width_m
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity, or zero if it would bend the gripper by more than the budget and the dithers.
@@ -172,9 +173,10 @@ class Monitor:
             return velocity_m_s
         (x, y, z), (vx, vy, vz) = self._reference_m, velocity_m_s
         x, y, z = x + vx * PERIOD_S, y + vy * PERIOD_S, z + vz * PERIOD_S
-        bend_N, across_N = self._bends_N((x, y, z))
-        self.blocked = across_N > self.budget_N + self._dithers_N
-        if not self.blocked and bend_N <= max(self.budget_N, self._spent_at_N) + self._dithers_N:
+        bend_N, width_m = self._bends_N((x, y, z))
+        # With the pressing force, a stuck tip takes at most twice the force limit.
+        near = width_m * self.lateral_N_per_m <= self._max_force_N + (1.0 + PUSH_SHARE) * self.budget_N
+        if near and bend_N <= max(self.budget_N, self._spent_at_N) + self._dithers_N:
             return velocity_m_s
         self.wait("before the tool may go further")
         return ZERO_VELOCITY
@@ -194,6 +196,9 @@ class Monitor:
             self._adapt(measured.tip_lever_m)
             self.push(None)
         self._reference_m, (self.spent_N, _) = reference_m, self._bends_N(reference_m)
+        (x0, y0, z0), (x1, y1, z1), (rx, ry, rz) = self._lowest_m, self._highest_m, reference_m
+        self._lowest_m = min(x0, rx), min(y0, ry), min(z0, rz)
+        self._highest_m = max(x1, rx), max(y1, ry), max(z1, rz)
         if self.spent_N > self.budget_N and not self.spent:
             # A waiting tool still dithers along and across the axis.
             self.spent, self._spent_at_N = True, self.spent_N
@@ -236,6 +241,7 @@ class Monitor:
             if met and self.play_m > 0.0 and new_wall and self._from_m is not None:
                 # There is no play beyond the first contact either.
                 self._wall, self._from_m = self.direction, (*reference_m[:2], self._from_m[2])
+                self._lowest_m = self._highest_m = reference_m
         if self.verified:
             self.free()
         return self._implausible(snapshot.tick, measured)

@@ -197,7 +197,7 @@ def test_force_that_falls_while_the_tool_is_stationary_is_no_descent(phase, monk
     [text] = trial.details("mismatch")
     rate_N_s = float(text.partition("the force changes by ")[2].split()[0])
     assert rate_N_s == pytest.approx(5.0, abs=0.3)
-    assert trial.peak_N < 25.0
+    assert trial.peak_N < 35.0
 
 
 @pytest.mark.parametrize(
@@ -233,6 +233,15 @@ JOB = {
         "sensor": {"force_noise_N": 0.36, "torque_noise_Nm": 0.0144},
     },
 }  # fmt: skip
+
+
+def test_drift_that_starts_in_a_tight_hole_is_found_before_the_limit_is_exceeded_by_far():
+    rough = JOB | {"part": JOB["part"] | {"friction_max": 0.6}, "cell": JOB["cell"] | {"peg": {"friction": 0.6}}}
+    config = compose("job", job=rough, task="insertion")
+    [drift] = [each for each in sensor_faults() if each.name == "Fz drifts by 7 N/s"]
+    [[run]] = run_cases(config, [Case(drift, "insert", 1)], "oracle")
+    assert run.latched
+    assert run.peak_force_N < 40.0
 
 
 @pytest.mark.nightly

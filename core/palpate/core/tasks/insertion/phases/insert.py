@@ -1,6 +1,8 @@
 """The insertion, which lowers the peg until it rests on the floor, or is past its depth and a wall responds."""
 
+from collections.abc import Callable
 from enum import Enum
+from functools import partial
 from math import ceil, fsum, hypot, sqrt
 from typing import Final
 
@@ -44,7 +46,7 @@ _RELEASE_SHARE: Final = 0.8
 friction; one that not even harder pressing moves is held more firmly."""
 _SETTLE_TICKS: Final = MOST_SAMPLES
 _LEAST_HALF_TICKS: Final = MOST_SAMPLES // 2
-_MOST_HALVES: Final = 4
+_MOST_HALVES: Final = 10
 """Settling time, minimum time for each force average, and number of averages."""
 _LIGHT_SHARE: Final = 0.5
 """Light-contact force divided by the pressing force; the dither interrupts a lighter one."""
@@ -84,7 +86,7 @@ class Insert(RunningPhase):
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
         # A peg that drops releases the gripper, which the pressing force has bent, and keeps falling without contact.
         self._drop_m = press_N / monitor.axial_N_per_m
-        self._held_m = _DUE_SHARE * budget_N / monitor.axial_N_per_m
+        self._held_m = budget_N / monitor.axial_N_per_m
         # A slower drift stays below half the budget for the maximum duration of a descent.
         self._drift_N_per_tick = _DUE_SHARE * budget_N / self._limit_ticks
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
@@ -102,7 +104,9 @@ class Insert(RunningPhase):
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
         self._dropped_m, self._last_m = 0.0, self._from_m[2]
+        self._zero_m: float | None = None
         self._walled = self._found = self._released = False
+        self._side = (1.0, 0.0)
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
         # Noise changes a difference of two means by no more than the drift to be found.
@@ -117,11 +121,16 @@ class Insert(RunningPhase):
         self._depth_m = depth_m = self._measurement.tip_depth_m - self._state.surface_m
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
         reference_m = self._motion.reference_m[2]
-        if self._dropped_m < self._drop_m:
-            # A drift may cancel the force of a contact, but not to within the noise for so far.
-            free = abs(self._measurement.force_N[2]) < min(self._monitor.contact_N, _DEVIATIONS * self._state.noise[2])
-            self._dropped_m = self._dropped_m + max(reference_m - self._last_m, 0.0) if free else 0.0
+        # A drift may cancel the force of a contact, but not to within the noise for so far.
+        free = abs(self._measurement.force_N[2]) < min(self._monitor.contact_N, _DEVIATIONS * self._state.noise[2])
+        self._dropped_m = self._dropped_m + max(reference_m - self._last_m, 0.0) if free else 0.0
         self._last_m = reference_m
+        if self._dropped_m >= self._drop_m:
+            self._zero_m = reference_m
+        fx, fy, _ = self._measurement.force_N
+        size_N = hypot(fx, fy)
+        if size_N > self._monitor.contact_N:
+            self._side = -fx / size_N, -fy / size_N
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
         if (stage := self._stages.get(self._stage)) is not None:
@@ -148,8 +157,8 @@ class Insert(RunningPhase):
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.axial.verified:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
-        elif self._pressed and self._dropped_m < self._drop_m and self._depth_m > self._held_m:
-            self._begin(Stage.HOLD)
+        elif self._pressed and self._unchecked_m() > self._held_m:
+            self._begin_hold(partial(self._begin, Stage.SINK))
         if monitor.walled:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
             self._walled = True
@@ -165,9 +174,17 @@ class Insert(RunningPhase):
             vz = min(vz, 0.0)
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
+    def _unchecked_m(self) -> float:
+        """Return the descent since the last drop or hold, which a drift of the force may only feign."""
+        return self._motion.reference_m[2] - (self._from_m[2] if self._zero_m is None else self._zero_m)
+
     def _wedged(self, text: str) -> None:
-        """End the trial as wedged."""
-        self._state.end(Outcome.WEDGED, text)
+        """End the trial as wedged, unless the descent may have been feigned by a drift."""
+        end = partial(self._state.end, Outcome.WEDGED, text)
+        if self._unchecked_m() > self._held_m:
+            self._begin_hold(end)
+        else:
+            end()
 
     def _pressing(self, *, push: bool) -> Vector3:
         """Return the velocity from the pressing controller, with a push against a wall or zero lateral force."""
@@ -181,16 +198,11 @@ class Insert(RunningPhase):
         return (0.0, 0.0, vz) if self._out_of_reach(vx, vy) else (vx, vy, vz)
 
     def _pushing(self) -> tuple[float, float]:
-        """Return the velocity towards a wall, the nearest one according to the lateral force."""
+        """Return the velocity towards a wall, the latest one that pressed against the peg."""
         monitor, (fx, fy, _) = self._monitor, self._measurement.force_N
         if monitor.direction is None:
-            size_N = max(hypot(fx, fy), 1e-9)
-            monitor.push((-fx / size_N, -fy / size_N))
+            monitor.push(self._side)
         ux, uy = monitor.direction or (0.0, 0.0)
-        if monitor.blocked:
-            # There may be no wall within reach on this side.
-            ux, uy = -ux, -uy
-            monitor.push((ux, uy))
         share = min(max(1.0 + (fx * ux + fy * uy) / monitor.push_N, -1.0), 1.0)
         if self._out_of_reach(ux, uy):
             share = min(share, 0.0)
@@ -241,7 +253,7 @@ class Insert(RunningPhase):
         elif (not free or monitor.direction is not None) and response.verified_since_restart():
             self._judge(response.window)
         elif len(self._depths_m) > _LOOK_TICKS:
-            monitor.mismatch(f"no floor and no wall responds at {depth_m * 1e3:.2f} mm")
+            monitor.mismatch(f"neither a floor nor a wall was verified at {depth_m * 1e3:.2f} mm")
         else:
             # A peg that still sinks against friction does not respond like a spring.
             sinking = self._state.tick - self._progress_tick <= response.window
@@ -260,15 +272,13 @@ class Insert(RunningPhase):
         same_m = max(4.0 * error_m, _STALL_M)
         # A floor is at the same depth as before the pull, but a wedged peg is now held at a different depth.
         returned = self._released and self._seated_m is not None and depth_m > self._seated_m - same_m
-        if short_m <= 0.0 and self._dropped_m < self._drop_m:
-            self._begin(Stage.HOLD)
-        elif short_m <= 0.0 or returned:
+        if short_m <= 0.0 or returned:
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
             self._seated_m, self._same_m = depth_m, same_m
-            if self._let_go_ticks:
-                self._begin(Stage.LET_GO)
+            if self._zero_m is None or self._unchecked_m() > self._held_m:
+                self._begin_hold(self._finish)
             else:
-                state.end_inserted(depth_m)
+                self._finish()
         elif self._released:
             state.end(Outcome.UNCERTAIN_DEPTH, text)
         elif self._seated_m is None or depth_m > self._seated_m + same_m:
@@ -281,6 +291,13 @@ class Insert(RunningPhase):
             self._begin(Stage.RELEASE)
         else:
             self._wedged(f"{text}, {short_m * 1e3:.3f} mm short")
+
+    def _finish(self) -> None:
+        """End the trial as inserted, after a release if one is specified."""
+        if self._let_go_ticks:
+            self._begin(Stage.LET_GO)
+        elif self._seated_m is not None:
+            self._state.end_inserted(self._seated_m)
 
     def _deviation_m(self, samples: int) -> float:
         """Return the standard deviation of the depth from surface to floor."""
@@ -326,6 +343,10 @@ class Insert(RunningPhase):
             self._state.end(Outcome.UNCERTAIN_DEPTH, self._text)
         return 0.0, 0.0, self._pull.velocity_m_s(reference_m, reference_m, self._measurement.force_N)[2]
 
+    def _begin_hold(self, after: Callable[[], None]) -> None:
+        self._after_hold = after
+        self._begin(Stage.HOLD)
+
     def _hold(self) -> Vector3:
         """Keep the tool at its depth and compare two force averages, which differ if the sensor drifts.
 
@@ -342,11 +363,9 @@ class Insert(RunningPhase):
             first_N, second_N = self._held_N[-2 * half : -half], self._held_N[-half:]
             drift_N = (fsum(second_N) - fsum(first_N)) / half
             if drift_N <= self._drift_N_per_tick * half:
-                self._dropped_m, self._progress_tick = self._drop_m, self._state.tick
-                if self._found:
-                    self._begin_look()
-                else:
-                    self._begin(Stage.SINK)
+                self._zero_m, self._progress_tick = self._motion.reference_m[2], self._state.tick
+                self._entered_tick += self._ticks
+                self._after_hold()
             elif halves == _MOST_HALVES:
                 # The force of a peg that slips until it is relieved also decreases, but for a shorter time.
                 rate_N_s = drift_N / half * CONTROL_RATE_HZ
