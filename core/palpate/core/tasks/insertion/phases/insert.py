@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from enum import Enum
 from functools import partial
-from math import ceil, fsum, hypot, sqrt
+from math import fsum, hypot, sqrt
 from typing import Final
 
 from typing_extensions import override
@@ -13,6 +13,7 @@ from palpate.core.motion import DampingControl
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, ZERO_VELOCITY, Vector3
 from palpate.core.tasks.contact import Monitor, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
+from palpate.core.tasks.insertion.phases.force_zero import DEVIATIONS, ForceZero
 from palpate.core.trial import ControlConfig, Outcome
 
 _WALL_M: Final = 5e-4
@@ -44,14 +45,8 @@ _HARDER_SHARE: Final = 0.25
 _RELEASE_SHARE: Final = 0.8
 """Pull divided by pressing force during a release. A peg that descended under that force is released by more than its
 friction; one that not even harder pressing moves is held more firmly."""
-_SETTLE_TICKS: Final = MOST_SAMPLES
-_LEAST_HALF_TICKS: Final = MOST_SAMPLES // 2
-_MOST_HALVES: Final = 10
-"""Settling time, minimum time for each force average, and number of averages."""
 _LIGHT_SHARE: Final = 0.5
 """Light-contact force divided by the pressing force; the dither interrupts a lighter one."""
-_DEVIATIONS: Final = 3.3
-"""Number of standard deviations of the depth; one error in two thousand is larger, on a given side."""
 
 
 class Stage(Enum):
@@ -84,11 +79,8 @@ class Insert(RunningPhase):
         windows = self._full_m * monitor.axial_N_per_m / (_DUE_SHARE * budget_N)
         descent_ticks = _SLOWED * self._full_m * damping / press_N * CONTROL_RATE_HZ
         self._limit_ticks = descent_ticks + _WEDGED_TICKS + windows * MOST_SAMPLES
-        # A peg that drops releases the gripper, which the pressing force has bent, and keeps falling without contact.
-        self._drop_m = press_N / monitor.axial_N_per_m
-        self._held_m = budget_N / monitor.axial_N_per_m
         # A slower drift stays below half the budget for the maximum duration of a descent.
-        self._drift_N_per_tick = _DUE_SHARE * budget_N / self._limit_ticks
+        self._zero = ForceZero(equipment, monitor, _DUE_SHARE * budget_N / self._limit_ticks)
         self._pull_N, self._let_go_ticks = _RELEASE_SHARE * press_N, round(task.release_s * CONTROL_RATE_HZ)
         self._stages = {Stage.SEAT: self._seat, Stage.RELEASE: self._release, Stage.HOLD: self._hold}
         self._stages[Stage.LET_GO] = self._let_go
@@ -103,15 +95,11 @@ class Insert(RunningPhase):
         self.over, self._stage = False, Stage.SINK
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
-        self._dropped_m, self._last_m = 0.0, self._from_m[2]
-        self._zero_m: float | None = None
         self._walled = self._found = self._released = False
         self._side = (1.0, 0.0)
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
-        # Noise changes a difference of two means by no more than the drift to be found.
-        chance_N = _DEVIATIONS * sqrt(2.0) * self._state.noise[2]
-        self._half_ticks = max(_LEAST_HALF_TICKS, ceil((chance_N / self._drift_N_per_tick) ** (2.0 / 3.0)))
+        self._zero.enter()
         self._monitor.push(None)
         self._monitor.presses(self._press_N, self._play_m + min(self._chamfer_m, self._bend_m))
         self._controller.reset()
@@ -120,13 +108,7 @@ class Insert(RunningPhase):
     def step(self) -> Vector3:
         self._depth_m = depth_m = self._measurement.tip_depth_m - self._state.surface_m
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
-        reference_m = self._motion.reference_m[2]
-        # A drift may cancel the force of a contact, but not to within the noise for so far.
-        free = abs(self._measurement.force_N[2]) < min(self._monitor.contact_N, _DEVIATIONS * self._state.noise[2])
-        self._dropped_m = self._dropped_m + max(reference_m - self._last_m, 0.0) if free else 0.0
-        self._last_m = reference_m
-        if self._dropped_m >= self._drop_m:
-            self._zero_m = reference_m
+        self._zero.update()
         fx, fy, _ = self._measurement.force_N
         size_N = hypot(fx, fy)
         if size_N > self._monitor.contact_N:
@@ -149,15 +131,16 @@ class Insert(RunningPhase):
         if stalled > _STALL_TICKS and self._depth_m < self._equipment.drop_m:
             state.event("false drop", f"to {self._best_m * 1e3:.3f} mm")
             state.hole_tick = None
-            self.over = True
             if state.claimed:
                 self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
+            else:
+                self.over = True
         elif stalled > _WEDGED_TICKS or state.tick - self._entered_tick > self._limit_ticks:
             self._wedged(f"at {self._depth_m * 1e3:.2f} mm")
         elif stalled > _STALL_TICKS and self._stalled_tick != self._progress_tick and monitor.axial.verified:
             self._stalled_tick = self._progress_tick
             self._begin(Stage.SEAT)
-        elif self._pressed and self._unchecked_m() > self._held_m:
+        elif self._pressed and self._zero.due:
             self._begin_hold(partial(self._begin, Stage.SINK))
         if monitor.walled:
             state.event("verified", f"wall at {self._depth_m * 1e3:.2f} mm: {monitor.across.text()}")
@@ -174,14 +157,10 @@ class Insert(RunningPhase):
             vz = min(vz, 0.0)
         return vx, vy, vz + (monitor.dither_m_s() if self._pressed else 0.0)
 
-    def _unchecked_m(self) -> float:
-        """Return the descent since the last drop or hold, which a drift of the force may only feign."""
-        return self._motion.reference_m[2] - (self._from_m[2] if self._zero_m is None else self._zero_m)
-
     def _wedged(self, text: str) -> None:
         """End the trial as wedged, unless the descent may have been feigned by a drift."""
         end = partial(self._state.end, Outcome.WEDGED, text)
-        if self._unchecked_m() > self._held_m:
+        if self._zero.due:
             self._begin_hold(end)
         else:
             end()
@@ -237,7 +216,7 @@ class Insert(RunningPhase):
         least_m = min(depth_m, self._measurement.position_m[2] - self._state.surface_m)
         floor_m = self._full_m + self._tolerance_m + self._state.slack_m + _PAST_FLOOR_M
         # Without a response from the floor, a shifted force zero may hide the pressing force.
-        past = least_m > floor_m + (0.0 if self._pressed else self._drop_m)
+        past = least_m > floor_m + (0.0 if self._pressed else self._zero.drop_m)
         free = past and not self._pressed
         if monitor.spent and not past and self._measurement.filtered_force_z_N > -_LIGHT_SHARE * self._press_N:
             # The descent has used the budget for pressing: a wall must respond first.
@@ -267,7 +246,7 @@ class Insert(RunningPhase):
         state, seen_m = self._state, self._depths_m[-window:]
         depth_m, error_m = fsum(seen_m) / len(seen_m), self._deviation_m(len(seen_m))
         tilt_m = 0.5e-3 * self._equipment.task.end_tilt_mm
-        short_m = self._full_m - self._tolerance_m - (depth_m - tilt_m - _DEVIATIONS * error_m)
+        short_m = self._full_m - self._tolerance_m - (depth_m - tilt_m - DEVIATIONS * error_m)
         text = f"depth {depth_m * 1e3:.3f} mm, standard deviation {error_m * 1e3:.3f} mm"
         same_m = max(4.0 * error_m, _STALL_M)
         # A floor is at the same depth as before the pull, but a wedged peg is now held at a different depth.
@@ -275,10 +254,10 @@ class Insert(RunningPhase):
         if short_m <= 0.0 or returned:
             state.event("verified", f"{text}: {self._monitor.axial.text()}")
             self._seated_m, self._same_m = depth_m, same_m
-            if self._zero_m is None or self._unchecked_m() > self._held_m:
-                self._begin_hold(self._finish)
-            else:
+            if self._zero.seen and not self._zero.due:
                 self._finish()
+            else:
+                self._begin_hold(self._finish)
         elif self._released:
             state.end(Outcome.UNCERTAIN_DEPTH, text)
         elif self._seated_m is None or depth_m > self._seated_m + same_m:
@@ -286,7 +265,7 @@ class Insert(RunningPhase):
             self._seated_m = depth_m
             state.event("short", f"{text}: pressed harder")
             self._begin(Stage.SEAT)
-        elif short_m <= state.slack_m + state.edge_m + 2.0 * _DEVIATIONS * error_m:
+        elif short_m <= state.slack_m + state.edge_m + 2.0 * DEVIATIONS * error_m:
             self._text, self._monitor.pull_N = text, self._pull_N
             self._begin(Stage.RELEASE)
         else:
@@ -345,31 +324,18 @@ class Insert(RunningPhase):
 
     def _begin_hold(self, after: Callable[[], None]) -> None:
         self._after_hold = after
+        self._zero.hold()
         self._begin(Stage.HOLD)
 
     def _hold(self) -> Vector3:
-        """Keep the tool at its depth and compare two force averages, which differ if the sensor drifts.
-
-        With such a sensor, the tool would press ever harder on the plate while appearing to sink.
-        """
-        self._ticks += 1
-        self._held_N.append(self._measurement.force_N[2])
+        """Keep the tool at its depth until the force zero is confirmed."""
         # Without a dither, a response would be pure chance.
         self._monitor.push(None)
         self._monitor.axial.restart()
-        half = self._half_ticks
-        halves, rest = divmod(self._ticks - _SETTLE_TICKS, half)
-        if halves >= 2 and not rest:
-            first_N, second_N = self._held_N[-2 * half : -half], self._held_N[-half:]
-            drift_N = (fsum(second_N) - fsum(first_N)) / half
-            if drift_N <= self._drift_N_per_tick * half:
-                self._zero_m, self._progress_tick = self._motion.reference_m[2], self._state.tick
-                self._entered_tick += self._ticks
-                self._after_hold()
-            elif halves == _MOST_HALVES:
-                # The force of a peg that slips until it is relieved also decreases, but for a shorter time.
-                rate_N_s = drift_N / half * CONTROL_RATE_HZ
-                self._monitor.mismatch(f"the force changes by {rate_N_s:.2f} N/s while the tool is stationary")
+        if self._zero.confirmed():
+            self._progress_tick = self._state.tick
+            self._entered_tick += self._zero.ticks
+            self._after_hold()
         # The walls are relieved before the force is compared.
         vx, vy, _ = self._pressing(push=False)
-        return (vx, vy, 0.0) if self._ticks < _SETTLE_TICKS else ZERO_VELOCITY
+        return (vx, vy, 0.0) if self._zero.settling else ZERO_VELOCITY
