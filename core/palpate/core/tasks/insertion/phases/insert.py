@@ -96,7 +96,7 @@ class Insert(RunningPhase):
         self._state.hole_tick = self._entered_tick = self._progress_tick = self._state.tick
         self._best_m, self._from_m = 0.0, self._motion.reference_m
         self._walled = self._found = self._released = False
-        self._side = (1.0, 0.0)
+        self._side: tuple[float, float] | None = None
         self._seated_m: float | None = None
         self._stalled_tick: int | None = None
         self._zero.enter()
@@ -110,8 +110,8 @@ class Insert(RunningPhase):
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
         self._zero.update()
         fx, fy, _ = self._measurement.force_N
-        size_N = hypot(fx, fy)
-        if size_N > self._monitor.contact_N:
+        size_N = max(hypot(fx, fy), 1e-9)
+        if self._side is None or size_N > self._monitor.contact_N:
             self._side = -fx / size_N, -fy / size_N
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
@@ -179,8 +179,7 @@ class Insert(RunningPhase):
     def _pushing(self) -> tuple[float, float]:
         """Return the velocity towards a wall, the latest one that pressed against the peg."""
         monitor, (fx, fy, _) = self._monitor, self._measurement.force_N
-        if monitor.direction is None:
-            monitor.push(self._side)
+        monitor.push(self._side)
         ux, uy = monitor.direction or (0.0, 0.0)
         share = min(max(1.0 + (fx * ux + fy * uy) / monitor.push_N, -1.0), 1.0)
         if self._out_of_reach(ux, uy):
@@ -195,7 +194,7 @@ class Insert(RunningPhase):
         return hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0
 
     def _begin(self, stage: Stage) -> None:
-        self._stage, self._ticks, self._held_N = stage, 0, list[float]()
+        self._stage, self._ticks = stage, 0
 
     def _begin_look(self) -> None:
         if not self._found:
