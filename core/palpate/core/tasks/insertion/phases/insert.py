@@ -109,9 +109,9 @@ class Insert(RunningPhase):
         self._depth_m = depth_m = self._measurement.tip_depth_m - self._state.surface_m
         self._pressed = self._measurement.filtered_force_z_N < -self._monitor.contact_N
         self._zero.update()
-        fx, fy, _ = self._measurement.force_N
+        fx, fy, fz = self._measurement.force_N
         size_N = max(hypot(fx, fy), 1e-9)
-        if self._side is None or size_N > self._monitor.contact_N:
+        if self._side is None or size_N > self._monitor.contact_N + self._equipment.task.friction * abs(fz):
             self._side = -fx / size_N, -fy / size_N
         if depth_m > self._best_m + _STALL_M:
             self._best_m, self._progress_tick = depth_m, self._state.tick
