@@ -42,7 +42,7 @@ class SpatialInsert(Insert):
         )
         self._wobble_rad_s = radians(options.wobble_deg_s)
         # Tight-fitting pegs stay in contact as they go in; the search raises the tool, and drift then shows in the air.
-        self._drop_m = 0.0
+        self._zero.drop_m = 0.0
 
     @override
     def enter(self) -> None:
