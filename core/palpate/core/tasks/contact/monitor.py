@@ -42,6 +42,8 @@ _TILT_RAD: Final = 6e-3
 """Orientation error from the arm and the grip, which no job specifies; servos sag by up to 8 mrad at the start."""
 _NOISES_TORQUE: Final = 3.0
 """Number of standard deviations of a torque about the tip that four consecutive samples exceed once in 70 million."""
+_STUCK_SHARE: Final = 2.0
+"""Maximum force on a tip that is stuck anywhere on its path, divided by the force limit."""
 PAST_PLATE_M: Final = 1e-3
 """Distance below the lowest possible plate at which the tip cannot be on it; an approach overshoots by less."""
 
@@ -153,7 +155,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bends_N(self, reference_m: Vector3) -> tuple[float, float]:
-        """Return the gripper deflection, as a force, if the tip moved only by the play, and the path's width across."""
+        """Return the gripper deflection, as a force, if the tip moved only by the play, and the force if it is stuck."""
         if self._from_m is None:
             self._from_m = reference_m
             self._lowest_m = self._highest_m = reference_m
@@ -162,7 +164,9 @@ class Monitor:
         # The tip may have stuck anywhere on the path.
         below, above = map(sub, reference_m, self._lowest_m), map(sub, self._highest_m, reference_m)
         width_m = hypot(*list(map(max, below, above))[:2])
-        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), width_m
+        pressed_N = self._max_force_N - self.budget_N + max(z, 0.0) * self.axial_N_per_m
+        stuck_N = hypot(width_m * self.lateral_N_per_m, pressed_N)
+        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), self._carried_N + stuck_N
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity, or zero if it would bend the gripper by more than the budget and the dithers.
@@ -173,9 +177,8 @@ class Monitor:
             return velocity_m_s
         (x, y, z), (vx, vy, vz) = self._reference_m, velocity_m_s
         x, y, z = x + vx * PERIOD_S, y + vy * PERIOD_S, z + vz * PERIOD_S
-        bend_N, width_m = self._bends_N((x, y, z))
-        # With the pressing force, a stuck tip takes at most twice the force limit.
-        near = width_m * self.lateral_N_per_m <= self._max_force_N + (1.0 + PUSH_SHARE) * self.budget_N
+        bend_N, stuck_N = self._bends_N((x, y, z))
+        near = stuck_N <= _STUCK_SHARE * self._max_force_N
         if near and bend_N <= max(self.budget_N, self._spent_at_N) + self._dithers_N:
             return velocity_m_s
         self.wait("before the tool may go further")
