@@ -61,7 +61,9 @@ INSERTIONS = {
         },
     ),
     "arm-stuck": FaultScenario(
-        "contact mismatch", (arm("stuck", 60),), {"task": SOON, **weak(max_tracking_error_mrad=500.0)}
+        "safety trip, PLATE_NOT_FOUND",
+        (arm("stuck", 60),),
+        {"task": SOON, **weak(max_tracking_error_mrad=500.0)},
     ),
 }
 """Insertions without a sensor fault: outcomes and arms."""

@@ -136,7 +136,10 @@ class ContactTask(Task):
         """Return the command in the second half of a tick, after any choice that was due."""
         if self._state.observation is not None:
             self.choose()
-        return self._motion.move(self._monitor.bounded(self._velocity_m_s))
+        velocity_m_s = self._monitor.bounded(self._velocity_m_s)
+        # The choice or the motion may have caused a mismatch.
+        self.constraints = self._state.constraints
+        return self._motion.move(velocity_m_s)
 
     def _go_on(self) -> None:
         """Enter the phase that follows the completed one."""

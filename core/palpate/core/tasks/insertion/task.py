@@ -60,8 +60,6 @@ class InsertionTask(ContactTask):
         """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()
-        # The first tick of an action may also report a mismatch.
-        self.constraints = self._state.constraints
 
     def _follow(self) -> None:
         phase = self._state.phase

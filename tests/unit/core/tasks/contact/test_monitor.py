@@ -66,15 +66,15 @@ def led(bench, velocity_m_s, ticks):
     return float(np.hypot(*bench.reference_m[:2]))
 
 
-@pytest.mark.parametrize(("play_m", "most_N"), [(0.0, 42.0), (1e-2, 61.5)])
+@pytest.mark.parametrize(("play_m", "most_N"), [(0.0, 42.0), (1e-2, 60.0)])
 def test_without_a_response_no_motion_bends_the_gripper_by_more_than_twice_the_force_limit(play_m, most_N):
     bench = Bench()
     bench.monitor.presses(0.5 * 9.80665, play_m)
     stiffness_N_per_m = CONTROL.lateral_stiffness_N_per_mm * 1e3
     there_N = led(bench, (6e-3, 8e-3, 0.0), 140) * stiffness_N_per_m
-    assert most_N - 2.0 < there_N < most_N
+    assert most_N - 3.0 < there_N < most_N
     back_N = led(bench, (-6e-3, -8e-3, 0.0), 280) * stiffness_N_per_m
-    assert 59.5 < there_N + back_N < 61.5
+    assert 57.0 < there_N + back_N < 60.0
 
 
 def test_dither_bends_nothing_and_restores_nothing():
