@@ -155,7 +155,7 @@ class Monitor:
             response.stationary_ticks = 0
 
     def _bends_N(self, reference_m: Vector3) -> tuple[float, float]:
-        """Return the gripper deflection, as a force, if the tip moved only by the play, and the force if it is stuck."""
+        """Return the bend, as a force, of a tip that moved only by the play, and the force on one stuck on its path."""
         if self._from_m is None:
             self._from_m = reference_m
             self._lowest_m = self._highest_m = reference_m
