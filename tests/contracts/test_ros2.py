@@ -5,15 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters import contracts
 from palpate.adapters.config import RigFile, overlay
-from palpate.adapters.contracts import (
-    ArmCommandContract,
-    ArmCommandRig,
-    ForceSensorContract,
-    ForceSensorRig,
-    JointEncoderContract,
-    JointEncoderRig,
-)
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ros2 import Ros2ArmTable, Ros2ForceSensor, Ros2WrenchTable, make_ros2_arm
 from palpate.core.errors import ConfigurationError, DeviceError
@@ -62,26 +55,26 @@ class Bench(VirtualDomain):
         }  # fmt: skip
 
 
-class TestRos2Encoder(JointEncoderContract):
+class TestRos2Encoder(contracts.JointEncoderContract):
     # It is the arm, whose lives are below.
     test_life_follows_the_table = None
 
     def make(self):
         bench = Bench()
         arm = bench.arm()
-        return JointEncoderRig(
+        return contracts.JointEncoderRig(
             device=arm, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6, expected_rad=HOME, tolerance_rad=1e-9, arm=arm,
             go_silent=bench.fall_silent, **bench.knobs(),
         )  # fmt: skip
 
 
-class TestRos2Arm(ArmCommandContract):
+class TestRos2Arm(contracts.ArmCommandContract):
     table = TABLE
     tolerance_rad = 1e-9
 
     def make(self):
         bench = Bench(velocities=self.table.mode == "velocities")
-        return ArmCommandRig(
+        return contracts.ArmCommandRig(
             device=bench.arm(self.table), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3,
             fast_step_rad=0.03, position_rad=bench.robot.targets_rad, tolerance_rad=self.tolerance_rad,
             settle_ticks=60, limit_ticks=100, **bench.knobs(),
@@ -95,10 +88,10 @@ class TestRos2VelocityArm(TestRos2Arm):
     tolerance_rad = 5e-4
 
 
-class TestRos2Wrench(ForceSensorContract):
+class TestRos2Wrench(contracts.ForceSensorContract):
     def make(self):
         bench = Bench()
-        return ForceSensorRig(
+        return contracts.ForceSensorRig(
             device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, **loads(bench.load), go_silent=bench.fall_silent,
             **bench.knobs(),
         )  # fmt: skip

@@ -2,14 +2,7 @@
 
 import pytest
 
-from palpate.adapters.contracts import (
-    ArmCommandContract,
-    ArmCommandRig,
-    ForceSensorContract,
-    ForceSensorRig,
-    JointEncoderContract,
-    JointEncoderRig,
-)
+from palpate.adapters import contracts
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, UrToolTable, make_ur_rtde
 from palpate.core.errors import DeviceError
@@ -61,33 +54,33 @@ class Bench(VirtualUr):
         }  # fmt: skip
 
 
-class TestUrEncoder(JointEncoderContract):
+class TestUrEncoder(contracts.JointEncoderContract):
     # It is the arm, whose lives are below.
     test_life_follows_the_table = None
 
     def make(self):
         bench = Bench()
         arm = bench.arm()
-        return JointEncoderRig(
+        return contracts.JointEncoderRig(
             device=arm, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6, expected_rad=HOME, tolerance_rad=2e-4, arm=arm,
             provoke_fault=bench.fail, go_silent=bench.fall_silent, **bench.knobs(),
         )  # fmt: skip
 
 
-class TestUrArm(ArmCommandContract):
+class TestUrArm(contracts.ArmCommandContract):
     def make(self):
         bench = Bench()
-        return ArmCommandRig(
+        return contracts.ArmCommandRig(
             device=bench.arm(), home_rad=HOME, lower_rad=LOWER, upper_rad=UPPER, step_rad=4e-3, fast_step_rad=0.03,
             position_rad=bench.controller.targets_rad, tolerance_rad=2e-4, settle_ticks=60, limit_ticks=100,
             provoke_fault=bench.fail, **bench.knobs(),
         )  # fmt: skip
 
 
-class TestUrToolForce(ForceSensorContract):
+class TestUrToolForce(contracts.ForceSensorContract):
     def make(self):
         bench = Bench()
-        return ForceSensorRig(
+        return contracts.ForceSensorRig(
             device=bench.sensor(), max_age_ns=MAX_AGE_NS + 10_000_000, **loads(bench.load), go_silent=bench.fall_silent,
             provoke_fault=bench.cut, **bench.knobs(),
         )  # fmt: skip

@@ -15,7 +15,7 @@ from palpate.adapters.mujoco import SimulatedRig
 from palpate.simulation.work_cell import HiddenValues
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ALL = ("train_and_look", "own_policy", "clearance_study", "replay_gate", "infer_automaton", "system_identification")
+ALL = ("train_and_look", "own_policy", "replay_gate", "infer_automaton", "system_identification")
 QUICK = frozenset(ALL) - {"replay_gate", "system_identification"}
 """Those that have a shorter form; the others are short."""
 
@@ -90,13 +90,6 @@ def test_own_policy(example, tmp_path):
     assert re.search(r"^torque: \d of 3 inserted, median \d+\.\d\d s$", printed, re.MULTILINE)
     (inserted,) = re.findall(r"^homing: (\d) of 3 inserted", printed, re.MULTILINE)
     assert int(inserted) >= 2
-
-
-@pytest.mark.nightly
-def test_clearance_study(example, tmp_path):
-    printed = example.printed("clearance_study", tmp_path / "out")
-    assert "finished: 2 of 2 conditions" in printed
-    assert re.search(r"^torque, hole of 29.3 mm: \d+% inserted, median \d\.\d\d s$", printed, re.MULTILINE)
 
 
 @pytest.mark.nightly

@@ -235,17 +235,12 @@ class Trainer(Trials):
         return scored
 
     def _learn_from_trip(self, scored: ScoredTrial, before: dict[str, Any]) -> None:
-        """Learn from the actions in a tripped trial, which is an unfinished episode.
-
-        If a sensor may have failed, every transition of the trial may be wrong, so the learner's state is restored. An
-        exceeded limit is a consequence of the last action. A Q table charges the rest of the time limit to that
-        action; without this cost, the action would be tried repeatedly. Other learners have no costs and keep what
-        they learned from finished actions.
-        """
+        """Learn from the actions in a tripped trial, or forget it if a failed sensor may have spoilt it."""
         report = scored.report
         if report.trip is None or report.trip.reason not in OVERLOADS:
             self._learner.set_state(before)
         elif isinstance(self._learner, TabularLearner) and report.decisions:
+            # Without this cost, the action that exceeded the limit would be tried again and again.
             last, cost = report.decisions[-1], rest_reinforcement(self.config, report.exploration_time_s)
             if last.index is not None:
                 state = self.perception.states.index(last.state)

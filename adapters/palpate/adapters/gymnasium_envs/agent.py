@@ -87,12 +87,7 @@ class Agent(FixedPolicy, LoopObserver):
         return decision
 
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        """Begin a tick.
-
-        Raises:
-            LateAgentError: The agent has exceeded the time limit.
-            LeftError: The agent has left the trial.
-        """
+        """Begin a tick; raise LateAgentError if the agent is late, or LeftError if it has left the trial."""
         if self.left and self._grace_s is None:
             raise LeftError
         self._time_ns, requested_ns = time_ns, self._requested_ns

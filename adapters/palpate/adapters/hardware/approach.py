@@ -121,10 +121,7 @@ def withdrawal(approach: ReadyPosePath, begin_rad: JointVector) -> list[JointVec
 
 
 def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
-    """Return a straight joint-space path that starts and ends stationary, with all joints arriving together.
-
-    A moving average of a constant speed over :data:`_RAMP_TICKS` gives constant acceleration and deceleration.
-    """
+    """Return a straight joint-space path with constant acceleration; all joints arrive together."""
     begin, path_rad = np.array(begin_rad), np.subtract(target_rad, begin_rad)
     ticks = max(1, round(float(np.abs(path_rad).max()) / speed_rad_s * CONTROL_RATE_HZ))
     steps = np.convolve(np.full(ticks, 1.0 / ticks), np.full(_RAMP_TICKS, 1.0 / _RAMP_TICKS))

@@ -164,11 +164,7 @@ class EmulatedCell:
         self._was_inside = inside
 
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
-        """Return the wrench at a given time, extrapolated from the last tick by at most half a tick either way.
-
-        A value held for the whole tick would have the same mean age, but its age would depend on when in the tick it is
-        read.
-        """
+        """Return the wrench at a given time; a held value's age would depend on when it is read."""
         ticked_ns, wrench, steps = self._measured
         ahead = min(max((now_ns - ticked_ns) * CONTROL_RATE_HZ / _NS, 0.0), 1.0) - 0.5
         parts = zip(wrench, steps, _HUM, self._hum.standard_normal(6).tolist(), strict=True)

@@ -117,11 +117,7 @@ def require_measurable(job: Job, sensor: SensorFacts, *, step_mm: float, toleran
 
 
 def _short_depth(job: Quantities, parts: tuple[float, float, float]) -> tuple[float, str] | None:
-    """Return four standard deviations of depth, in mm, and a remedy if they exceed the tolerance; else None.
-
-    Args:
-        parts: Standard deviations from noise, tilt and encoders.
-    """
+    """Return 4 standard deviations of depth (noise, tilt, encoders), in mm, and a remedy if they are too large."""
     noise_m, tilted_m, _ = parts
     square, most_m = sum(part * part for part in parts), max(parts)
     least_m, left = DEVIATIONS * sqrt(square), (job.tolerance_m / DEVIATIONS) ** 2 - square + most_m * most_m

@@ -105,11 +105,7 @@ class ThirdPartyPolicy(Learner):
             self._policy.begin_trial(trial, rng)
 
     def choose(self, observation: Observation) -> Decision:
-        """Return the decision in plain numbers.
-
-        Raises:
-            PolicyError: The policy raised an error, returned an invalid decision, or took too long on a rig.
-        """
+        """Return the decision in plain numbers; raise PolicyError for an error, an invalid or a late decision."""
         began_ns = self.now_ns()
         with self._named("choose"):
             decision = self._plain(self._policy.choose(observation))

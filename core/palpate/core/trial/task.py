@@ -37,7 +37,7 @@ class Task(Protocol):
             The observation for a policy's choice in the second half; None except at decision ticks.
 
         Raises:
-            DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command.
+            DeviceError: The number of joint angles is wrong, or the pose is unknown at the beginning of the trial.
         """
 
     def choose(self) -> None:

@@ -82,11 +82,7 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
-        """Switch on the drives at their current positions; nothing moves.
-
-        Afterwards :meth:`cycle` must be called without long pauses, because it sends the heartbeat that the drives'
-        watchdogs expect.
-        """
+        """Switch on the drives where they are; without a cycle soon after, their watchdogs miss the heartbeat."""
         self._require("enable()", ArmState.CONFIGURED)
         with self._latching():
             views = self._bring_up.look()
@@ -134,11 +130,7 @@ class Cia402Arm(LatchingArm):
         return Measured(tuple(joint.angle_rad(counts) for joint, counts in measured), self._exchange.sync_ns)
 
     def stop(self) -> None:
-        """Quick-stop every drive. May be called in any state, repeatedly, and even without a bus; never raises.
-
-        An enabled arm is *stopped* afterwards: it stays under power and holds its position. It applies no set-point
-        until :meth:`disable` and :meth:`enable` have been called.
-        """
+        """Quick-stop every drive; an enabled arm holds its position under power until it is enabled again."""
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             return
         if self._state is ArmState.ENABLED:
@@ -158,11 +150,7 @@ class Cia402Arm(LatchingArm):
         self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
-        """Clear a latched fault. Only a person may decide to do this, never a program.
-
-        The drives are configured again, because one may have restarted, and receive a fault reset. They remain switched
-        off.
-        """
+        """Clear a latched fault; the drives are configured again, as one may have restarted, but remain off."""
         self._require_fault()
         self._link.require_alive()
         self._bring_up.prepare()

@@ -151,11 +151,7 @@ def _open_domain(network: Ros2Network) -> None:
 
 
 def _configuration(network: Ros2Network) -> str:
-    """Return the library's settings.
-
-    Cyclone rejects Fast DDS's descriptions of types with sequences (rmw_cyclonedds #535). Therefore the type
-    information of eProsima (vendor 1.15) is ignored, and only type names are compared.
-    """
+    """Return the library's settings."""
     general = discovery = ""
     if network.address:
         general = f"<Interfaces><NetworkInterface address={quoteattr(network.address)}/></Interfaces>"
@@ -163,6 +159,7 @@ def _configuration(network: Ros2Network) -> str:
         general += "<AllowMulticast>false</AllowMulticast>"
         peers = "".join(f"<Peer address={quoteattr(peer)}/>" for peer in network.peers)
         discovery = f"<ParticipantIndex>auto</ParticipantIndex><Peers>{peers}</Peers>"
+    # Cyclone rejects descriptions of types by eProsima, vendor 1.15 (rmw_cyclonedds #535).
     types = "<IgnoreTypeInformation>1.15</IgnoreTypeInformation>"
     parts = (("General", general), ("Discovery", discovery), ("Compatibility", types))
     domain = "".join(f"<{name}>{content}</{name}>" for name, content in parts)

@@ -132,10 +132,7 @@ class UrArm(LatchingArm):
         return found
 
     def stop(self) -> None:
-        """Brake the arm. May be called at any time and repeatedly; never raises.
-
-        A client that does not respond is terminated, so that the controller's watchdog acts.
-        """
+        """Brake the arm; a client that does not respond is terminated, so that the controller's watchdog acts."""
         if self._state is ArmState.ENABLED:
             self._state = ArmState.STOPPED
         elif self._state is not ArmState.FAULTED:

@@ -140,11 +140,7 @@ class ZebraZero(LatchingArm):
         }
 
     def stop(self) -> None:
-        """Stop every motor whose servo is on, hold it, and store its counters.
-
-        May be called at any time and repeatedly; never raises. Nothing moves after a stop until the servos are switched
-        on again. A dead line is not tried again, and a stop is repeated only if it was not confirmed.
-        """
+        """Stop and hold every motor whose servo is on, and store its counters; a dead line is not tried again."""
         if self._state in (ArmState.NEW, ArmState.CLOSED):
             return
         if self._state is ArmState.ENABLED:

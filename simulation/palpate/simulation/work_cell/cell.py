@@ -231,11 +231,7 @@ class WorkCell:
         self._force_history: Array = self.data.history[start : start + 3 * cell.substeps]
 
     def _moved_zero(self) -> list[float]:
-        """Return the shift in the sensor's zero since the beginning of the trial, (6,).
-
-        Strain gauges have hysteresis and creep: their zero shifts under load and returns without load. A tare in free
-        space is therefore wrong as soon as the peg presses.
-        """
+        """Return the shift in the zero since the beginning of the trial, (6,); strain gauges creep under load."""
         loaded = self.ticks - self._loaded < _RELIEF_TICKS
         drift = self._zero_drift * ((self.ticks - self._begun) / self._rate_Hz)
         moved: list[float] = (drift + self._zero_shift if loaded else drift).tolist()
@@ -248,10 +244,7 @@ class WorkCell:
             self._forces.clear()
 
     def _noise_blocks(self, rng: np.random.Generator) -> Iterator[Iterator[tuple[float, ...]]]:
-        """Yield bias and white noise, drawn in blocks because drawing single values would be too slow.
-
-        A sample is unpacked from its block on request: hundreds of lists at once would trigger the garbage collector.
-        """
+        """Yield bias and white noise in blocks: single draws are slow, and whole lists burden the collector."""
         sensor = self.config.sensor
         bias = rng.standard_normal(6) * ([sensor.force_bias_N] * 3 + [sensor.torque_bias_Nm] * 3)
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)

@@ -87,10 +87,7 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
 
 
 def _batch(trial: int, trials: int) -> int:
-    """Return the batch index of a trial, with ``trials`` trials per batch, for random streams; 0 for a single batch.
-
-    No two series share a batch, so a policy is not evaluated on the grips used to train it.
-    """
+    """Return the batch of a trial, for random streams; no two series, such as training and evaluation, share one."""
     if not trials:
         return 0
     count = trial % TRIALS_OF_A_SERIES

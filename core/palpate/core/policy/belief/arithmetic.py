@@ -19,14 +19,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Constants for a floating-point format.
-
-    Attributes:
-        whole: Integer type of the same size.
-        ln2: Logarithm of 2 in two parts; products of the short first part with small integers are exact.
-        least: Argument below which the exponential is negligible.
-        terms: Number of terms in the exponential's series.
-    """
+    """Constants for a floating-point format; ``ln2`` is in two parts, of which the first has few bits."""
 
     whole: np.dtype[np.signedinteger[Any]]
     mantissa_bits: int

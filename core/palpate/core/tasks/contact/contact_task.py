@@ -78,16 +78,8 @@ class ContactTask(Task):
         self._interrupt_noted = False
         self._clamped_tick = -2
 
+    @override
     def sense(self, snapshot: Snapshot) -> Observation | None:
-        """Process a snapshot in the first half of a tick; :meth:`act` is the second half.
-
-        Returns:
-            The observation for the policy's choice in the second half; None except at decision ticks.
-
-        Raises:
-            DeviceError: The arm's pose is unknown at the beginning of the trial, so there is nothing to command; or the
-                number of joint angles is wrong.
-        """
         state, (tick, _, wrench, joints, applied) = self._state, snapshot
         state.observation, self._velocity_m_s = None, ZERO_VELOCITY
         state.tick = tick
@@ -162,11 +154,8 @@ class ContactTask(Task):
         self._running = running
         self._state.enter(phase, PhaseConstraints(contact, self._settle.bias, area))
 
+    @override
     def interrupt(self) -> None:
-        """End the trial after the current action, and any later trial immediately.
-
-        This is safe to call from a signal handler.
-        """
         self._interrupted = True
 
     @override

@@ -179,12 +179,8 @@ class Response:
 
 
 def _repetition(x: Array, rest: Array) -> float:
-    """Return the number of samples per independent sample for two autocorrelated series.
-
-    A late or recorded force oscillates like the dither, so a few of its samples can match the dither by chance. The
-    product of two such series has the variance of independent samples times 1 + 2 * the sum of products of their
-    autocorrelations (M. S. Bartlett, "Some aspects of the time-correlation problem", 1935).
-    """
+    """Return the number of samples per independent sample for two autocorrelated series, such as a late force."""
+    # M. S. Bartlett, "Some aspects of the time-correlation problem", 1935.
     count, lags = len(x), HALF_PERIOD_TICKS[1] - 1
     padded = np.zeros((2, count + lags - 1))
     padded[0, :count], padded[1, :count] = x, rest

@@ -52,12 +52,8 @@ class InsertionTask(ContactTask):
         self._state.agent_begun()
         self._explore.begin(setup.start_m)
 
+    @override
     def choose(self) -> None:
-        """Let the policy make its choice; call this between :meth:`sense` and :meth:`act`, so that a loop can time it.
-
-        Raises:
-            LifecycleError: No choice is due at the current tick.
-        """
         self._state.observation = None
         self._velocity_m_s = self._explore.choose()
 
@@ -79,11 +75,9 @@ class InsertionTask(ContactTask):
     def _may_end(self) -> bool:
         return self._state.phase is not Phase.EXPLORE or self._explore.countdown <= 1
 
+    @override
     def conclude(self) -> None:
-        """Pass the outcome to the policy after the last tick.
-
-        The outcome is not passed earlier, because a trip at that tick, or while the arm stops, would invalidate it.
-        """
+        # Not earlier: a trip at the last tick, or while the arm stops, would change the outcome.
         report = self._state.report
         self._agent.end(EpisodeOutcome(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))
 

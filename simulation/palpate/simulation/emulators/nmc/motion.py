@@ -92,10 +92,7 @@ class Profile:
 
 
 def _braking_speed(distance: int, step: int) -> int:
-    """Return the maximum velocity in the next tick at which braking by ``step`` per tick stays within the distance.
-
-    Braking from v covers v + (v - a) + ... = (k + 1) v - a k (k + 1) / 2 with k = floor(v / a).
-    """
+    """Return the maximum velocity v from which braking covers (k + 1) v - a k (k + 1) / 2, with k = floor(v / a)."""
     if step <= 0:
         return distance
     k = (isqrt(1 + 8 * distance // step) - 1) // 2

@@ -14,7 +14,6 @@ from palpate.adapters.experiments.planning import run_series
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.tasks.contact import Monitor
 from palpate.core.trial import Outcome, Phase, TaskConfig, TrialSetup
 from tests.support.fault_trials import Case, run_cases, sensor_faults
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
@@ -155,20 +154,6 @@ def test_heavy_tool_starts_and_ends_its_search(moving_mass_kg):
         rig.prepare(1)
         task = build_trial_task(config, ready, chosen.perception, chosen.on(rig))
         assert run_trial(task, rig.ports, trial_setup(config, 1)).outcome is Outcome.INSERTED
-
-
-def test_supervisor_sees_a_mismatch_at_the_tick_of_the_command_that_causes_it(monkeypatch):
-    def bounded(monitor, velocity_m_s):
-        monitor.mismatch("the tool may go no further")
-        return velocity_m_s
-
-    task, world, at_tick = build_task(FollowTorque()), FakeWorld(Pit(0.0, 0.0)), []
-    act = task.act
-    monkeypatch.setattr(Monitor, "bounded", bounded)
-    monkeypatch.setattr(task, "act", lambda: (act(), at_tick.append(task.constraints.mismatch))[0])
-    with world:
-        run_trial(task, world.ports, SETUP)
-    assert at_tick[0] is not None
 
 
 # Faulty sensors.

@@ -174,10 +174,8 @@ class Explore(RunningPhase):
         self._rests_m.append((x, y))
 
     def _edge_m(self) -> float:
-        """Return the amount by which the surface may be higher due to the filter's delay or a hole's edge.
-
-        The amount is 0 if the peg has rested farther from here than a hole's mouth extends.
-        """
+        """Return how much a hole's edge or the filter's delay may hide of the surface's height."""
+        # A peg that has rested farther from here than a hole's mouth extends has seen the surface.
         x, y, _ = self._motion.reference_m
         mouth_m = _MOUTH_M + 1e-3 * (self._task.play_mm + self._task.chamfer_mm)
         aside = any(hypot(x - at_x, y - at_y) > mouth_m for at_x, at_y in self._rests_m)
