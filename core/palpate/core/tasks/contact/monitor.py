@@ -147,6 +147,8 @@ class Monitor:
     def free(self) -> None:
         """Reset the budget after the force has responded, or where the tool cannot touch anything."""
         self._from_m, self._carried_N = None, 0.0
+        # Lowest and highest coordinates.
+        self._path_m: tuple[Vector3, Vector3] | None = None
         # There is no play towards a wall that has just responded.
         self._wall = (self.direction if self.walled else None) or (0.0, 0.0)
         self.spent_N, self.spent, self.waited_ticks, self._aimed = 0.0, False, 0, False
@@ -158,15 +160,18 @@ class Monitor:
         """Return the bend, as a force, of a tip that moved only by the play, and the force on one stuck on its path."""
         if self._from_m is None:
             self._from_m = reference_m
-            self._lowest_m = self._highest_m = reference_m
         (x, y, z), (wall_x, wall_y) = map(sub, reference_m, self._from_m), self._wall
         across_N = max(hypot(x, y) - self.play_m, x * wall_x + y * wall_y, 0.0) * self.lateral_N_per_m
         # The tip may have stuck anywhere on the path.
-        below, above = map(sub, reference_m, self._lowest_m), map(sub, self._highest_m, reference_m)
-        width_m = hypot(*list(map(max, below, above))[:2])
-        pressed_N = self._max_force_N - self.budget_N + max(z, 0.0) * self.axial_N_per_m
+        lowest_m, highest_m = self._path_m or (reference_m, reference_m)
+        (right_m, far_m, deep_m), (left_m, near_m, _) = (
+            map(sub, reference_m, lowest_m),
+            map(sub, highest_m, reference_m),
+        )
+        width_m = hypot(max(left_m, right_m), max(near_m, far_m))
+        pressed_N = self._max_force_N - self.budget_N + deep_m * self.axial_N_per_m
         stuck_N = hypot(width_m * self.lateral_N_per_m, pressed_N)
-        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), self._carried_N + stuck_N
+        return self._carried_N + hypot(across_N, z * self.axial_N_per_m), stuck_N
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """Return the velocity, or zero if it would bend the gripper by more than the budget and the dithers.
@@ -199,9 +204,9 @@ class Monitor:
             self._adapt(measured.tip_lever_m)
             self.push(None)
         self._reference_m, (self.spent_N, _) = reference_m, self._bends_N(reference_m)
-        (x0, y0, z0), (x1, y1, z1), (rx, ry, rz) = self._lowest_m, self._highest_m, reference_m
-        self._lowest_m = min(x0, rx), min(y0, ry), min(z0, rz)
-        self._highest_m = max(x1, rx), max(y1, ry), max(z1, rz)
+        (x0, y0, z0), (x1, y1, z1) = self._path_m or (reference_m, reference_m)
+        rx, ry, rz = reference_m
+        self._path_m = (min(x0, rx), min(y0, ry), min(z0, rz)), (max(x1, rx), max(y1, ry), max(z1, rz))
         if self.spent_N > self.budget_N and not self.spent:
             # A waiting tool still dithers along and across the axis.
             self.spent, self._spent_at_N = True, self.spent_N
@@ -244,7 +249,7 @@ class Monitor:
             if met and self.play_m > 0.0 and new_wall and self._from_m is not None:
                 # There is no play beyond the first contact either.
                 self._wall, self._from_m = self.direction, (*reference_m[:2], self._from_m[2])
-                self._lowest_m = self._highest_m = reference_m
+                self._path_m = None
         if self.verified:
             self.free()
         return self._implausible(snapshot.tick, measured)
