@@ -151,7 +151,6 @@ def _open_domain(network: Ros2Network) -> None:
 
 
 def _configuration(network: Ros2Network) -> str:
-    """Return the library's settings."""
     general = discovery = ""
     if network.address:
         general = f"<Interfaces><NetworkInterface address={quoteattr(network.address)}/></Interfaces>"
