@@ -30,7 +30,7 @@ LATE = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
 )
 def test_trial_over_virtual_wires_is_inserted_and_tells_how_old_its_angles_are(kind, arm, force, age_ticks, tmp_path):
     springs = {"control": {"axial_stiffness_N_per_mm": 3.5}}
-    config = overlay(replace(scenario("paper"), seed=3, arm=kind), springs)
+    config = overlay(replace(scenario("paper"), seed=6, arm=kind), springs)
     run = Run(config, make_rig=lambda *parts: VirtualRig(*parts, arm, force, LATE, phase=0.4))
     run.evaluate(1, "torque", tmp_path)
     (path,) = find_logs([str(tmp_path)])
