@@ -80,7 +80,7 @@ class Supervisor:
         self._frame = sensor.frame
         self._joints, self._places = JointMonitor(config, lower, upper, velocity), WorkspaceMonitor(config, workspace)
         self._limiter = StepLimiter(lower, upper, velocity)
-        # A stuck peg is pulled by at most the force limit, even if the sensor does not show it.
+        # A peg that was pressed and is stuck is pulled by at most the force limit, even if the sensor does not show it.
         stretch_m = (task.max_force_N + task.insertion_press_N) / axial_N_per_m
         distance_m = min(config.retract_mm * 1e-3, stretch_m)
         self._retreat = Retreat(kinematics, distance_m, config.retract_speed_mm_s * 1e-3, _PERIOD_S)

@@ -43,7 +43,7 @@ _TILT_RAD: Final = 6e-3
 _NOISES_TORQUE: Final = 3.0
 """Number of standard deviations of a torque about the tip that four consecutive samples exceed once in 70 million."""
 _STUCK_SHARE: Final = 2.0
-"""Maximum force on a tip that is stuck anywhere on its path, divided by the force limit."""
+"""Maximum force on a tip stuck anywhere on its path, divided by the force limit; 1.5 misses walls of loose holes."""
 PAST_PLATE_M: Final = 1e-3
 """Distance below the lowest possible plate at which the tip cannot be on it; an approach overshoots by less."""
 
